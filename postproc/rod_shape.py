@@ -1,0 +1,148 @@
+"""Smooth curves of a rod from its nodes: stress-free and deformed shape, and the part in contact.
+
+A result file holds nodes and their rotations. Between two nodes the axis is drawn as the cubic that has the
+directions of both ends (the stress-free direction turned by the node's rotation), so that a rod of few elements does
+not look like a polygon.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from unilat_results import Contact, Mesh, Results, ResultsError
+
+CORNER = np.radians(35.0)      # elements that meet at more than this are not one smooth curve
+SAMPLES = np.linspace(0.0, 1.0, 9)
+
+
+class Shape:
+    """The axis of every element at one point of the path."""
+
+    def __init__(self, mesh: Mesh, displacement: np.ndarray | None = None, scale: float = 1.0):
+        """`displacement` (nodes, 3): u, v, rotation; None: the stress-free shape. `scale` magnifies it."""
+        moved = np.zeros((len(mesh.coordinates), 3)) if displacement is None else scale * displacement
+        self.elements = mesh.elements
+        self.nodes = mesh.coordinates + moved[:, :2]
+        directions = stress_free_directions(mesh) + moved[mesh.elements, 2]
+        chord = np.hypot(*(self.nodes[mesh.elements[:, 1]] - self.nodes[mesh.elements[:, 0]]).T)
+        self._tangents = chord[:, None, None] * np.stack((np.cos(directions), np.sin(directions)), axis=-1)
+
+    def piece(self, element: int, t: np.ndarray) -> np.ndarray:
+        """Points (len(t), 2) of an element's axis; t runs from 0 to 1."""
+        (a, b), (p, q), t = self.nodes[self.elements[element]], self._tangents[element], np.asarray(t)[:, None]
+        return ((1 + 2 * t) * (1 - t) ** 2 * a + t ** 2 * (3 - 2 * t) * b
+                + t * (1 - t) ** 2 * p - t ** 2 * (1 - t) * q)
+
+    def curves(self) -> list[np.ndarray]:
+        """The whole axis: one polyline (n, 2) for each chain of elements."""
+        return join([(element, 0.0, 1.0) for element in range(len(self.elements))], self)
+
+
+def stress_free_directions(mesh: Mesh) -> np.ndarray:
+    """Direction [rad] of the stress-free axis at both ends of each element, (elements, 2).
+
+    Taken from the chords: where two elements meet smoothly it is theirs weighted to fit a parabola (exact for a
+    circle of equal elements), at a free end or corner it mirrors the other end's.
+    """
+    ends = mesh.coordinates[mesh.elements]
+    chords = ends[:, 1] - ends[:, 0]
+    length, angle = np.hypot(*chords.T), np.arctan2(chords[:, 1], chords[:, 0])
+    meeting: dict[int, list[tuple[int, int]]] = {}
+    for element, nodes in enumerate(mesh.elements):
+        for end, node in enumerate(nodes):
+            meeting.setdefault(node, []).append((element, end))
+    turn = np.full((len(angle), 2), np.nan)     # end direction minus chord direction
+    for pair in meeting.values():
+        if len(pair) != 2:
+            continue
+        (e, i), (f, j) = pair
+        onwards = 0.0 if i != j else np.pi      # both elements may start (or end) at the node
+        between = (angle[f] + onwards - angle[e] + np.pi) % (2.0 * np.pi) - np.pi
+        if abs(between) > CORNER:
+            continue
+        share = length[e] / (length[e] + length[f])
+        turn[e, i] = between * share
+        turn[f, j] = -between * (1.0 - share)
+    for end in (0, 1):
+        lone = np.isnan(turn[:, end])
+        turn[lone, end] = -turn[lone, 1 - end]
+    return angle[:, None] + np.nan_to_num(turn)
+
+
+def join(pieces: list[tuple[int, float, float]], shape: Shape) -> list[np.ndarray]:
+    """Polylines of pieces (element, from, to); a piece that begins where the last one ended continues it."""
+    lines: list[list[np.ndarray]] = []
+    for element, t_from, t_to in pieces:
+        points = shape.piece(element, t_from + (t_to - t_from) * SAMPLES)
+        if lines and np.array_equal(lines[-1][-1][-1], points[0]):
+            lines[-1].append(points[1:])
+        else:
+            lines.append([points])
+    return [np.concatenate(line) for line in lines]
+
+
+def contact_curves(results: Results, point: int, shape: Shape) -> tuple[list[np.ndarray], np.ndarray]:
+    """The part in contact at a point of the path: polylines, and single points (n, 2).
+
+    From the reactions of the nodes where they are stored, else from the regions.
+    """
+    contact = results.contact
+    if contact is None:
+        return [], np.zeros((0, 2))
+    if "reaction" in results.field_names and point in results.points_with("reaction"):
+        pieces, spots = _from_reactions(contact, results.field("reaction", point), shape)
+    else:
+        pieces, spots = _from_regions(contact, point, results.mesh, shape)
+    return join(sorted(pieces), shape), np.array(spots).reshape(-1, 2)
+
+
+def _from_reactions(contact: Contact, reaction: np.ndarray, shape: Shape):
+    if len(reaction) != len(contact.candidates):
+        raise ResultsError(f"/fields/reaction has {len(reaction)} values for {len(contact.candidates)} candidates")
+    pieces, spots = set(), []
+    for number in np.unique(contact.candidate_contact):
+        pressed = set(contact.candidates[(contact.candidate_contact == number) & (reaction > 0.0)])
+        lone = set(pressed)
+        for element, (a, b) in enumerate(shape.elements):
+            if a in pressed and b in pressed:
+                pieces.add((element, 0.0, 1.0))
+                lone -= {a, b}
+        spots += [shape.nodes[node] for node in sorted(lone)]
+    return list(pieces), spots
+
+
+def _from_regions(contact: Contact, point: int, mesh: Mesh, shape: Shape):
+    """Regions are given by the arc length along the candidates, which is measured here along their chords."""
+    pieces, spots = [], []
+    for region in contact.regions(point):
+        nodes = contact.candidates[contact.candidate_contact == region.contact]
+        along = dict(zip(nodes, np.concatenate(([0.0], np.cumsum(
+            np.hypot(*np.diff(mesh.coordinates[nodes], axis=0).T))))))
+        total = along[nodes[-1]]
+        spans = []
+        for element, (a, b) in enumerate(mesh.elements):
+            if a not in along or b not in along:
+                continue
+            s, t = along[a], along[b]
+            if len(nodes) > 2 and {a, b} == {nodes[0], nodes[-1]}:     # the element that closes a ring
+                closing = float(np.hypot(*(mesh.coordinates[b] - mesh.coordinates[a])))
+                s, t = (s or total + closing), (t or total + closing)
+                spans.append((element, s, t))
+            else:
+                spans.append((element, s, t))
+        around = max([max(s, t) for _, s, t in spans], default=total)
+        wanted = [(region.start, region.end)]
+        if region.end < region.start:                                  # over the seam of a ring
+            wanted = [(region.start, around), (0.0, region.end)]
+        elif region.end > around * (1.0 + 1e-3):
+            wanted = [(region.start, around), (0.0, region.end - around)]
+        for low, high in wanted:
+            for element, s, t in spans:
+                first, last = max(low, min(s, t)), min(high, max(s, t))
+                if region.start == region.end and min(s, t) <= low <= max(s, t):
+                    spots.append(shape.piece(element, np.array([(low - s) / (t - s)]))[0])
+                    break
+                if last > first:
+                    ends = sorted(((first - s) / (t - s), (last - s) / (t - s)))
+                    pieces.append((element, *ends))
+    return pieces, spots

@@ -1,0 +1,113 @@
+!> The command line: what the user asks for, and the help text.
+module command_line
+   use errors, only: error_t, fail
+   implicit none
+   private
+   public :: command_line_t, read_command_line, parse_arguments, help_text, argument_length
+
+   integer, parameter :: argument_length = 1000 !! longest argument
+
+   !> What the arguments say.
+   type :: command_line_t
+      character(:), allocatable :: deck    !! file to read; '': standard input
+      character(:), allocatable :: output  !! result file; '': after the deck or its job name
+      logical :: check = .false.           !! read, check and summarise the deck only
+      logical :: quiet = .false.           !! no listing
+      logical :: help = .false., version = .false., cards = .false. !! print this and end
+   end type command_line_t
+
+contains
+
+   !> Reads the arguments of the program.
+   subroutine read_command_line(options, error)
+      type(command_line_t), intent(out) :: options     !! as parse_arguments
+      type(error_t), allocatable, intent(out) :: error !! as parse_arguments, or an argument is too long
+      character(argument_length), allocatable :: argument(:)
+      integer :: i, status
+      options%deck = ''
+      options%output = ''
+      allocate (argument(command_argument_count()))
+      do i = 1, size(argument)
+         call get_command_argument(i, argument(i), status=status)
+         if (status /= 0) then
+            call fail(error, 'an argument has more than 1000 characters')
+            return
+         end if
+      end do
+      call parse_arguments(argument, options, error)
+   end subroutine read_command_line
+
+   !> Understands arguments.
+   subroutine parse_arguments(argument, options, error)
+      character(*), intent(in) :: argument(:)          !! without the program's name; trailing blanks do not count
+      type(command_line_t), intent(out) :: options     !! what they ask for; deck and output are always allocated
+      type(error_t), allocatable, intent(out) :: error !! an unknown or contradictory argument; names it
+      integer :: i
+      logical :: only_files
+      options%deck = ''
+      options%output = ''
+      only_files = .false.
+      i = 0
+      do while (i < size(argument))
+         i = i + 1
+         if (only_files .or. argument(i)(1:1) /= '-') then
+            if (argument(i) == '') then
+               call fail(error, 'the name of the deck is empty')
+            else if (options%deck /= '') then
+               call fail(error, 'one deck at a time: '//options%deck//' or '//trim(argument(i))//'?')
+            else
+               options%deck = trim(argument(i))
+            end if
+         else
+            select case (argument(i))
+            case ('-o')
+               if (options%output /= '') then
+                  call fail(error, '-o is given twice')
+               else if (i == size(argument)) then
+                  call fail(error, '-o needs the name of a file')
+               else if (argument(i + 1) == '' .or. argument(i + 1)(1:1) == '-') then
+                  call fail(error, '-o needs the name of a file, not '''//trim(argument(i + 1))//'''')
+               else
+                  i = i + 1
+                  options%output = trim(argument(i))
+               end if
+            case ('--check')
+               options%check = .true.
+            case ('--quiet')
+               options%quiet = .true.
+            case ('--help', '-h')
+               options%help = .true.
+            case ('--version')
+               options%version = .true.
+            case ('--cards')
+               options%cards = .true.
+            case ('--')
+               only_files = .true.
+            case default
+               call fail(error, 'unknown option '//trim(argument(i))//'; unilat --help lists all')
+            end select
+         end if
+         if (allocated(error)) return
+      end do
+      if (options%check .and. options%output /= '') call fail(error, '--check writes no results: leave out -o')
+   end subroutine parse_arguments
+
+   !> What --help prints, lines ended by newlines.
+   pure function help_text() result(string)
+      character(:), allocatable :: string
+      character(*), parameter :: nl = new_line('a')
+      string = 'usage: unilat [options] [deck.inp]'//nl// &
+         'Follows the equilibrium path of plane rods with unilateral contact. Without a file, the deck is read '// &
+         'from'//nl// &
+         'standard input: unilat < deck.inp'//nl//nl// &
+         '  -o FILE     result file (HDF5); default: JOB on *HEADING, else the name of the deck, with .h5'//nl// &
+         '  --check     read, check and summarise the deck, compute nothing'//nl// &
+         '  --quiet     no listing'//nl// &
+         '  --cards     print the reference of all cards (Markdown)'//nl// &
+         '  --help      print this'//nl// &
+         '  --version   print versions of program, compiler and libraries'//nl//nl// &
+         'exit codes: 0 path complete, 1 error in the deck or the command, 2 stopped early (the path up to there '// &
+         'is'//nl// &
+         'safe in the result file), 3 internal error'//nl
+   end function help_text
+end module command_line

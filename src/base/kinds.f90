@@ -1,0 +1,14 @@
+!> Numeric kinds and the few constants that every room of the house needs.
+module kinds
+   use, intrinsic :: iso_fortran_env, only: real64, int64
+   implicit none
+   private
+   public :: wp, i8, name_length, pi, degree
+
+   integer, parameter :: wp = real64          !! working precision
+   integer, parameter :: i8 = int64           !! clock ticks and large counters
+   integer, parameter :: name_length = 80     !! longest name of a set, monitor or obstacle
+
+   real(wp), parameter :: pi = 3.141592653589793238462643383279502884_wp
+   real(wp), parameter :: degree = pi / 180.0_wp !! one degree in radians
+end module kinds

@@ -1,0 +1,309 @@
+!> Small helpers for words and numbers: comparing, parsing, printing, listing.
+module text
+   use kinds, only: wp, i8
+   implicit none
+   private
+   public :: upper, squeeze, same_name, is_blank, to_text, join, nearest_word, plural
+   public :: parse_integer, parse_real, word_count, word_at, word_index
+
+   !> The shortest text of an integer, or of a real that reads back as the same number.
+   interface to_text
+      module procedure integer_to_text, real_to_text
+   end interface to_text
+
+   integer(i8), parameter :: room_for_a_digit = 900719925474099_i8 !! below it, 10 m + 9 is exact in working precision
+   real(wp), parameter :: power_of_ten(0:22) = [1e0_wp, 1e1_wp, 1e2_wp, 1e3_wp, 1e4_wp, 1e5_wp, 1e6_wp, 1e7_wp, &
+      1e8_wp, &
+      & 1e9_wp, 1e10_wp, 1e11_wp, 1e12_wp, 1e13_wp, 1e14_wp, 1e15_wp, 1e16_wp, 1e17_wp, 1e18_wp, 1e19_wp, 1e20_wp, &
+      & 1e21_wp, 1e22_wp]                        !! all exact in working precision
+
+contains
+
+   !> The text in capitals (ASCII letters only; other bytes stay).
+   pure function upper(string) result(capital)
+      character(*), intent(in) :: string !! any text
+      character(len(string)) :: capital
+      integer, parameter :: distance = iachar('a') - iachar('A')
+      integer :: i
+      capital = string
+      do i = 1, len(string)
+         if (string(i:i) >= 'a' .and. string(i:i) <= 'z') capital(i:i) = achar(iachar(string(i:i)) - distance)
+      end do
+   end function upper
+
+   !> The text in capitals without any blanks: the form in which words of the deck are compared.
+   pure function squeeze(string) result(word)
+      character(*), intent(in) :: string !! any text
+      character(:), allocatable :: word
+      character(len(string)) :: buffer
+      integer :: i, n
+      n = 0
+      do i = 1, len(string)
+         if (is_blank(string(i:i))) cycle
+         n = n + 1
+         buffer(n:n) = string(i:i)
+      end do
+      word = upper(buffer(:n))
+   end function squeeze
+
+   !> True when two names differ in case or trailing blanks at most.
+   pure logical function same_name(first, second)
+      character(*), intent(in) :: first  !! any name
+      character(*), intent(in) :: second !! any name
+      same_name = upper(trim(first)) == upper(trim(second))
+   end function same_name
+
+   !> True for a blank or a tab.
+   pure logical function is_blank(letter)
+      character(1), intent(in) :: letter !! one character
+      is_blank = letter == ' ' .or. letter == achar(9)
+   end function is_blank
+
+   pure function integer_to_text(value) result(string)
+      integer, intent(in) :: value !! any integer
+      character(:), allocatable :: string
+      character(20) :: buffer
+      write (buffer, '(i0)') value
+      string = trim(buffer)
+   end function integer_to_text
+
+   pure function real_to_text(value) result(string)
+      real(wp), intent(in) :: value !! any real; NaN and infinities are named
+      character(:), allocatable :: string
+      character(40) :: buffer, format
+      character(17) :: digit
+      integer :: places, exponent, n, mark
+      real(wp) :: again
+      if (.not. abs(value) <= huge(value)) then
+         write (buffer, '(g0)') value
+         string = trim(adjustl(buffer))
+         return
+      end if
+      do places = 0, 16
+         write (format, '(a, i0, a)') '(es40.', places, 'e4)'
+         write (buffer, format) value
+         read (buffer, *) again
+         if (abs(again - value) <= 0.0_wp) exit
+      end do
+      ! The buffer now reads [-]d.ddde+xxxx; take it apart and write it the way people do.
+      buffer = adjustl(buffer)
+      string = ''
+      if (buffer(1:1) == '-') then
+         string = '-'
+         buffer = buffer(2:)
+      end if
+      mark = scan(buffer, 'Ee')
+      read (buffer(mark + 1:), *) exponent
+      digit = buffer(1:1)//buffer(3:mark - 1)
+      n = len_trim(digit)
+      if (exponent < -4 .or. exponent > 6) then
+         string = string//digit(1:1)
+         if (n > 1) string = string//'.'//digit(2:n)
+         string = string//'e'//integer_to_text(exponent)
+      else if (exponent < 0) then
+         string = string//'0.'//repeat('0', -exponent - 1)//digit(:n)
+      else if (n <= exponent + 1) then
+         string = string//digit(:n)//repeat('0', exponent + 1 - n)
+      else
+         string = string//digit(:exponent + 1)//'.'//digit(exponent + 2:n)
+      end if
+   end function real_to_text
+
+   !> "1 error", "2 errors".
+   pure function plural(number, noun) result(string)
+      integer, intent(in) :: number    !! how many
+      character(*), intent(in) :: noun !! in the singular; the plural takes an s
+      character(:), allocatable :: string
+      string = to_text(number)//' '//noun
+      if (number /= 1) string = string//'s'
+   end function plural
+
+   !> The words (trailing blanks dropped) with a separator between them.
+   pure function join(words, separator) result(string)
+      character(*), intent(in) :: words(:)  !! any number of words
+      character(*), intent(in) :: separator !! such as ', '
+      character(:), allocatable :: string
+      integer :: i
+      string = ''
+      do i = 1, size(words)
+         if (i > 1) string = string//separator
+         string = string//trim(words(i))
+      end do
+   end function join
+
+   !> Number of words in a list separated by bars, such as 'RECT|CIRC|PIPE'.
+   pure integer function word_count(list)
+      character(*), intent(in) :: list !! words between bars; blank: no words
+      integer :: i
+      word_count = 0
+      if (len_trim(list) == 0) return
+      word_count = 1
+      do i = 1, len(list)
+         if (list(i:i) == '|') word_count = word_count + 1
+      end do
+   end function word_count
+
+   !> One word of a list separated by bars.
+   pure function word_at(list, position) result(word)
+      character(*), intent(in) :: list    !! words between bars
+      integer, intent(in) :: position     !! from 1 to word_count(list)
+      character(:), allocatable :: word
+      integer :: first, bar, i
+      first = 1
+      do i = 2, position
+         first = first + index(list(first:), '|')
+      end do
+      bar = index(list(first:), '|')
+      if (bar == 0) bar = len_trim(list) - first + 2
+      word = list(first:first + bar - 2)
+   end function word_at
+
+   !> Position of a word in a list separated by bars, case and blanks ignored; 0 when it is not there.
+   pure integer function word_index(list, word)
+      character(*), intent(in) :: list !! words between bars
+      character(*), intent(in) :: word !! the word as typed
+      character(:), allocatable :: key
+      key = squeeze(word)
+      do word_index = 1, word_count(list)
+         if (squeeze(word_at(list, word_index)) == key) return
+      end do
+      word_index = 0
+   end function word_index
+
+   !> The word of a list (separated by bars) that begins with a given one or is spelt most like it; '' when none is.
+   pure function nearest_word(list, word) result(nearest)
+      character(*), intent(in) :: list !! words between bars
+      character(*), intent(in) :: word !! the word as typed
+      character(:), allocatable :: nearest
+      integer :: i, distance, least
+      nearest = ''
+      least = len_trim(word) / 3 + 1 ! one wrong letter in three; words shorter than that are not guessed
+      do i = 1, word_count(list)
+         distance = edit_distance(squeeze(word_at(list, i)), squeeze(word))
+         if (len_trim(word) > 2 .and. index(squeeze(word_at(list, i)), squeeze(word)) == 1) distance = 0
+         if (distance >= least) cycle
+         least = distance
+         nearest = word_at(list, i)
+      end do
+   end function nearest_word
+
+   !> Least number of inserted, dropped, changed or swapped neighbouring letters that turn one word into the other.
+   pure integer function edit_distance(first, second)
+      character(*), intent(in) :: first, second
+      integer :: d(0:len(first), 0:len(second)), i, j, change
+      do i = 0, len(first)
+         d(i, 0) = i
+      end do
+      do j = 0, len(second)
+         d(0, j) = j
+      end do
+      do j = 1, len(second)
+         do i = 1, len(first)
+            change = merge(0, 1, first(i:i) == second(j:j))
+            d(i, j) = min(d(i - 1, j) + 1, d(i, j - 1) + 1, d(i - 1, j - 1) + change)
+            if (i > 1 .and. j > 1) then
+               if (first(i:i) == second(j - 1:j - 1) .and. first(i - 1:i - 1) == second(j:j)) then
+                  d(i, j) = min(d(i, j), d(max(i - 2, 0), max(j - 2, 0)) + 1)
+               end if
+            end if
+         end do
+      end do
+      edit_distance = d(len(first), len(second))
+   end function edit_distance
+
+   !> Reads an integer that fills the whole text.
+   pure subroutine parse_integer(string, value, ok)
+      character(*), intent(in) :: string !! no blanks around it
+      integer, intent(out) :: value      !! 0 when not ok
+      logical, intent(out) :: ok         !! false: not an integer, or out of range
+      integer(i8) :: total
+      integer :: i, first
+      value = 0
+      ok = .false.
+      first = 1
+      if (scan(string, '+-') == 1) first = 2
+      if (len(string) < first) return
+      total = 0
+      do i = first, len(string)
+         if (.not. is_digit(string(i:i))) return
+         total = 10 * total + digit_value(string(i:i))
+         if (total > huge(value)) return
+      end do
+      value = int(total)
+      if (string(1:1) == '-') value = -value
+      ok = .true.
+   end subroutine parse_integer
+
+   !> Reads a Fortran real (1, 1.5, .5, 1e5, 1D-5) that fills the whole text.
+   pure subroutine parse_real(string, value, ok)
+      character(*), intent(in) :: string !! no blanks around it
+      real(wp), intent(out) :: value     !! 0 when not ok
+      logical, intent(out) :: ok         !! false: not a real, or 1e308 and more
+      integer(i8) :: mantissa
+      integer :: i, digits, scale, exponent, mark
+      logical :: exact
+      value = 0.0_wp
+      ok = .false.
+      mantissa = 0
+      digits = 0       ! digits seen before the exponent
+      scale = 0        ! power of ten of the last digit taken into the mantissa
+      exact = .true.
+      mark = 0
+      i = 1
+      if (scan(string, '+-') == 1) i = 2
+      do while (i <= len(string))
+         if (is_digit(string(i:i))) then
+            digits = digits + 1
+            if (mantissa < room_for_a_digit) then
+               mantissa = 10 * mantissa + digit_value(string(i:i))
+               if (mark > 0) scale = scale - 1
+            else
+               exact = .false.
+               if (mark == 0) scale = scale + 1
+            end if
+         else if (string(i:i) == '.' .and. mark == 0) then
+            mark = i
+         else
+            exit
+         end if
+         i = i + 1
+      end do
+      if (digits == 0) return
+      exponent = 0
+      if (i <= len(string)) then
+         if (scan(string(i:i), 'eEdD') == 0) return
+         call parse_integer(string(i + 1:), exponent, ok)
+         if (.not. ok) return
+         ok = .false.
+         exponent = min(max(exponent, -100000), 100000)
+      end if
+      scale = scale + exponent
+      if (mantissa == 0) then
+         ok = .true.
+         return
+      end if
+      ! Below 1e308 by the place of the leading digit; numbers too small to be told from zero are zero.
+      if (log10(real(mantissa, wp)) + scale >= 308.0_wp) return
+      ok = .true.
+      if (log10(real(mantissa, wp)) + scale < -330.0_wp) return
+      if (exact .and. abs(scale) <= ubound(power_of_ten, 1)) then
+         ! Both factors are exact, so that the one rounding is the right one.
+         if (scale >= 0) value = real(mantissa, wp) * power_of_ten(scale)
+         if (scale < 0) value = real(mantissa, wp) / power_of_ten(-scale)
+         if (string(1:1) == '-') value = -value
+      else
+         read (string, *, iostat=mark) value
+         ok = mark == 0
+      end if
+   end subroutine parse_real
+
+   pure logical function is_digit(letter)
+      character(1), intent(in) :: letter
+      is_digit = letter >= '0' .and. letter <= '9'
+   end function is_digit
+
+   pure integer function digit_value(letter)
+      character(1), intent(in) :: letter
+      digit_value = iachar(letter) - iachar('0')
+   end function digit_value
+end module text

@@ -1,0 +1,161 @@
+!> Where a run's time goes: seconds and calls of each phase, and counters of the work done.
+!>
+!> A phase started inside another one pauses the outer one, so the seconds of all phases never add up to more
+!> than the elapsed time. One clock call a start or stop (some 20 ns).
+module timing
+   use kinds, only: wp, i8
+   implicit none
+   private
+   public :: timers_t, timing_start, timing_stop, timing_seconds, timing_calls, timing_total
+   public :: count_up, counted
+   public :: n_phases, phase_name, n_counters, counter_name
+   public :: phase_reading, phase_numbering, phase_elements, phase_assembly, phase_factorisation
+   public :: phase_solution, phase_contact, phase_path, phase_output
+   public :: counter_points, counter_newton, counter_factorisation, counter_solution, counter_lcp
+   public :: counter_lcp_pivots, counter_lcp_failed, counter_set_changes, counter_rejected, counter_cut
+   public :: counter_located
+
+   enum, bind(c)
+      enumerator :: phase_reading = 1 !! reading and checking the deck
+      enumerator :: phase_numbering   !! node numbering
+      enumerator :: phase_elements    !! residuals and tangents of the elements
+      enumerator :: phase_assembly    !! sums into the global matrix and residual
+      enumerator :: phase_factorisation
+      enumerator :: phase_solution    !! solutions with a factored matrix
+      enumerator :: phase_contact     !! gaps, LCPs, contact regions
+      enumerator :: phase_path        !! increments, events, everything else of the path loop
+      enumerator :: phase_output      !! result file and listing
+   end enum
+   integer, parameter :: n_phases = phase_output
+   character(*), parameter :: phase_name(n_phases) = [character(13) :: 'reading', 'numbering', 'elements', &
+      & 'assembly', 'factorisation', 'solution', 'contact', 'path', 'output']
+
+   enum, bind(c)
+      enumerator :: counter_points = 1    !! accepted points
+      enumerator :: counter_newton        !! Newton iterations, those of rejected increments too
+      enumerator :: counter_factorisation
+      enumerator :: counter_solution      !! right-hand sides solved for
+      enumerator :: counter_lcp           !! LCPs handed to Lemke
+      enumerator :: counter_lcp_pivots
+      enumerator :: counter_lcp_failed    !! of these: ray, pivot limit or breakdown
+      enumerator :: counter_set_changes   !! changes of the contact set
+      enumerator :: counter_rejected      !! increments thrown away: state restored
+      enumerator :: counter_cut           !! increments shortened before another try
+      enumerator :: counter_located       !! critical and user points located
+   end enum
+   integer, parameter :: n_counters = counter_located
+   character(*), parameter :: counter_name(n_counters) = [character(23) :: 'accepted points', &
+      & 'Newton iterations', 'factorisations', 'solutions', 'LCPs', 'LCP pivots', 'LCPs without a solution', &
+      & 'contact set changes', 'rejected increments', 'shortened increments', 'located points']
+
+   type :: timers_t
+      private
+      integer(i8) :: first = -1_i8             !! clock at the first start; -1: nothing started yet
+      integer(i8) :: mark = 0_i8               !! clock since when the innermost running phase is charged
+      integer :: depth = 0
+      integer :: running(n_phases) = 0         !! running phases, outermost first; each stands here once at most
+      integer(i8) :: ticks(n_phases) = 0_i8
+      integer(i8) :: calls(n_phases) = 0_i8
+      integer(i8) :: counter(n_counters) = 0_i8
+   end type timers_t
+
+contains
+
+   !> Starts a phase; the phase running now is paused until this one stops. A phase that is already running is
+   !> stopped first, with what was started inside it: an early return that forgot its stop does no harm.
+   subroutine timing_start(timers, phase)
+      type(timers_t), intent(inout) :: timers
+      integer, intent(in) :: phase             !! phase_...
+      if (any(timers%running(:timers%depth) == phase)) then
+         call timing_stop(timers, phase)
+      else
+         call charge(timers)
+      end if
+      timers%depth = timers%depth + 1
+      timers%running(timers%depth) = phase
+      timers%calls(phase) = timers%calls(phase) + 1
+   end subroutine timing_start
+
+   !> Stops a phase and what was started inside it; the phase around it goes on. Nothing happens if it is not running.
+   subroutine timing_stop(timers, phase)
+      type(timers_t), intent(inout) :: timers
+      integer, intent(in) :: phase             !! phase_...
+      integer :: level
+      call charge(timers)
+      do level = timers%depth, 1, -1
+         if (timers%running(level) == phase) then
+            timers%depth = level - 1
+            return
+         end if
+      end do
+   end subroutine timing_stop
+
+   !> Seconds spent in a phase and not in one inside it; a phase still running counts up to the last start or stop.
+   function timing_seconds(timers, phase) result(seconds)
+      type(timers_t), intent(in) :: timers
+      integer, intent(in) :: phase             !! phase_...
+      real(wp) :: seconds
+      seconds = real(timers%ticks(phase), wp) / ticks_per_second()
+   end function timing_seconds
+
+   !> How often a phase was started.
+   pure function timing_calls(timers, phase) result(calls)
+      type(timers_t), intent(in) :: timers
+      integer, intent(in) :: phase             !! phase_...
+      integer(i8) :: calls
+      calls = timers%calls(phase)
+   end function timing_calls
+
+   !> Seconds from the first start of any phase until now; 0 when none was started.
+   function timing_total(timers) result(seconds)
+      type(timers_t), intent(in) :: timers
+      real(wp) :: seconds
+      integer(i8) :: now
+      seconds = 0.0_wp
+      if (timers%first < 0) return
+      call system_clock(now)
+      seconds = real(now - timers%first, wp) / ticks_per_second()
+   end function timing_total
+
+   !> Adds to a counter.
+   pure subroutine count_up(timers, counter, by)
+      type(timers_t), intent(inout) :: timers
+      integer, intent(in) :: counter           !! counter_...
+      integer, intent(in), optional :: by      !! how many, default 1
+      if (present(by)) then
+         timers%counter(counter) = timers%counter(counter) + by
+      else
+         timers%counter(counter) = timers%counter(counter) + 1
+      end if
+   end subroutine count_up
+
+   !> The value of a counter.
+   pure function counted(timers, counter) result(value)
+      type(timers_t), intent(in) :: timers
+      integer, intent(in) :: counter           !! counter_...
+      integer(i8) :: value
+      value = timers%counter(counter)
+   end function counted
+
+   !> Charges the time since the last start or stop to the innermost running phase.
+   subroutine charge(timers)
+      type(timers_t), intent(inout) :: timers
+      integer(i8) :: now
+      integer :: phase
+      call system_clock(now)
+      if (timers%first < 0) timers%first = now
+      if (timers%depth > 0) then
+         phase = timers%running(timers%depth)
+         timers%ticks(phase) = timers%ticks(phase) + (now - timers%mark)
+      end if
+      timers%mark = now
+   end subroutine charge
+
+   !> Clock rate of system_clock for the kind of the ticks above.
+   function ticks_per_second() result(rate)
+      real(wp) :: rate
+      integer(i8) :: ticks
+      call system_clock(count_rate=ticks)
+      rate = real(ticks, wp)
+   end function ticks_per_second
+end module timing

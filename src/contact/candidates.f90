@@ -1,0 +1,170 @@
+!> Contact candidates of all *CONTACT cards in one list, ordered along the rods.
+module candidates
+   use kinds, only: wp
+   use model, only: model_t, family_ge, quantity_displacement
+   use rod_geometry, only: geometry_t
+   implicit none
+   private
+   public :: candidates_t, new_candidates
+
+   !> One entry a candidate; neighbours are the next candidates of the same contact along an element.
+   type :: candidates_t
+      integer :: n = 0
+      integer, allocatable :: node(:)
+      integer, allocatable :: contact(:)      !! index into model%contact
+      integer, allocatable :: obstacle(:)     !! index into model%obstacle
+      integer, allocatable :: neighbour(:, :) !! (2, n) candidate before and after, 0: none
+      integer, allocatable :: element(:, :)   !! (2, n) element towards that neighbour, 0: none
+      real(wp), allocatable :: s(:)           !! arc length along the chain [length], at home
+      real(wp), allocatable :: tributary(:)   !! half the length of the adjacent contact elements
+      real(wp), allocatable :: gap_offset(:)
+      logical, allocatable :: may_slide(:)
+      real(wp), allocatable :: chain_length(:) !! (contacts) length of the closed chain, 0 when open
+   end type candidates_t
+
+contains
+
+   !> Builds the list. Within a contact, candidates follow the mesh: chain by chain, along the elements' direction.
+   function new_candidates(model, geometry) result(list)
+      type(model_t), intent(in) :: model
+      type(geometry_t), intent(in) :: geometry
+      type(candidates_t) :: list
+      integer, allocatable :: next(:), previous(:)
+      logical, allocatable :: member(:), done(:), pinned(:)
+      integer :: c, e, i, node, total, first
+
+      total = 0
+      do c = 1, size(model%contact)
+         total = total + size(model%contact(c)%node)
+      end do
+      allocate (list%node(total), list%contact(total), list%obstacle(total), list%s(total), list%tributary(total))
+      allocate (list%gap_offset(total), list%may_slide(total))
+      allocate (list%neighbour(2, total), list%element(2, total), source=0)
+      allocate (list%chain_length(size(model%contact)), source=0.0_wp)
+      if (total == 0) return
+      pinned = nodes_that_stay(model)
+      do c = 1, size(model%contact)
+         associate (contact => model%contact(c), mesh => model%mesh)
+            allocate (member(mesh%n_nodes), done(mesh%n_nodes), source=.false.)
+            allocate (next(mesh%n_nodes), previous(mesh%n_nodes), source=0)
+            member(contact%node) = .true.
+            do e = 1, mesh%n_elements
+               if (.not. (member(mesh%node(1, e)) .and. member(mesh%node(2, e)))) cycle
+               ! A branching frame keeps the first element at a joint; the others start chains of their own.
+               if (next(mesh%node(1, e)) == 0) next(mesh%node(1, e)) = e
+               if (previous(mesh%node(2, e)) == 0) previous(mesh%node(2, e)) = e
+            end do
+            first = list%n
+            ! Open chains begin where nothing leads to; what is left afterwards are closed ones.
+            do i = 1, size(contact%node)
+               node = contact%node(i)
+               if (.not. done(node) .and. previous(node) == 0) call follow_chain(node)
+            end do
+            do i = 1, size(contact%node)
+               if (.not. done(contact%node(i))) call follow_chain(contact%node(i))
+            end do
+            deallocate (member, done, next, previous)
+         end associate
+      end do
+
+   contains
+
+      !> Appends the nodes from `start` along the elements until the chain ends or closes.
+      subroutine follow_chain(start)
+         integer, intent(in) :: start
+         integer :: at, element, here, begin, side
+         real(wp) :: s, half
+         at = start
+         s = 0.0_wp
+         begin = list%n + 1
+         if (list%n > first) s = list%s(list%n)
+         do
+            done(at) = .true.
+            list%n = list%n + 1
+            here = list%n
+            list%node(here) = at
+            list%contact(here) = c
+            list%obstacle(here) = model%contact(c)%obstacle
+            list%gap_offset(here) = model%contact(c)%gap
+            list%s(here) = s
+            list%tributary(here) = 0.0_wp
+            element = next(at)
+            if (element == 0) exit
+            half = 0.5_wp * geometry%element(element)%length
+            s = s + 2.0_wp * half
+            list%element(2, here) = element
+            at = model%mesh%node(2, element)
+            if (at == start) then
+               list%neighbour(2, here) = begin
+               list%neighbour(1, begin) = here
+               list%element(1, begin) = element
+               list%chain_length(c) = s
+               exit
+            end if
+            if (done(at) .or. previous(at) /= element) then
+               list%element(2, here) = 0
+               exit
+            end if
+            list%neighbour(2, here) = here + 1
+            list%neighbour(1, here + 1) = here
+            list%element(1, here + 1) = element
+         end do
+         do here = begin, list%n
+            do side = 1, 2
+               if (list%element(side, here) == 0) cycle
+               list%tributary(here) = list%tributary(here) + 0.5_wp * geometry%element(list%element(side, here))%length
+            end do
+            list%may_slide(here) = .false.
+            if (model%contact(c)%sliding) list%may_slide(here) = slides(here)
+         end do
+      end subroutine follow_chain
+
+      !> A node can slide inside its two elements when these are one smooth uniform rod.
+      logical function slides(here)
+         integer, intent(in) :: here
+         integer :: a, b, k
+         a = list%element(1, here)
+         b = list%element(2, here)
+         slides = a > 0 .and. b > 0 .and. .not. pinned(list%node(here))
+         if (.not. slides) return
+         associate (mesh => model%mesh)
+            slides = mesh%curve(a) > 0 .and. mesh%curve(a) == mesh%curve(b) .and. mesh%section(a) == mesh%section(b) &
+               & .and. mesh%family(a) == family_ge .and. mesh%family(b) == family_ge .and. mesh%s(2, a) <= mesh%s(1, b)
+            do k = 1, size(model%step)
+               slides = slides .and. all(abs(model%step(k)%load%line_force(:, a) - &
+                  & model%step(k)%load%line_force(:, b)) <= 0.0_wp) .and. &
+                  & abs(model%step(k)%load%pressure(a) - model%step(k)%load%pressure(b)) <= 0.0_wp
+            end do
+         end associate
+      end function slides
+   end function new_candidates
+
+   !> Nodes with supports, loads, monitors or more or less than two elements keep their material point.
+   function nodes_that_stay(model) result(pinned)
+      type(model_t), intent(in) :: model
+      logical, allocatable :: pinned(:)
+      integer, allocatable :: elements(:)
+      integer :: i, k
+      associate (mesh => model%mesh)
+         allocate (pinned(mesh%n_nodes), source=.false.)
+         allocate (elements(mesh%n_nodes), source=0)
+         do i = 1, mesh%n_elements
+            do k = 1, 2
+               elements(mesh%node(k, i)) = elements(mesh%node(k, i)) + 1
+            end do
+         end do
+         pinned = elements /= 2
+         do i = 1, mesh%n_nodes
+            pinned(i) = pinned(i) .or. any(model%fixed(:, i))
+         end do
+         do k = 1, size(model%step)
+            do i = 1, mesh%n_nodes
+               pinned(i) = pinned(i) .or. any(abs(model%step(k)%load%node_force(:, i)) > 0.0_wp)
+            end do
+         end do
+         do k = 1, size(model%monitor)
+            if (model%monitor(k)%quantity == quantity_displacement) pinned(model%monitor(k)%node) = .true.
+         end do
+      end associate
+   end function nodes_that_stay
+end module candidates

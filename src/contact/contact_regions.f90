@@ -1,0 +1,375 @@
+!> Connected stretches of contact and where they end, to a small part of an element.
+!>
+!> A rod leaves a rigid obstacle smoothly: its curvature is the obstacle's up to the lift-off point and changes about
+!> linearly beyond. So the end is where the curvature of the open element, continued backwards, meets the obstacle's;
+!> that point may lie on either side of the last node in contact. On a foundation the end is where the gap, a cubic
+!> through values and slopes at both nodes, changes sign.
+module contact_regions
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+   use kinds, only: wp, pi
+   use problem, only: problem_t
+   use rod_state, only: state_t, node_position, candidate_gap
+   use rod_geometry, only: element_geometry_t
+   use obstacle_geometry, only: contact_angle, contact_curvature
+   use section_forces, only: local_forces, rod_direction
+   use path_record, only: region_t
+   implicit none
+   private
+   public :: find_regions, resolved_contact, smallest_gap, candidate_coordinate, region_of
+
+contains
+
+   !> All regions of all contacts, in the order of the candidates.
+   function find_regions(problem, state) result(regions)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(region_t), allocatable :: regions(:)
+      integer :: c, last
+      logical, allocatable :: seen(:), touching(:)
+      allocate (regions(0))
+      touching = resolved_contact(problem, state)
+      seen = .not. touching
+      do c = 1, problem%candidates%n
+         if (seen(c)) cycle
+         if (previous(c) > 0) cycle
+         regions = [regions, follow(c, last)]
+      end do
+      ! What is left is a closed chain in contact all round.
+      do c = 1, problem%candidates%n
+         if (.not. seen(c)) regions = [regions, follow(c, last)]
+      end do
+
+   contains
+
+      !> The active neighbour before a candidate, 0 if there is none.
+      integer function previous(candidate)
+         integer, intent(in) :: candidate
+         previous = problem%candidates%neighbour(1, candidate)
+         if (previous == 0) return
+         if (.not. touching(previous)) previous = 0
+      end function previous
+
+      !> Collects the region that starts at a candidate.
+      type(region_t) function follow(first, last) result(region)
+         integer, intent(in) :: first
+         integer, intent(out) :: last
+         integer :: next
+         last = first
+         seen(first) = .true.
+         do
+            next = problem%candidates%neighbour(2, last)
+            if (next == 0) exit
+            if (seen(next)) exit
+            last = next
+            seen(last) = .true.
+         end do
+         region%contact = problem%candidates%contact(first)
+         if (first == last) then
+            call set_end(first, 0, region%start, region%angle_start)
+            region%end = region%start
+            region%angle_end = region%angle_start
+         else
+            call set_end(first, 1, region%start, region%angle_start)
+            call set_end(last, 2, region%end, region%angle_end)
+            associate (closed => problem%candidates%chain_length(region%contact))
+               if (region%end < region%start) region%end = region%end + closed
+            end associate
+         end if
+      end function follow
+
+      !> Coordinate and angle of the region's end at a candidate, on side 1 (before) or 2 (after); side 0: the node itself.
+      subroutine set_end(candidate, side, s, angle)
+         integer, intent(in) :: candidate, side
+         real(wp), intent(out) :: s, angle
+         real(wp) :: beyond, direction, x(2), t(2), theta
+         integer :: e
+         beyond = 0.0_wp
+         direction = 0.0_wp
+         if (side > 0) then
+            direction = merge(-1.0_wp, 1.0_wp, side == 1)
+            if (problem%candidates%neighbour(side, candidate) > 0) beyond = overhang(problem, state, candidate, side)
+         end if
+         s = candidate_coordinate(problem, state, candidate) + direction * beyond
+         angle = ieee_value(angle, ieee_quiet_nan)
+         associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(candidate)))
+            if (.not. obstacle%is_circle) return
+            e = problem%candidates%element(1, candidate)
+            if (e > 0) then
+               theta = rod_direction(problem, state, e, 2)
+            else
+               e = problem%candidates%element(2, candidate)
+               theta = 0.0_wp
+               if (e > 0) theta = rod_direction(problem, state, e, 1)
+            end if
+            t = [cos(theta), sin(theta)]
+            x = node_position(state, problem%candidates%node(candidate)) + direction * beyond * t
+            angle = contact_angle(obstacle, x)
+         end associate
+      end subroutine set_end
+   end function find_regions
+
+   !> The candidates in contact as far as the mesh can tell.
+   !>
+   !> Reactions at nodes make a rod on a rigid obstacle wave a little between and next to them, so that some nodes lift
+   !> off by a gap far below the mesh's resolution. An open stretch between two contacts that is no longer than four of
+   !> the elements around it counts as contact.
+   function resolved_contact(problem, state) result(touching)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      logical, allocatable :: touching(:)
+      integer :: c, k, e, steps
+      real(wp) :: span, widest
+      touching = state%active
+      do c = 1, problem%candidates%n
+         if (.not. state%active(c)) cycle
+         if (.not. problem%model%obstacle(problem%candidates%obstacle(c))%rigid) cycle
+         span = 0.0_wp
+         widest = 0.0_wp
+         e = problem%candidates%element(1, c)
+         if (e > 0) widest = state%geometry%element(e)%length
+         k = c
+         steps = 0
+         do
+            e = problem%candidates%element(2, k)
+            if (e == 0) exit
+            span = span + state%geometry%element(e)%length
+            widest = max(widest, state%geometry%element(e)%length)
+            k = problem%candidates%neighbour(2, k)
+            steps = steps + 1
+            if (state%active(k) .or. span > 4.0_wp * widest) exit
+         end do
+         if (.not. state%active(k) .or. steps < 2 .or. k == c) cycle
+         e = problem%candidates%element(2, k)
+         if (e > 0) widest = max(widest, state%geometry%element(e)%length)
+         if (span > 4.0_wp * widest) cycle
+         k = problem%candidates%neighbour(2, c)
+         do while (.not. state%active(k))
+            touching(k) = .true.
+            k = problem%candidates%neighbour(2, k)
+         end do
+      end do
+   end function resolved_contact
+
+   !> Arc length of a candidate along its chain, sliding included.
+   real(wp) function candidate_coordinate(problem, state, candidate) result(s)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      integer :: e, before
+      s = problem%candidates%s(candidate)
+      if (.not. problem%candidates%may_slide(candidate)) return
+      e = problem%candidates%element(1, candidate)
+      before = problem%candidates%neighbour(1, candidate)
+      s = problem%candidates%s(before) + state%geometry%element(e)%length
+   end function candidate_coordinate
+
+   !> Signed distance from the last candidate in contact to the end of the contact, outwards positive.
+   real(wp) function overhang(problem, state, candidate, side) result(beyond)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate, side
+      integer :: open
+      open = problem%candidates%neighbour(side, candidate)
+      if (problem%model%obstacle(problem%candidates%obstacle(candidate))%rigid) then
+         beyond = rigid_overhang(problem, state, candidate, side)
+      else
+         beyond = winkler_overhang(problem, state, candidate, open, side)
+      end if
+   end function overhang
+
+   !> Rigid: a parabola through the curvature misfit at both ends of the open element and its slope at the far end.
+   real(wp) function rigid_overhang(problem, state, candidate, side) result(beyond)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate, side
+      real(wp) :: local(3, 2), near, far, slope, h, curvature, stretch, direction, a, b, root, t(2), theta
+      integer :: e, inner, outer
+      e = problem%candidates%element(side, candidate)
+      inner = merge(2, 1, side == 1)
+      outer = 3 - inner
+      direction = merge(-1.0_wp, 1.0_wp, side == 1)
+      h = state%geometry%element(e)%length
+      call local_forces(problem, state, e, local)
+      theta = rod_direction(problem, state, e, inner)
+      t = [cos(theta), sin(theta)]
+      curvature = contact_curvature(problem%model%obstacle(problem%candidates%obstacle(candidate)), &
+         & node_position(state, problem%candidates%node(candidate)), t)
+      near = misfit(inner)
+      far = misfit(outer)
+      slope = -direction * problem%compliance(e)%bending * local(2, outer)
+      ! misfit(d) = far + slope (d - h) + a (d - h)^2, d counted from the candidate outwards
+      a = (near - far + slope * h) / h**2
+      beyond = 0.0_wp
+      root = slope**2 - 4.0_wp * a * far
+      if (root < 0.0_wp) return
+      b = slope + sign(sqrt(root), slope)
+      if (.not. abs(b) > 0.0_wp) return
+      beyond = h - 2.0_wp * far / b
+      beyond = min(max(beyond, -h), h)
+
+   contains
+
+      !> Curvature of the rod minus that of the obstacle under a rod stretched like this one.
+      real(wp) function misfit(k)
+         integer, intent(in) :: k
+         real(wp) :: natural
+         natural = natural_curvature(state%geometry%element(e))
+         stretch = 1.0_wp + local(1, k) * problem%compliance(e)%axial
+         misfit = natural + local(3, k) * problem%compliance(e)%bending - stretch * curvature
+      end function misfit
+   end function rigid_overhang
+
+   !> Winkler: zero of the cubic through gaps and slopes at both ends of the open element.
+   real(wp) function winkler_overhang(problem, state, candidate, open, side) result(beyond)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate, open, side
+      real(wp) :: gap(2), slope(2), h, low, high, middle
+      integer :: e, iteration
+      e = problem%candidates%element(side, candidate)
+      h = state%geometry%element(e)%length
+      call gap_and_slope(problem, state, candidate, e, merge(2, 1, side == 1), gap(1), slope(1))
+      call gap_and_slope(problem, state, open, e, merge(1, 2, side == 1), gap(2), slope(2))
+      if (side == 1) slope = -slope
+      low = 0.0_wp
+      high = 1.0_wp
+      do iteration = 1, 60
+         middle = 0.5_wp * (low + high)
+         if (cubic(gap, slope * h, middle) < 0.0_wp) then
+            low = middle
+         else
+            high = middle
+         end if
+      end do
+      beyond = 0.5_wp * (low + high) * h
+   end function winkler_overhang
+
+   !> Gap of a candidate and its derivative along the rod, seen from one end of an element.
+   subroutine gap_and_slope(problem, state, candidate, e, side, gap, slope)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate, e, side
+      real(wp), intent(out) :: gap, slope
+      real(wp) :: normal(2), bend, angle
+      call candidate_gap(problem, state, candidate, gap, normal, bend)
+      angle = rod_direction(problem, state, e, side)
+      slope = normal(1) * cos(angle) + normal(2) * sin(angle)
+   end subroutine gap_and_slope
+
+   !> Hermite cubic on (0, 1).
+   pure real(wp) function cubic(value, slope, tau)
+      real(wp), intent(in) :: value(2), slope(2), tau
+      cubic = value(1) + tau * (slope(1) + tau * ((3.0_wp * (value(2) - value(1)) - 2.0_wp * slope(1) - slope(2)) + &
+         & tau * (2.0_wp * (value(1) - value(2)) + slope(1) + slope(2))))
+   end function cubic
+
+   !> Smallest gap along the elements around a set of candidates, between the nodes too: on each element a quintic
+   !> through gap, slope and curvature at both ends.
+   real(wp) function smallest_gap(problem, state, marked) result(least)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      logical, intent(in) :: marked(:)     !! (candidates)
+      integer, parameter :: samples = 8
+      real(wp) :: gap(2), slope(2), bend(2), h, tau, step, value
+      integer :: c, next, e, k, i
+      least = huge(1.0_wp)
+      do c = 1, problem%candidates%n
+         next = problem%candidates%neighbour(2, c)
+         if (next == 0) then
+            if (.not. marked(c)) cycle
+            call candidate_gap(problem, state, c, value, slope, bend(1))
+            least = min(least, value)
+            cycle
+         end if
+         if (.not. (marked(c) .or. marked(next))) cycle
+         e = problem%candidates%element(2, c)
+         h = state%geometry%element(e)%length
+         call gap_and_slope(problem, state, c, e, 1, gap(1), slope(1))
+         call gap_and_slope(problem, state, next, e, 2, gap(2), slope(2))
+         bend(1) = gap_bend(problem, state, c, e, 1)
+         bend(2) = gap_bend(problem, state, next, e, 2)
+         k = 0
+         value = huge(1.0_wp)
+         do i = 0, samples
+            tau = real(i, wp) / samples
+            if (quintic(gap, slope * h, bend * h * h, tau) < value) then
+               value = quintic(gap, slope * h, bend * h * h, tau)
+               k = i
+            end if
+         end do
+         ! Golden-section would do; three-point parabolas converge faster and the function is smooth.
+         tau = real(k, wp) / samples
+         step = 0.5_wp / samples
+         do i = 1, 40
+            call parabola_step(gap, slope * h, bend * h * h, tau, step)
+         end do
+         least = min(least, gap(1), gap(2), quintic(gap, slope * h, bend * h * h, tau))
+      end do
+   end function smallest_gap
+
+   !> Moves tau towards the minimum of the quintic and halves the step.
+   pure subroutine parabola_step(value, slope, bend, tau, step)
+      real(wp), intent(in) :: value(2), slope(2), bend(2)
+      real(wp), intent(inout) :: tau, step
+      real(wp) :: f(3), curvature
+      f(1) = quintic(value, slope, bend, max(tau - step, 0.0_wp))
+      f(2) = quintic(value, slope, bend, tau)
+      f(3) = quintic(value, slope, bend, min(tau + step, 1.0_wp))
+      curvature = f(1) - 2.0_wp * f(2) + f(3)
+      if (curvature > 0.0_wp) tau = tau + min(max(0.5_wp * step * (f(1) - f(3)) / curvature, -step), step)
+      tau = min(max(tau, 0.0_wp), 1.0_wp)
+      step = max(0.5_wp * step, 1.0e-4_wp)
+   end subroutine parabola_step
+
+   !> Second derivative of the gap along the rod at one end of an element.
+   real(wp) function gap_bend(problem, state, candidate, e, side) result(second)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate, e, side
+      real(wp) :: local(3, 2), gap, normal(2), bend, angle, t(2), curvature
+      call candidate_gap(problem, state, candidate, gap, normal, bend)
+      call local_forces(problem, state, e, local)
+      angle = rod_direction(problem, state, e, side)
+      t = [cos(angle), sin(angle)]
+      curvature = natural_curvature(state%geometry%element(e)) + local(3, side) * problem%compliance(e)%bending
+      second = bend * (normal(2) * t(1) - normal(1) * t(2))**2 + curvature * (normal(2) * t(1) - normal(1) * t(2))
+   end function gap_bend
+
+   !> Mean stress-free curvature of an element.
+   pure real(wp) function natural_curvature(element)
+      type(element_geometry_t), intent(in) :: element
+      natural_curvature = (element%end_angle(2) - element%end_angle(1)) / element%length
+   end function natural_curvature
+
+   !> Hermite quintic on (0, 1).
+   pure real(wp) function quintic(value, slope, bend, tau)
+      real(wp), intent(in) :: value(2), slope(2), bend(2), tau
+      real(wp) :: d, p, c3, c4, c5
+      d = value(2) - value(1) - slope(1) - 0.5_wp * bend(1)
+      p = slope(2) - slope(1) - bend(1)
+      c3 = 10.0_wp * d - 4.0_wp * p + 0.5_wp * (bend(2) - bend(1))
+      c4 = -15.0_wp * d + 7.0_wp * p - (bend(2) - bend(1))
+      c5 = 6.0_wp * d - 3.0_wp * p + 0.5_wp * (bend(2) - bend(1))
+      quintic = value(1) + tau * (slope(1) + tau * (0.5_wp * bend(1) + tau * (c3 + tau * (c4 + tau * c5))))
+   end function quintic
+
+   !> The candidates in contact that belong to the same region as `candidate`.
+   function region_of(problem, active, candidate) result(member)
+      type(problem_t), intent(in) :: problem
+      logical, intent(in) :: active(:)
+      integer, intent(in) :: candidate
+      logical, allocatable :: member(:)
+      integer :: side, c
+      allocate (member(size(active)), source=.false.)
+      if (.not. active(candidate)) return
+      member(candidate) = .true.
+      do side = 1, 2
+         c = problem%candidates%neighbour(side, candidate)
+         do while (c > 0)
+            if (member(c) .or. .not. active(c)) exit
+            member(c) = .true.
+            c = problem%candidates%neighbour(side, c)
+         end do
+      end do
+   end function region_of
+end module contact_regions

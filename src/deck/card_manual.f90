@@ -1,0 +1,183 @@
+!> Prints the reference of all cards from their table, as Markdown.
+module card_manual
+   use text, only: word_at, word_count
+   use card_spec, only: card_spec_t, layout_t, item_t, in_model, in_step, anywhere, positive, not_negative, not_zero, &
+      kind_flag, kind_word, kind_name, kind_integer, kind_label, kind_label_or_set, kind_dof
+   use card_table, only: all_cards
+   implicit none
+   private
+   public :: write_card_manual
+
+contains
+
+   !> Writes the reference: an index, then a section a card.
+   subroutine write_card_manual(unit)
+      integer, intent(in) :: unit !! connected for formatted writing
+      type(card_spec_t), allocatable :: table(:)
+      integer :: i
+      table = all_cards()
+      write (unit, '(a)') 'Cards:'
+      do i = 1, size(table)
+         write (unit, '(a)') '[`*'//table(i)%keyword//'`](#'//anchor(table(i)%keyword)//')'//merge('.', ',', &
+            i == size(table))
+      end do
+      do i = 1, size(table)
+         call write_card(unit, table(i))
+      end do
+   end subroutine write_card_manual
+
+   subroutine write_card(unit, card)
+      integer, intent(in) :: unit
+      type(card_spec_t), intent(in) :: card
+      integer :: i
+      write (unit, '(a)') '', '### `*'//card%keyword//'`', ''
+      write (unit, '(a)') card%meaning//' *'//place_text(card)//'*'
+      if (size(card%parameter) > 0) then
+         write (unit, '(a)') '', '| parameter | value | default | meaning |', '|---|---|---|---|'
+         do i = 1, size(card%parameter)
+            call write_parameter(unit, card%parameter(i))
+         end do
+      end if
+      if (card%free_text) then
+         write (unit, '(a)') '', 'Data lines: free text.'
+         return
+      end if
+      if (size(card%layout) == 0) write (unit, '(a)') '', 'No data lines.'
+      do i = 1, size(card%layout)
+         call write_layout(unit, card%layout(i), size(card%layout) > 1)
+      end do
+   end subroutine write_card
+
+   !> Where the card stands and how often.
+   pure function place_text(card) result(string)
+      type(card_spec_t), intent(in) :: card
+      character(:), allocatable :: string
+      select case (card%where)
+      case (in_model)
+         string = 'Model part'
+      case (in_step)
+         string = 'In a step'
+      case (anywhere)
+         string = 'Model part or in a step'
+      case default
+         string = 'After the model part'
+      end select
+      if (card%follows /= '') string = string//', below `*'//card%follows//'`'
+      if (card%once .and. card%where == in_step) string = string//', once in each'
+      if (card%once .and. card%where == in_model) string = string//', once'
+      string = string//'.'
+   end function place_text
+
+   subroutine write_parameter(unit, item)
+      integer, intent(in) :: unit
+      type(item_t), intent(in) :: item
+      character(:), allocatable :: name, default, meaning
+      name = '`'//item%name//'`'
+      if (item%required .and. item%only == '') name = '**'//name//'**'
+      default = item%default
+      if (default == '' .and. item%required) default = 'required'
+      meaning = item%meaning
+      if (item%only /= '') meaning = meaning//'; with '//code(item%only)//' only'
+      write (unit, '(a)') '| '//name//' | '//kind_text(item)//' | '//default//' | '//meaning//' |'
+   end subroutine write_parameter
+
+   subroutine write_layout(unit, layout, many)
+      integer, intent(in) :: unit
+      type(layout_t), intent(in) :: layout
+      logical, intent(in) :: many ! the card has other layouts, too
+      character(:), allocatable :: string, default, unit_text
+      integer :: i
+      string = 'Data lines'
+      if (layout%most == 1) string = 'One data line'
+      if (many .and. layout%when /= '') string = string//' with '//code(layout%when)
+      if (many .and. layout%when == '') string = string//' otherwise'
+      string = string//': `'
+      do i = 1, size(layout%field)
+         if (i > 1) string = string//', '
+         string = string//layout%field(i)%name
+      end do
+      if (layout%last_repeats) string = string//', ...'
+      write (unit, '(a)') '', string//'`', '', '| field | value | unit | default | meaning |', '|---|---|---|---|---|'
+      do i = 1, size(layout%field)
+         associate (item => layout%field(i))
+            default = item%default
+            if (item%required) default = 'required'
+            if (item%times_field > 0) default = default//' times the size of '//layout%field(item%times_field)%name
+            unit_text = item%unit
+            write (unit, '(a)') '| '//item%name//' | '//kind_text(item)//' | '//unit_text//' | '//default//' | '// &
+               item%meaning//' |'
+         end associate
+      end do
+   end subroutine write_layout
+
+   !> What may be typed.
+   pure function kind_text(item) result(string)
+      type(item_t), intent(in) :: item
+      character(:), allocatable :: string
+      select case (item%kind)
+      case (kind_flag)
+         string = '(flag)'
+      case (kind_word)
+         string = alternatives(item%words)
+      case (kind_name)
+         string = 'name'
+      case (kind_integer)
+         string = 'integer'
+      case (kind_label)
+         string = 'label'
+      case (kind_label_or_set)
+         string = 'label or set'
+      case (kind_dof)
+         string = '1 to 6, or '//alternatives(item%words)
+      case default
+         string = 'real'
+      end select
+      select case (item%bound)
+      case (positive)
+         string = string//' > 0'
+      case (not_negative)
+         string = string//' >= 0'
+      case (not_zero)
+         string = string//', not 0'
+      end select
+   end function kind_text
+
+   pure function alternatives(words) result(string)
+      character(*), intent(in) :: words
+      character(:), allocatable :: string
+      integer :: i
+      string = ''
+      do i = 1, word_count(words)
+         if (i > 1) string = string//', '
+         string = string//'`'//word_at(words, i)//'`'
+      end do
+   end function alternatives
+
+   !> A condition of the table; its bars would end a cell of the Markdown table.
+   pure function code(condition) result(string)
+      character(*), intent(in) :: condition
+      character(:), allocatable :: string
+      integer :: equals, i
+      equals = index(condition, '=')
+      if (equals == 0) then
+         string = '`'//condition//'`'
+         return
+      end if
+      string = '`'//condition(:equals)//word_at(condition(equals + 1:), 1)//'`'
+      do i = 2, word_count(condition(equals + 1:))
+         string = string//', `'//word_at(condition(equals + 1:), i)//'`'
+      end do
+   end function code
+
+   !> The anchor that Markdown renderers give to a card's heading.
+   pure function anchor(keyword) result(string)
+      character(*), intent(in) :: keyword
+      character(:), allocatable :: string
+      integer :: i
+      string = keyword
+      do i = 1, len(string)
+         if (string(i:i) == ' ') string(i:i) = '-'
+         if (string(i:i) >= 'A' .and. string(i:i) <= 'Z') string(i:i) = achar(iachar(string(i:i)) + 32)
+      end do
+   end function anchor
+end module card_manual

@@ -1,0 +1,344 @@
+!> The one table of all cards: what the deck may say, with every default.
+!>
+!> It drives the checks (card_check), the readers (card_values) and the manual (card_manual, `unilat --cards`).
+module card_table
+   use card_spec, only: card_spec_t, in_model, in_step, anywhere, outside_step, positive, not_negative, not_zero, &
+      kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label, kind_label_or_set, kind_dof, &
+      card => add_card, param => add_parameter, lines => add_layout, field => add_field
+   implicit none
+   private
+   public :: all_cards
+
+   character(*), parameter :: node_or_set = 'a node label or the name of a node set'
+   character(*), parameter :: grading = 'last element length over the first one; geometric in between'
+
+contains
+
+   !> The table, in the order of the manual.
+   pure function all_cards() result(table)
+      type(card_spec_t), allocatable :: table(:)
+      allocate (table(0))
+      call mesh_cards(table)
+      call generator_cards(table)
+      call imperfection_card(table)
+      call section_cards(table)
+      call contact_cards(table)
+      call support_cards(table)
+      call step_cards(table)
+      call load_cards(table)
+      call path_cards(table)
+   end function all_cards
+
+   pure subroutine mesh_cards(t)
+      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      call card(t, 'HEADING', in_model, 'Title of the analysis: free text up to the next keyword.', &
+         once=.true., free_text=.true.)
+      call param(t, 'JOB', kind_name, 'name of the result file, without `.h5`', optional=.true.)
+      call lines(t, least=0)
+
+      call card(t, 'NODE', in_model, 'Nodes by label and stress-free position.')
+      call param(t, 'NSET', kind_name, 'adds the nodes to this node set', optional=.true.)
+      call lines(t)
+      call field(t, 'label', kind_label, 'number of the node, each once')
+      call field(t, 'x', kind_real, 'position', unit='length')
+      call field(t, 'y', kind_real, 'position', unit='length')
+
+      call card(t, 'NSET', in_model, 'Adds nodes, in the order given, to a node set; its first card begins it. '// &
+         'A node already in the set is not added again.')
+      call param(t, 'NSET', kind_name, 'the node set')
+      call param(t, 'GENERATE', kind_flag, 'each line is a range of labels', optional=.true.)
+      call range_lines(t)
+      call lines(t, last_repeats=.true.)
+      call field(t, 'node or set', kind_label_or_set, 'a node label or the name of a node set; stands above')
+
+      call card(t, 'ELEMENT', in_model, 'Straight elements by label and nodes.')
+      call element_type(t)
+      call param(t, 'ELSET', kind_name, 'adds the elements to this element set', optional=.true.)
+      call lines(t)
+      call field(t, 'label', kind_label, 'number of the element, each once')
+      call field(t, 'first node', kind_label, 'stands above')
+      call field(t, 'second node', kind_label, 'stands above')
+
+      call card(t, 'ELSET', in_model, 'Adds elements, in the order given, to an element set; its first card begins '// &
+         'it. An element already in the set is not added again.')
+      call param(t, 'ELSET', kind_name, 'the element set')
+      call param(t, 'GENERATE', kind_flag, 'each line is a range of labels', optional=.true.)
+      call range_lines(t)
+      call lines(t, last_repeats=.true.)
+      call field(t, 'element or set', kind_label_or_set, 'an element label or the name of an element set; stands above')
+   end subroutine mesh_cards
+
+   pure subroutine range_lines(t)
+      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      call lines(t, when='GENERATE')
+      call field(t, 'first', kind_label, 'first label')
+      call field(t, 'last', kind_label, 'last label, a whole number of increments from the first')
+      call field(t, 'increment', kind_integer, 'step from one label to the next', default='1', bound=positive)
+   end subroutine range_lines
+
+   pure subroutine element_type(t)
+      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      call param(t, 'TYPE', kind_word, 'geometrically exact element of order 2, 4, 6 or 8, or the straight '// &
+         'updated-Lagrangian element', default='GE4', words='GE2|GE4|GE6|GE8|UL2')
+   end subroutine element_type
+
+   pure subroutine generator_cards(t)
+      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      call card(t, 'LINE', in_model, 'A straight row of elements from node to node. New nodes and elements are '// &
+         'numbered from the largest label so far.')
+      call generator_parameters(t)
+      call lines(t)
+      call end_nodes(t)
+      call field(t, 'elements', kind_integer, 'number of elements', bound=positive)
+      call field(t, 'grading', kind_real, grading, default='1', bound=positive)
+
+      call card(t, 'ARC', in_model, 'A row of elements on a circular arc from node to node; both are equally far '// &
+         'from '// &
+         'the centre (to 1e-6 of the radius). New nodes and elements are numbered from the largest label so far.')
+      call param(t, 'DIRECTION', kind_word, 'the way round', default='ANTICLOCKWISE', words='ANTICLOCKWISE|CLOCKWISE')
+      call generator_parameters(t)
+      call lines(t)
+      call end_nodes(t)
+      call field(t, 'xc', kind_real, 'centre', unit='length')
+      call field(t, 'yc', kind_real, 'centre', unit='length')
+      call field(t, 'elements', kind_integer, 'number of elements', bound=positive)
+      call field(t, 'grading', kind_real, grading, default='1', bound=positive)
+
+      call card(t, 'RING', in_model, 'A closed circle of elements, anticlockwise from a node back to it. New nodes '// &
+         'and elements are numbered from the largest label so far.')
+      call generator_parameters(t)
+      call lines(t)
+      call field(t, 'node', kind_label, 'first and last node; stands above')
+      call field(t, 'xc', kind_real, 'centre', unit='length')
+      call field(t, 'yc', kind_real, 'centre', unit='length')
+      call field(t, 'elements', kind_integer, 'number of elements, 3 or more', bound=positive)
+   end subroutine generator_cards
+
+   pure subroutine generator_parameters(t)
+      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      call element_type(t)
+      call param(t, 'ELSET', kind_name, 'adds the elements to this element set', optional=.true.)
+      call param(t, 'NSET', kind_name, 'adds all nodes, in order and with both ends, to this node set', optional=.true.)
+   end subroutine generator_parameters
+
+   pure subroutine end_nodes(t)
+      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      call field(t, 'first node', kind_label, 'stands above')
+      call field(t, 'last node', kind_label, 'stands above')
+   end subroutine end_nodes
+
+   pure subroutine imperfection_card(t)
+      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      call card(t, 'IMPERFECTION', in_model, 'Moves the stress-free axis to the left of its direction by w(s). The '// &
+         'elements of the set are one smooth chain of whole `*LINE`s, `*ARC`s or a `*RING`, in order; s runs from '// &
+         '0 '// &
+         'to L along the perfect chain. On a closed chain sines and cosines need an even number of half waves.')
+      call param(t, 'ELSET', kind_name, 'the elements of the chain')
+      call param(t, 'SHAPE', kind_word, 'the form of w(s)', words='SINE|COSINE|CLAMPED|NODAL|RANDOM')
+      call param(t, 'SEED', kind_integer, 'the same seed gives the same offsets on any machine', default='1', &
+         only='SHAPE=RANDOM', bound=positive)
+      call lines(t, when='SHAPE=SINE|COSINE')
+      call field(t, 'amplitude', kind_real, 'a in w = sum of a sin(n pi s/L + p), or cos; one line a term', &
+         unit='length')
+      call field(t, 'half waves', kind_real, 'n', bound=not_negative)
+      call field(t, 'phase', kind_real, 'p', unit='degrees', default='0')
+      call lines(t, when='SHAPE=CLAMPED', most=1)
+      call field(t, 'a1', kind_real, 'w = a1 sin^2(pi s/L) + a2 (3 sqrt(3)/2) sin^2(pi s/L) cos(pi s/L)', unit='length')
+      call field(t, 'a2', kind_real, 'the antisymmetric part', unit='length', default='0')
+      call lines(t, when='SHAPE=NODAL')
+      call field(t, 'node or set', kind_label_or_set, 'nodes of the chain; those not named have no offset. A cubic '// &
+         'spline goes through all (natural at the ends, periodic on a closed chain)')
+      call field(t, 'offset', kind_real, 'w at these nodes', unit='length')
+      call lines(t, when='SHAPE=RANDOM', most=1)
+      call field(t, 'amplitude', kind_real, 'nodal offsets are uniform between -amplitude and amplitude, zero at '// &
+         'both '// &
+         'ends of an open chain; cubic spline as for NODAL', unit='length', bound=positive)
+   end subroutine imperfection_card
+
+   pure subroutine section_cards(t)
+      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      character(*), parameter :: of_material = 'SECTION=RECT|CIRC|PIPE|GENERAL'
+
+      call card(t, 'MATERIAL', in_model, 'Begins a material; `*ELASTIC` and `*DENSITY` follow.')
+      call param(t, 'NAME', kind_name, 'each once')
+
+      call card(t, 'ELASTIC', in_model, 'Elastic constants of the material.', follows='MATERIAL')
+      call lines(t, most=1)
+      call field(t, 'E', kind_real, 'Young''s modulus', unit='force/length^2', bound=positive)
+      call field(t, 'nu', kind_real, 'Poisson''s ratio, above -1 and at most 0.5; for shear only', default='0.3')
+
+      call card(t, 'DENSITY', in_model, 'Density of the material, for self-weight.', follows='MATERIAL')
+      call lines(t, most=1)
+      call field(t, 'rho', kind_real, 'mass per volume', unit='mass/length^3', bound=positive)
+
+      call card(t, 'BEAM SECTION', in_model, 'Stiffness of the elements of a set. Every element has exactly one '// &
+         'section.')
+      call param(t, 'ELSET', kind_name, 'the elements')
+      call param(t, 'SECTION', kind_word, 'what the data line says', words='RECT|CIRC|PIPE|GENERAL|STIFFNESS')
+      call param(t, 'MATERIAL', kind_name, 'the material', only=of_material)
+      call param(t, 'SHEAR', kind_word, 'FLEXIBLE: G = E/2/(1 + nu) times the shear area 5/6 A (RECT), 0.9 A '// &
+         '(CIRC), '// &
+         '0.5 A (PIPE) or the one given (GENERAL)', default='RIGID', words='RIGID|FLEXIBLE', only=of_material)
+      call lines(t, when='SECTION=RECT', most=1)
+      call field(t, 'width', kind_real, 'b, out of the plane', unit='length', bound=positive)
+      call field(t, 'height', kind_real, 'h, in the plane; I = b h^3/12', unit='length', bound=positive)
+      call lines(t, when='SECTION=CIRC', most=1)
+      call field(t, 'radius', kind_real, 'of a full circle', unit='length', bound=positive)
+      call lines(t, when='SECTION=PIPE', most=1)
+      call field(t, 'radius', kind_real, 'outer radius', unit='length', bound=positive)
+      call field(t, 'thickness', kind_real, 'of the wall, at most the radius', unit='length', bound=positive)
+      call lines(t, when='SECTION=GENERAL', most=1)
+      call field(t, 'A', kind_real, 'area', unit='length^2', bound=positive)
+      call field(t, 'I', kind_real, 'second moment of area', unit='length^4', bound=positive)
+      call field(t, 'shear area', kind_real, 'with SHEAR=FLEXIBLE only, and then required', unit='length^2', &
+         optional=.true., bound=positive)
+      call lines(t, when='SECTION=STIFFNESS', most=1)
+      call field(t, 'EA', kind_real, 'axial stiffness', unit='force', bound=positive)
+      call field(t, 'EI', kind_real, 'bending stiffness', unit='force length^2', bound=positive)
+      call field(t, 'GA', kind_real, 'shear stiffness; left out: rigid in shear', unit='force', optional=.true., &
+         bound=positive)
+      call field(t, 'mass', kind_real, 'per unit length, for self-weight', unit='mass/length', default='0', &
+         bound=not_negative)
+   end subroutine section_cards
+
+   pure subroutine contact_cards(t)
+      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      call card(t, 'OBSTACLE', in_model, 'A line or circle that the structure cannot cross; without friction.')
+      call param(t, 'NAME', kind_name, 'each once')
+      call param(t, 'TYPE', kind_word, 'what the data line says', words='LINE|CIRCLE')
+      call param(t, 'SIDE', kind_word, 'where the structure is', default='INSIDE', words='INSIDE|OUTSIDE', &
+         only='TYPE=CIRCLE')
+      call param(t, 'REFERENCE', kind_real, 'direction from the centre that contact angles count from, in degrees '// &
+         'anticlockwise from the x axis', default='0', only='TYPE=CIRCLE')
+      call param(t, 'FOUNDATION', kind_word, 'WINKLER: reaction per unit length = MODULUS * WIDTH * penetration', &
+         default='RIGID', words='RIGID|WINKLER')
+      call param(t, 'MODULUS', kind_real, 'force per area and penetration (per length and penetration with WIDTH 1)', &
+         only='FOUNDATION=WINKLER', bound=positive)
+      call param(t, 'WIDTH', kind_real, 'width of the foundation', default='1', only='FOUNDATION=WINKLER', &
+         bound=positive)
+      call lines(t, when='TYPE=LINE', most=1)
+      call field(t, 'x1', kind_real, 'first point; the free side is on the left of first to second point', &
+         unit='length')
+      call field(t, 'y1', kind_real, 'first point', unit='length')
+      call field(t, 'x2', kind_real, 'second point; the line goes on beyond both', unit='length')
+      call field(t, 'y2', kind_real, 'second point', unit='length')
+      call lines(t, when='TYPE=CIRCLE', most=1)
+      call field(t, 'xc', kind_real, 'centre', unit='length')
+      call field(t, 'yc', kind_real, 'centre', unit='length')
+      call field(t, 'radius', kind_real, 'of the circle', unit='length', bound=positive)
+
+      call card(t, 'CONTACT', in_model, 'Nodes that may touch an obstacle.')
+      call param(t, 'OBSTACLE', kind_name, 'the obstacle')
+      call param(t, 'NSET', kind_name, 'the candidates, in order along the structure')
+      call param(t, 'GAP', kind_real, 'added to the geometric gap; half the depth of the rod: negative', default='0')
+      call param(t, 'POINTS', kind_word, 'SLIDING: a single contact point may lie inside an element (rigid '// &
+         'obstacles, '// &
+         'GE elements on generated curves)', default='NODES', words='NODES|SLIDING')
+
+      call card(t, 'MONITOR', in_model, 'A quantity of the path: offset + factor * mean displacement (U) or sum of '// &
+         'support reactions (R) of the nodes.')
+      call param(t, 'NAME', kind_name, 'each once, and not LOAD')
+      call lines(t, most=1)
+      call field(t, 'node or set', kind_label_or_set, node_or_set)
+      call field(t, 'quantity', kind_word, 'displacement x, y, rotation; reaction x, y, moment', &
+         words='U1|U2|UR|RF1|RF2|RM')
+      call field(t, 'factor', kind_real, 'such as 1/R or -1', default='1', bound=not_zero)
+      call field(t, 'offset', kind_real, 'in the unit of the monitor', default='0')
+   end subroutine contact_cards
+
+   pure subroutine support_cards(t)
+      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      call card(t, 'BOUNDARY', anywhere, 'Supports (model part), or displacements of supported nodes that grow '// &
+         'with the '// &
+         'load factor (in a step). Degrees of freedom are 1 (x), 2 (y), 6 (rotation); a range covers those inside it.')
+      call lines(t)
+      call field(t, 'node or set', kind_label_or_set, node_or_set)
+      call field(t, 'dof', kind_dof, 'first dof, or in the model part a word: ENCASTRE 1, 2, 6; PINNED 1, 2; '// &
+         'XSYMM 1, 6; '// &
+         'YSYMM 2, 6', words='ENCASTRE|PINNED|XSYMM|YSYMM')
+      call field(t, 'last dof', kind_integer, 'left out: the first dof only', optional=.true., bound=positive)
+      call field(t, 'value', kind_real, 'in a step only, and required there: the displacement at load factor 1', &
+         unit='length or radian', optional=.true.)
+   end subroutine support_cards
+
+   pure subroutine step_cards(t)
+      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      call card(t, 'STEP', outside_step, 'Begins a step. Its loads grow with the load factor from 0; what the '// &
+         'steps before '// &
+         'left behind stays constant. No model card may follow.')
+      call param(t, 'NAME', kind_name, 'each once; left out: Step-1, Step-2 ...', optional=.true.)
+
+      call card(t, 'END STEP', in_step, 'Ends a step.')
+
+      call card(t, 'STATIC', in_step, 'How the path is followed; required in every step.', once=.true.)
+      call param(t, 'METHOD', kind_word, 'what is prescribed in an increment: the load factor, a monitor, or the '// &
+         'arc '// &
+         'length (cylindrical, spherical, linearised)', default='CYLINDRICAL', &
+         words='LOAD|DISPLACEMENT|CYLINDRICAL|SPHERICAL|LINEARISED')
+      call param(t, 'MONITOR', kind_name, 'the displacement that is prescribed', only='METHOD=DISPLACEMENT')
+      call param(t, 'NEWTON', kind_word, 'tangent of every iteration, or of the first one', default='FULL', &
+         words='FULL|MODIFIED')
+      call param(t, 'LOOP', kind_word, 'contact inside the Newton iterations, or the loop of the paper (contact '// &
+         'set, '// &
+         'then equilibrium with it)', default='NEWTON', words='NEWTON|PAPER')
+      call lines(t, when='METHOD=LOAD|DISPLACEMENT', most=1)
+      call field(t, 'first', kind_real, 'first increment', unit='load factor, or the monitor''s', bound=not_zero)
+      call field(t, 'smallest', kind_real, 'smallest size of an increment', unit='as first', default='1e-6', &
+         times_field=1, bound=positive)
+      call field(t, 'largest', kind_real, 'largest size of an increment', unit='as first', default='100', &
+         times_field=1, bound=positive)
+      call lines(t, most=1)
+      call field(t, 'first', kind_real, 'first increment', unit='load factor', bound=not_zero)
+      call field(t, 'smallest', kind_real, 'smallest arc length', unit='dimensionless', default='1e-9', bound=positive)
+      call field(t, 'largest', kind_real, 'largest arc length', unit='dimensionless', default='0.1', bound=positive)
+
+      call card(t, 'CONTROLS', in_step, 'Limits of the iteration, for this step only.', once=.true.)
+      call param(t, 'TOLERANCE', kind_real, 'relative residual, below 1', default='1e-9', bound=positive)
+      call param(t, 'LOCATE', kind_real, 'relative tolerance of located points, below 1', default='1e-8', &
+         bound=positive)
+      call param(t, 'ITERATIONS', kind_integer, 'most iterations of an increment', default='15', bound=positive)
+      call param(t, 'DESIRED', kind_integer, 'iterations that keep the increment as it is', default='4', bound=positive)
+      call param(t, 'POINTS', kind_integer, 'most points of the step', default='1000', bound=positive)
+   end subroutine step_cards
+
+   pure subroutine load_cards(t)
+      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      call card(t, 'CLOAD', in_step, 'Forces and moments on nodes at load factor 1; repeated ones add up.')
+      call lines(t)
+      call field(t, 'node or set', kind_label_or_set, node_or_set//'; each node gets the load')
+      call field(t, 'dof', kind_integer, '1 (x), 2 (y), 6 (moment, anticlockwise)', bound=positive)
+      call field(t, 'magnitude', kind_real, 'force or moment', unit='force or force length')
+
+      call card(t, 'DLOAD', in_step, 'Loads on elements at load factor 1; repeated ones add up.')
+      call lines(t)
+      call field(t, 'element or set', kind_label_or_set, 'an element label or the name of an element set')
+      call field(t, 'type', kind_word, 'PX, PY: dead load along x, y per stress-free length; P: follower pressure '// &
+         'per deformed length, to the left of the element''s direction; GRAV: mass times magnitude along the direction', &
+         words='PX|PY|P|GRAV')
+      call field(t, 'magnitude', kind_real, 'size of the load', unit='force/length; GRAV: length/time^2')
+      call field(t, 'x direction', kind_real, 'GRAV only, and required there; any length', optional=.true.)
+      call field(t, 'y direction', kind_real, 'GRAV only, and required there', optional=.true.)
+   end subroutine load_cards
+
+   pure subroutine path_cards(t)
+      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      call card(t, 'STOP', in_step, 'Ends the step when a quantity passes a value. Without it METHOD=LOAD ends at '// &
+         'load '// &
+         'factor 1; the other methods then need POINTS on `*CONTROLS`.')
+      call lines(t)
+      call field(t, 'quantity', kind_name, 'LOAD (the load factor) or a monitor')
+      call field(t, 'sense', kind_word, 'passes upwards or downwards', words='ABOVE|BELOW')
+      call field(t, 'value', kind_real, 'the bound', unit='that of the quantity')
+
+      call card(t, 'LOCATE', in_step, 'Puts a point of the path where a quantity passes each value.')
+      call lines(t, last_repeats=.true.)
+      call field(t, 'quantity', kind_name, 'LOAD (the load factor) or a monitor')
+      call field(t, 'value', kind_real, 'the value', unit='that of the quantity')
+
+      call card(t, 'FIELD OUTPUT', in_step, 'Stores fields in the result file.', once=.true.)
+      call param(t, 'EVERY', kind_integer, 'at every n-th point', default='1', bound=positive)
+      call lines(t, last_repeats=.true.)
+      call field(t, 'field', kind_word, 'REACTION and GAP are those of the contact candidates', &
+         words='DISPLACEMENT|SECTION FORCES|REACTION|GAP')
+   end subroutine path_cards
+end module card_table

@@ -1,0 +1,299 @@
+!> Cuts the text of a deck into cards: keyword, parameters, data lines, fields, each with its place.
+!>
+!> Nothing here knows which cards exist. A keyword line that ends in a comma goes on in the next line; comments
+!> (** in front) and blank lines may stand anywhere.
+module deck_cards
+   use text, only: is_blank, squeeze
+   use deck_source, only: deck_source_t
+   use diagnostics, only: diagnostics_t, place_t
+   use card_spec, only: card_spec_t
+   implicit none
+   private
+   public :: deck_t, card_t, data_line_t, parameter_t, split_deck, text_at, complain, line_end
+
+   type :: parameter_t
+      type(place_t) :: name, value         !! value of a flag: empty
+      logical :: has_value = .false.       !! an equals sign was there
+   end type parameter_t
+
+   type :: data_line_t
+      integer :: card = 0                  !! index of its card
+      integer :: line = 0                  !! line of the deck
+      integer :: first_field = 1, n_fields = 0
+      logical :: sound = .true.            !! passed the check against the table
+   end type data_line_t
+
+   type :: card_t
+      character(:), allocatable :: keyword !! as typed, without the star; after the check: as the table spells it
+      type(place_t) :: place               !! of star and keyword
+      integer :: first_parameter = 1, last_parameter = 0
+      integer :: first_line = 1, last_line = 0
+      integer :: spec = 0                  !! position in deck%spec, 0: unknown
+      integer :: layout = 0                !! which of its spec's layouts holds, 0: none
+      integer :: step = 0                  !! 0: model part
+      logical :: sound = .true.            !! keyword, place in the deck and parameters passed the check
+   end type card_t
+
+   !> A deck in pieces. An empty field has last < first.
+   type :: deck_t
+      type(deck_source_t) :: source
+      integer :: n_cards = 0, n_parameters = 0, n_lines = 0, n_fields = 0
+      type(card_t), allocatable :: card(:)
+      type(parameter_t), allocatable :: parameter(:)
+      type(data_line_t), allocatable :: data_line(:)
+      type(place_t), allocatable :: field(:)
+      type(card_spec_t), allocatable :: spec(:) !! the table of cards (from the check on)
+   end type deck_t
+
+contains
+
+   !> Splits a deck.
+   subroutine split_deck(source, deck, diagnostics)
+      type(deck_source_t), intent(in) :: source           !! the text
+      type(deck_t), intent(out) :: deck                   !! its cards
+      type(diagnostics_t), intent(inout) :: diagnostics   !! gets what is not even a card
+      integer :: line, first
+      logical :: astray
+      deck%source = source
+      allocate (deck%card(64), deck%parameter(64), deck%data_line(1024), deck%field(4096))
+      astray = .false.
+      line = 0
+      do while (line < source%n_lines)
+         line = line + 1
+         call classify(source, line, first)
+         if (first == 0) cycle
+         if (letter_at(source, line, first) == '*') then
+            call split_keyword_line(deck, diagnostics, line, first)
+         else if (deck%n_cards > 0) then
+            call split_data_line(deck, line)
+         else if (.not. astray) then
+            call diagnostics%add(place_t(line, first, line_end(source, line)), &
+               'data before the first keyword; a deck begins with a keyword such as *HEADING')
+            astray = .true.
+         end if
+      end do
+   end subroutine split_deck
+
+   !> The text at a place; '' when it is empty.
+   pure function text_at(deck, place) result(string)
+      type(deck_t), intent(in) :: deck
+      type(place_t), intent(in) :: place !! inside one line of the deck
+      character(:), allocatable :: string
+      integer :: before
+      before = deck%source%first(place%line) - 1
+      string = deck%source%text(before + place%first:before + place%last)
+   end function text_at
+
+   !> Adds an error, with the card's keyword in front of the message.
+   subroutine complain(deck, diagnostics, card, place, message)
+      type(deck_t), intent(in) :: deck
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer, intent(in) :: card         !! index of the card it is about
+      type(place_t), intent(in) :: place  !! what to mark
+      character(*), intent(in) :: message !! one line
+      call diagnostics%add(place, '*'//deck%card(card)%keyword//': '//message)
+   end subroutine complain
+
+   !> Column of the last character of a line that is not blank, 0 for a blank line.
+   pure integer function line_end(source, line)
+      type(deck_source_t), intent(in) :: source
+      integer, intent(in) :: line !! from 1
+      do line_end = source%last(line) - source%first(line) + 1, 1, -1
+         if (.not. is_blank(letter_at(source, line, line_end))) return
+      end do
+      line_end = 0
+   end function line_end
+
+   pure character(1) function letter_at(source, line, column)
+      type(deck_source_t), intent(in) :: source
+      integer, intent(in) :: line, column
+      integer :: position
+      position = source%first(line) + column - 1
+      letter_at = source%text(position:position)
+   end function letter_at
+
+   !> Column of the first character of a line that counts; 0 for a blank line or a comment.
+   pure subroutine classify(source, line, first)
+      type(deck_source_t), intent(in) :: source
+      integer, intent(in) :: line
+      integer, intent(out) :: first
+      integer :: length
+      length = source%last(line) - source%first(line) + 1
+      do first = 1, length
+         if (.not. is_blank(letter_at(source, line, first))) exit
+      end do
+      if (first > length) then
+         first = 0
+      else if (letter_at(source, line, first) == '*' .and. first < length) then
+         if (letter_at(source, line, first + 1) == '*') first = 0
+      end if
+   end subroutine classify
+
+   !> The place from `from` to `to` without the blanks at both ends; last = first - 1 when nothing is left.
+   pure type(place_t) function trimmed(source, line, from, to) result(place)
+      type(deck_source_t), intent(in) :: source
+      integer, intent(in) :: line, from, to
+      place = place_t(line, from, to)
+      do while (place%last >= place%first)
+         if (.not. is_blank(letter_at(source, line, place%last))) exit
+         place%last = place%last - 1
+      end do
+      do while (place%first < place%last)
+         if (.not. is_blank(letter_at(source, line, place%first))) exit
+         place%first = place%first + 1
+      end do
+   end function trimmed
+
+   !> Column of the next comma from a column on; one past the line's end when there is none.
+   pure integer function next_comma(source, line, from) result(column)
+      type(deck_source_t), intent(in) :: source
+      integer, intent(in) :: line, from
+      integer :: found
+      found = index(source%text(source%first(line) + from - 1:source%last(line)), ',')
+      column = from + found - 1
+      if (found == 0) column = source%last(line) - source%first(line) + 2
+   end function next_comma
+
+   !> A keyword and its parameters; moves `line` to the last line that belongs to them.
+   subroutine split_keyword_line(deck, diagnostics, line, first)
+      type(deck_t), intent(inout) :: deck
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer, intent(inout) :: line
+      integer, intent(in) :: first                         ! column of the star
+      type(place_t) :: place
+      integer :: comma, length, next
+      comma = next_comma(deck%source, line, first)
+      place = trimmed(deck%source, line, first, comma - 1)
+      call new_card(deck, place)
+      if (place%last == place%first) then
+         deck%card(deck%n_cards)%sound = .false.
+         call diagnostics%add(place, 'a keyword is missing after the star')
+      end if
+      length = line_end(deck%source, line)
+      do while (comma <= length)
+         if (comma == length) then
+            ! The comma ends the line: the card goes on in the next line that is not a comment.
+            next = next_line(deck%source, line)
+            if (next == 0) then
+               deck%card(deck%n_cards)%sound = .false.
+               call complain(deck, diagnostics, deck%n_cards, place_t(line, comma, comma), &
+                  'a parameter must follow the last comma')
+               return
+            end if
+            line = next
+            length = line_end(deck%source, line)
+            comma = 0
+         end if
+         place%first = comma + 1
+         comma = next_comma(deck%source, line, place%first)
+         place = trimmed(deck%source, line, place%first, comma - 1)
+         if (place%last < place%first) then
+            deck%card(deck%n_cards)%sound = .false.
+            call complain(deck, diagnostics, deck%n_cards, place_t(line, comma, comma), &
+               'a parameter is missing before the comma')
+         else
+            call split_parameter(deck, place)
+         end if
+      end do
+   end subroutine split_keyword_line
+
+   !> The line on which a keyword line goes on; 0 when another card or the end comes first.
+   pure integer function next_line(source, line)
+      type(deck_source_t), intent(in) :: source
+      integer, intent(in) :: line
+      integer :: first
+      do next_line = line + 1, source%n_lines
+         call classify(source, next_line, first)
+         if (first == 0) cycle
+         if (letter_at(source, next_line, first) == '*') exit
+         return
+      end do
+      next_line = 0
+   end function next_line
+
+   !> NAME or NAME=value.
+   subroutine split_parameter(deck, place)
+      type(deck_t), intent(inout) :: deck
+      type(place_t), intent(in) :: place
+      type(parameter_t), allocatable :: more(:)
+      type(parameter_t) :: parameter
+      integer :: equals
+      equals = index(text_at(deck, place), '=')
+      parameter%has_value = equals > 0
+      if (parameter%has_value) then
+         equals = place%first + equals - 1
+         parameter%name = trimmed(deck%source, place%line, place%first, equals - 1)
+         parameter%value = trimmed(deck%source, place%line, equals + 1, place%last)
+      else
+         parameter%name = place
+         parameter%value = place_t(place%line, place%last + 1, place%last)
+      end if
+      if (deck%n_parameters == size(deck%parameter)) then
+         allocate (more(2 * deck%n_parameters))
+         more(:deck%n_parameters) = deck%parameter
+         call move_alloc(more, deck%parameter)
+      end if
+      deck%n_parameters = deck%n_parameters + 1
+      deck%parameter(deck%n_parameters) = parameter
+      deck%card(deck%n_cards)%last_parameter = deck%n_parameters
+   end subroutine split_parameter
+
+   subroutine new_card(deck, place)
+      type(deck_t), intent(inout) :: deck
+      type(place_t), intent(in) :: place
+      type(card_t), allocatable :: more(:)
+      type(place_t) :: name
+      integer :: n
+      n = deck%n_cards
+      if (n == size(deck%card)) then
+         allocate (more(2 * n))
+         more(:n) = deck%card
+         call move_alloc(more, deck%card)
+      end if
+      n = n + 1
+      deck%n_cards = n
+      name = place
+      name%first = place%first + 1
+      deck%card(n)%keyword = squeeze(text_at(deck, name))
+      deck%card(n)%place = place
+      deck%card(n)%first_parameter = deck%n_parameters + 1
+      deck%card(n)%last_parameter = deck%n_parameters
+      deck%card(n)%first_line = deck%n_lines + 1
+      deck%card(n)%last_line = deck%n_lines
+   end subroutine new_card
+
+   !> The fields between commas; a comma at the end of the line opens no field.
+   subroutine split_data_line(deck, line)
+      type(deck_t), intent(inout) :: deck
+      integer, intent(in) :: line
+      type(data_line_t), allocatable :: more_lines(:)
+      type(place_t), allocatable :: more_fields(:)
+      integer :: n, comma, from, length
+      n = deck%n_lines
+      if (n == size(deck%data_line)) then
+         allocate (more_lines(2 * n))
+         more_lines(:n) = deck%data_line
+         call move_alloc(more_lines, deck%data_line)
+      end if
+      n = n + 1
+      deck%n_lines = n
+      deck%card(deck%n_cards)%last_line = n
+      deck%data_line(n)%card = deck%n_cards
+      deck%data_line(n)%line = line
+      deck%data_line(n)%first_field = deck%n_fields + 1
+      length = line_end(deck%source, line)
+      from = 1
+      do while (from <= length)
+         comma = next_comma(deck%source, line, from)
+         if (deck%n_fields == size(deck%field)) then
+            allocate (more_fields(2 * deck%n_fields))
+            more_fields(:deck%n_fields) = deck%field
+            call move_alloc(more_fields, deck%field)
+         end if
+         deck%n_fields = deck%n_fields + 1
+         deck%field(deck%n_fields) = trimmed(deck%source, line, from, comma - 1)
+         from = comma + 1
+      end do
+      deck%data_line(n)%n_fields = deck%n_fields - deck%data_line(n)%first_field + 1
+   end subroutine split_data_line
+end module deck_cards

@@ -1,0 +1,133 @@
+!> From the text of a deck to the model: the sequence of all readers.
+!>
+!> Everything is read even when errors were found, so that the user sees them all at once. What follows only from
+!> an error already reported (a node that is missing because its line is bad) is not reported again.
+module deck_to_model
+   use model, only: model_t
+   use deck_source, only: deck_source_t
+   use diagnostics, only: diagnostics_t, place_t
+   use deck_cards, only: deck_t, split_deck
+   use card_check, only: check_cards
+   use card_values, only: parameter_text
+   use deck_names, only: deck_names_t
+   use read_mesh, only: read_mesh_cards
+   use read_imperfections, only: read_imperfection_cards
+   use read_sections, only: read_section_cards
+   use read_supports, only: read_support_cards
+   use read_contact, only: read_obstacle_cards, read_contact_cards, read_monitor_cards
+   use read_steps, only: read_step_cards
+   use read_loads, only: read_load_cards
+   use read_path_control, only: read_path_cards, check_steps
+   implicit none
+   private
+   public :: read_deck
+
+contains
+
+   !> Reads and checks a deck.
+   subroutine read_deck(source, model, diagnostics, steps_optional)
+      type(deck_source_t), intent(in) :: source        !! its text
+      type(model_t), intent(out) :: model              !! all components allocated; of use only without errors
+      type(diagnostics_t), intent(out) :: diagnostics  !! diagnostics%n: number of errors
+      logical, intent(in), optional :: steps_optional  !! true: a deck without *STEP is no error (default false)
+      type(deck_t) :: deck
+      type(deck_names_t) :: names
+      integer :: n
+
+      call split_deck(source, deck, diagnostics)
+      call check_cards(deck, diagnostics)
+      call note_bad_cards(deck, diagnostics, names)
+
+      call read_heading(deck, model)
+      call read_mesh_cards(deck, names, model, diagnostics)
+      call read_imperfection_cards(deck, names, model, diagnostics)
+      n = diagnostics%n
+      call read_section_cards(deck, names, model, diagnostics)
+      if (diagnostics%n > n) names%sections_incomplete = .true.
+      n = diagnostics%n
+      call read_support_cards(deck, names, model, diagnostics)
+      if (diagnostics%n > n) names%supports_incomplete = .true.
+      call read_obstacle_cards(deck, names, model, diagnostics)
+      n = diagnostics%n
+      call read_contact_cards(deck, names, model, diagnostics)
+      if (diagnostics%n > n) names%contacts_incomplete = .true.
+      call read_monitor_cards(deck, names, model, diagnostics)
+      call read_step_cards(deck, names, model, diagnostics)
+      n = diagnostics%n
+      call read_load_cards(deck, names, model, diagnostics)
+      if (diagnostics%n > n) names%loads_incomplete = .true.
+      call read_path_cards(deck, names, model, diagnostics)
+      call check_steps(deck, names, model, diagnostics)
+
+      if (deck%n_cards == 0 .and. diagnostics%n == 0) call diagnostics%add(place_t(), 'the deck is empty')
+      if (deck%n_cards == 0 .or. names%unknown_cards) return
+      if (model%mesh%n_elements == 0 .and. .not. names%mesh_incomplete) &
+         call diagnostics%add(place_t(), 'the deck has no elements')
+      if (size(model%step) > 0) return
+      if (present(steps_optional)) then
+         if (steps_optional) return
+      end if
+      call diagnostics%add(place_t(), 'the deck has no *STEP')
+   end subroutine read_deck
+
+   !> Which things may be missing because the cards that define them have errors.
+   subroutine note_bad_cards(deck, diagnostics, names)
+      type(deck_t), intent(in) :: deck
+      type(diagnostics_t), intent(in) :: diagnostics
+      type(deck_names_t), intent(inout) :: names
+      integer :: card
+      logical :: bad
+      if (diagnostics%n == 0) return
+      names%unknown_cards = deck%n_cards == 0
+      do card = 1, deck%n_cards
+         bad = .not. deck%card(card)%sound
+         bad = bad .or. .not. all(deck%data_line(deck%card(card)%first_line:deck%card(card)%last_line)%sound)
+         if (.not. bad) cycle
+         if (deck%card(card)%spec == 0) names%unknown_cards = .true.
+         select case (deck%card(card)%keyword)
+         case ('NODE', 'NSET', 'ELEMENT', 'ELSET', 'LINE', 'ARC', 'RING')
+            names%mesh_incomplete = .true.
+         case ('MATERIAL', 'ELASTIC', 'DENSITY', 'BEAM SECTION')
+            names%sections_incomplete = .true.
+            names%material%incomplete = .true.
+         case ('OBSTACLE')
+            names%obstacle%incomplete = .true.
+         case ('CONTACT')
+            names%contacts_incomplete = .true.
+         case ('MONITOR')
+            names%monitor%incomplete = .true.
+         case ('BOUNDARY')
+            names%supports_incomplete = .true.
+            names%loads_incomplete = .true.
+         case ('CLOAD', 'DLOAD')
+            names%loads_incomplete = .true.
+         end select
+      end do
+      if (.not. names%unknown_cards) return
+      names%mesh_incomplete = .true.
+      names%sections_incomplete = .true.
+      names%material%incomplete = .true.
+      names%obstacle%incomplete = .true.
+      names%contacts_incomplete = .true.
+      names%monitor%incomplete = .true.
+      names%supports_incomplete = .true.
+      names%loads_incomplete = .true.
+   end subroutine note_bad_cards
+
+   !> Title and job name.
+   subroutine read_heading(deck, model)
+      type(deck_t), intent(in) :: deck
+      type(model_t), intent(inout) :: model
+      integer :: card, line
+      model%title = ''
+      model%job = ''
+      do card = 1, deck%n_cards
+         if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'HEADING') cycle
+         model%job = parameter_text(deck, card, 'JOB')
+         do line = deck%card(card)%first_line, deck%card(card)%last_line
+            if (model%title /= '') model%title = model%title//new_line('a')
+            model%title = model%title//trim(adjustl(deck%source%line(deck%data_line(line)%line)))
+         end do
+      end do
+   end subroutine read_heading
+end module deck_to_model

@@ -1,0 +1,165 @@
+!> Collects what is wrong with a deck, each message with its place, and prints it as one report.
+module diagnostics
+   use text, only: to_text, plural
+   use deck_source, only: deck_source_t
+   implicit none
+   private
+   public :: diagnostics_t, place_t, diagnostics_report
+
+   !> Columns of one line of the deck; line 0: the deck as a whole.
+   type :: place_t
+      integer :: line = 0
+      integer :: first = 1, last = 1
+   end type place_t
+
+   type :: diagnostic_t
+      type(place_t) :: place
+      character(:), allocatable :: message
+   end type diagnostic_t
+
+   !> All errors found so far.
+   type :: diagnostics_t
+      integer :: n = 0
+      type(diagnostic_t), allocatable, private :: item(:)
+   contains
+      procedure :: add
+   end type diagnostics_t
+
+   integer, parameter :: most_shown = 20 !! what one wants to read at once
+
+contains
+
+   !> Adds an error.
+   pure subroutine add(self, place, message)
+      class(diagnostics_t), intent(inout) :: self
+      type(place_t), intent(in) :: place  !! what the caret line marks
+      character(*), intent(in) :: message !! one line
+      type(diagnostic_t), allocatable :: more(:)
+      integer :: i
+      if (.not. allocated(self%item)) allocate (self%item(most_shown))
+      if (self%n == size(self%item)) then
+         allocate (more(2 * self%n))
+         do i = 1, self%n
+            more(i)%place = self%item(i)%place
+            call move_alloc(self%item(i)%message, more(i)%message)
+         end do
+         call move_alloc(more, self%item)
+      end if
+      self%n = self%n + 1
+      self%item(self%n)%place = place
+      self%item(self%n)%message = message
+   end subroutine add
+
+   !> The report: errors in the order of the deck, each with its line and carets under the place; '' without errors.
+   !>
+   !> At most 20 are shown, then "and N more"; the last line counts them.
+   pure function diagnostics_report(diagnostics, source) result(report)
+      type(diagnostics_t), intent(in) :: diagnostics
+      type(deck_source_t), intent(in) :: source !! the deck they belong to
+      character(:), allocatable :: report       !! lines ended by newlines
+      integer, allocatable :: order(:)
+      integer :: i
+      report = ''
+      if (diagnostics%n == 0) return
+      call sort_by_place(diagnostics, order)
+      do i = 1, min(diagnostics%n, most_shown)
+         report = report//described(diagnostics%item(order(i)), source)
+      end do
+      if (diagnostics%n > most_shown) report = report//'and '//to_text(diagnostics%n - most_shown)//' more'// &
+         new_line('a')
+      report = report//plural(diagnostics%n, 'error')//' in '//source%name//new_line('a')
+   end function diagnostics_report
+
+   !> One error: file:line:column: message, the line, and carets.
+   pure function described(item, source) result(string)
+      type(diagnostic_t), intent(in) :: item
+      type(deck_source_t), intent(in) :: source
+      character(:), allocatable :: string
+      character(:), allocatable :: line, margin
+      character(8) :: number
+      integer :: first, last, i
+      if (item%place%line == 0) then
+         string = source%name//': '//item%message//new_line('a')
+         return
+      end if
+      line = source%line(item%place%line)
+      first = item%place%first
+      last = max(item%place%last, first)
+      ! Columns count characters; a character outside ASCII takes several bytes.
+      string = source%name//':'//to_text(item%place%line)//':'//to_text(1 + characters(line(:first - 1)))//': '// &
+         item%message//new_line('a')
+      write (number, '(i8)') item%place%line
+      string = string//number//' | '//line//new_line('a')
+      margin = ''
+      do i = 1, first - 1
+         if (i > len(line)) then
+            margin = margin//' '
+         else if (line(i:i) == achar(9)) then
+            margin = margin//achar(9)
+         else if (.not. inside_character(line(i:i))) then
+            margin = margin//' '
+         end if
+      end do
+      if (last <= len(line)) last = first - 1 + characters(line(first:last))
+      string = string//repeat(' ', 8)//' | '//margin//repeat('^', max(1, last - first + 1))//new_line('a')
+   end function described
+
+   !> Number of characters of UTF-8 text.
+   pure integer function characters(string)
+      character(*), intent(in) :: string
+      integer :: i
+      characters = 0
+      do i = 1, len(string)
+         if (.not. inside_character(string(i:i))) characters = characters + 1
+      end do
+   end function characters
+
+   !> True for the second and later bytes of a UTF-8 character.
+   pure logical function inside_character(byte)
+      character(1), intent(in) :: byte
+      inside_character = iand(iachar(byte), 192) == 128
+   end function inside_character
+
+   !> Merge sort by line, then by column; equal places keep their order.
+   pure subroutine sort_by_place(diagnostics, order)
+      type(diagnostics_t), intent(in) :: diagnostics
+      integer, allocatable, intent(out) :: order(:) !! positions in diagnostics%item
+      integer :: merged(diagnostics%n), width, first, middle, last, i, left, right
+      logical :: take_left
+      order = [(i, i=1, diagnostics%n)]
+      width = 1
+      do while (width < diagnostics%n)
+         do first = 1, diagnostics%n, 2 * width
+            middle = min(first + width, diagnostics%n + 1)
+            last = min(first + 2 * width - 1, diagnostics%n)
+            left = first
+            right = middle
+            do i = first, last
+               take_left = right > last
+               if (left < middle .and. .not. take_left) then
+                  take_left = .not. before(diagnostics%item(order(right))%place, diagnostics%item(order(left))%place)
+               end if
+               if (left < middle .and. take_left) then
+                  merged(i) = order(left)
+                  left = left + 1
+               else
+                  merged(i) = order(right)
+                  right = right + 1
+               end if
+            end do
+         end do
+         order = merged
+         width = 2 * width
+      end do
+   end subroutine sort_by_place
+
+   !> True when a place stands before another one; the deck as a whole comes last.
+   pure logical function before(one, other)
+      type(place_t), intent(in) :: one, other
+      if (one%line == other%line) then
+         before = one%first < other%first
+      else
+         before = one%line /= 0 .and. (one%line < other%line .or. other%line == 0)
+      end if
+   end function before
+end module diagnostics

@@ -1,0 +1,253 @@
+!> *OBSTACLE, *CONTACT and *MONITOR.
+module read_contact
+   use kinds, only: wp, degree
+   use text, only: to_text, same_name
+   use model, only: model_t, mesh_t, obstacle_t, contact_t, monitor_t, family_ge, &
+      quantity_displacement, quantity_reaction
+   use obstacle_geometry, only: obstacle_gap
+   use diagnostics, only: diagnostics_t
+   use deck_cards, only: deck_t, complain
+   use card_values, only: parameter_text, parameter_word, parameter_real, parameter_place, value_place, &
+      field_word, field_real, &
+      field_place, whole_line
+   use deck_names, only: deck_names_t, find_set, find_named, find_nodes
+   implicit none
+   private
+   public :: read_obstacle_cards, read_contact_cards, read_monitor_cards
+
+   real(wp), parameter :: penetration_tolerance = 1.0e-6_wp !! of the perfect geometry, over the structure's extent
+
+contains
+
+   !> Reads the obstacles.
+   subroutine read_obstacle_cards(deck, names, model, diagnostics)
+      type(deck_t), intent(in) :: deck
+      type(deck_names_t), intent(inout) :: names        !! gets the obstacles
+      type(model_t), intent(inout) :: model             !! gets obstacle
+      type(diagnostics_t), intent(inout) :: diagnostics
+      type(obstacle_t) :: obstacle
+      integer :: card, line, position
+      logical :: is_new
+      allocate (model%obstacle(0))
+      do card = 1, deck%n_cards
+         if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'OBSTACLE') cycle
+         call names%obstacle%add(parameter_text(deck, card, 'NAME'), position, is_new)
+         if (.not. is_new) then
+            call complain(deck, diagnostics, card, parameter_place(deck, card, 'NAME'), 'the name is used already')
+            cycle
+         end if
+         obstacle = obstacle_t()
+         obstacle%name = parameter_text(deck, card, 'NAME')
+         obstacle%is_circle = parameter_word(deck, card, 'TYPE') == 'CIRCLE'
+         obstacle%inside = parameter_word(deck, card, 'SIDE') == 'INSIDE'
+         obstacle%reference_angle = parameter_real(deck, card, 'REFERENCE') * degree
+         obstacle%rigid = parameter_word(deck, card, 'FOUNDATION') == 'RIGID'
+         if (.not. obstacle%rigid) &
+            obstacle%modulus = parameter_real(deck, card, 'MODULUS') * parameter_real(deck, card, 'WIDTH')
+         line = deck%card(card)%first_line
+         if (.not. deck%data_line(line)%sound) then
+            obstacle%point(1, 2) = 1.0_wp
+            obstacle%radius = 1.0_wp
+         else if (obstacle%is_circle) then
+            obstacle%centre = [field_real(deck, line, 1), field_real(deck, line, 2)]
+            obstacle%radius = field_real(deck, line, 3)
+         else
+            obstacle%point(:, 1) = [field_real(deck, line, 1), field_real(deck, line, 2)]
+            obstacle%point(:, 2) = [field_real(deck, line, 3), field_real(deck, line, 4)]
+            if (norm2(obstacle%point(:, 2) - obstacle%point(:, 1)) <= 0.0_wp) then
+               call complain(deck, diagnostics, card, whole_line(deck, line), 'both points are at the same place')
+               obstacle%point(1, 2) = obstacle%point(1, 1) + 1.0_wp ! so that a gap can be computed
+            end if
+         end if
+         model%obstacle = [model%obstacle, obstacle]
+      end do
+   end subroutine read_obstacle_cards
+
+   !> Reads which nodes may touch which obstacle.
+   subroutine read_contact_cards(deck, names, model, diagnostics)
+      type(deck_t), intent(in) :: deck
+      type(deck_names_t), intent(in) :: names           !! with mesh and obstacles
+      type(model_t), intent(inout) :: model             !! gets contact
+      type(diagnostics_t), intent(inout) :: diagnostics
+      type(contact_t) :: contact
+      integer, allocatable :: touched(:, :)             ! by obstacle and node: line of the *CONTACT
+      integer :: card, set
+      allocate (model%contact(0), touched(size(model%obstacle), model%mesh%n_nodes))
+      touched = 0
+      do card = 1, deck%n_cards
+         if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'CONTACT') cycle
+         call find_named(deck, names%obstacle, diagnostics, card, value_place(deck, card, 'OBSTACLE'), 'obstacle', &
+            contact%obstacle)
+         call find_set(deck, names, diagnostics, card, 'NSET', 'node', set)
+         contact%node = names%node_set%members(set)
+         contact%gap = parameter_real(deck, card, 'GAP')
+         contact%sliding = parameter_word(deck, card, 'POINTS') == 'SLIDING'
+         if (contact%obstacle > 0 .and. .not. names%mesh_incomplete) then
+            call check_candidates(deck, names, model, diagnostics, card, contact, touched(contact%obstacle, :))
+            if (contact%sliding) call check_sliding(deck, model, diagnostics, card, contact)
+         end if
+         model%contact = [model%contact, contact]
+      end do
+   end subroutine read_contact_cards
+
+   !> Nodes of elements, not listed twice, and on the free side of the obstacle.
+   subroutine check_candidates(deck, names, model, diagnostics, card, contact, touched)
+      type(deck_t), intent(in) :: deck
+      type(deck_names_t), intent(in) :: names
+      type(model_t), intent(in) :: model
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer, intent(in) :: card
+      type(contact_t), intent(in) :: contact
+      integer, intent(inout) :: touched(:)
+      real(wp) :: gap, least, normal(2), bend, extent
+      integer :: i, node, deepest
+      character(:), allocatable :: hint
+      extent = maxval(maxval(model%mesh%x_nominal, 2) - minval(model%mesh%x_nominal, 2))
+      least = huge(least)
+      deepest = 0
+      do i = 1, size(contact%node)
+         node = contact%node(i)
+         if (.not. names%connected(node)) then
+            call wrong('node '//label(node)//' belongs to no element')
+            return
+         else if (touched(node) > 0) then
+            call wrong('node '//label(node)//' is a candidate for this obstacle already, from line '// &
+               to_text(touched(node)))
+            return
+         end if
+         touched(node) = deck%card(card)%place%line
+         call obstacle_gap(model%obstacle(contact%obstacle), model%mesh%x_nominal(:, node), gap, normal, bend)
+         if (gap + contact%gap >= least) cycle
+         least = gap + contact%gap
+         deepest = node
+      end do
+      if (deepest == 0 .or. least >= -penetration_tolerance * extent) return
+      if (names%obstacle%incomplete) return ! its place may be wrong
+      hint = 'the order of its points'
+      if (model%obstacle(contact%obstacle)%is_circle) hint = 'its SIDE'
+      call wrong('node '//label(deepest)//' begins '//rounded(-least)//' behind the obstacle; check '//hint//', or GAP')
+
+   contains
+
+      subroutine wrong(message)
+         character(*), intent(in) :: message
+         call complain(deck, diagnostics, card, parameter_place(deck, card, 'NSET'), message)
+      end subroutine wrong
+
+      function label(n) result(string)
+         integer, intent(in) :: n
+         character(:), allocatable :: string
+         string = to_text(model%mesh%node_label(n))
+      end function label
+   end subroutine check_candidates
+
+   !> A number with 3 digits, for messages.
+   pure function rounded(x) result(string)
+      real(wp), intent(in) :: x
+      character(:), allocatable :: string
+      character(12) :: buffer
+      real(wp) :: short
+      write (buffer, '(es12.2e3)') x
+      read (buffer, *) short
+      string = to_text(short)
+   end function rounded
+
+   !> POINTS=SLIDING needs a rigid obstacle, and GE elements on generated curves between the candidates.
+   subroutine check_sliding(deck, model, diagnostics, card, contact)
+      type(deck_t), intent(in) :: deck
+      type(model_t), intent(in) :: model
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer, intent(in) :: card
+      type(contact_t), intent(in) :: contact
+      logical :: candidate(model%mesh%n_nodes)
+      integer :: e
+      if (.not. model%obstacle(contact%obstacle)%rigid) call complain(deck, diagnostics, card, &
+         parameter_place(deck, card, 'POINTS'), 'SLIDING needs a rigid obstacle')
+      candidate = .false.
+      candidate(contact%node) = .true.
+      do e = 1, model%mesh%n_elements
+         if (.not. all(candidate(model%mesh%node(:, e)))) cycle
+         if (model%mesh%family(e) == family_ge .and. model%mesh%curve(e) > 0) cycle
+         call complain(deck, diagnostics, card, parameter_place(deck, card, 'POINTS'), &
+            'SLIDING needs GE elements on '// &
+            'a *LINE, *ARC or *RING; element '//to_text(model%mesh%element_label(e))//' is not')
+         return
+      end do
+   end subroutine check_sliding
+
+   !> Reads the monitors.
+   subroutine read_monitor_cards(deck, names, model, diagnostics)
+      type(deck_t), intent(in) :: deck
+      type(deck_names_t), intent(inout) :: names        !! with the mesh; gets the monitors
+      type(model_t), intent(inout) :: model             !! with supports; gets monitor
+      type(diagnostics_t), intent(inout) :: diagnostics
+      type(monitor_t) :: monitor
+      integer :: card, line, position
+      logical :: is_new
+      allocate (model%monitor(0))
+      do card = 1, deck%n_cards
+         if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'MONITOR') cycle
+         monitor%name = parameter_text(deck, card, 'NAME')
+         if (same_name(monitor%name, 'LOAD')) then
+            call complain(deck, diagnostics, card, parameter_place(deck, card, 'NAME'), 'LOAD means the load factor')
+            cycle
+         end if
+         call names%monitor%add(parameter_text(deck, card, 'NAME'), position, is_new)
+         if (.not. is_new) then
+            call complain(deck, diagnostics, card, parameter_place(deck, card, 'NAME'), 'the name is used already')
+            cycle
+         end if
+         line = deck%card(card)%first_line
+         monitor%quantity = quantity_displacement
+         monitor%component = 1
+         if (allocated(monitor%node)) deallocate (monitor%node)
+         allocate (monitor%node(0))
+         if (deck%data_line(line)%sound) then
+            call quantity(field_word(deck, line, 2), monitor)
+            call find_nodes(deck, names, diagnostics, line, 1, monitor%node)
+            monitor%factor = field_real(deck, line, 3)
+            monitor%offset = field_real(deck, line, 4)
+            call check_monitor(deck, names, model, diagnostics, card, line, monitor)
+         end if
+         model%monitor = [model%monitor, monitor]
+      end do
+   end subroutine read_monitor_cards
+
+   pure subroutine quantity(word, monitor)
+      character(*), intent(in) :: word
+      type(monitor_t), intent(inout) :: monitor
+      if (word(1:1) == 'R') monitor%quantity = quantity_reaction
+      select case (word)
+      case ('U1', 'RF1')
+         monitor%component = 1
+      case ('U2', 'RF2')
+         monitor%component = 2
+      case default
+         monitor%component = 3
+      end select
+   end subroutine quantity
+
+   !> Nodes of elements; for a reaction, at least one of them supported.
+   subroutine check_monitor(deck, names, model, diagnostics, card, line, monitor)
+      type(deck_t), intent(in) :: deck
+      type(deck_names_t), intent(in) :: names
+      type(model_t), intent(in) :: model
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer, intent(in) :: card, line
+      type(monitor_t), intent(in) :: monitor
+      integer :: i
+      if (size(monitor%node) == 0) return
+      if (.not. names%mesh_incomplete) then
+         do i = 1, size(monitor%node)
+            if (names%connected(monitor%node(i))) cycle
+            call complain(deck, diagnostics, card, field_place(deck, line, 1), &
+               'node '//to_text(model%mesh%node_label(monitor%node(i)))//' belongs to no element')
+            return
+         end do
+      end if
+      if (monitor%quantity == quantity_reaction .and. .not. names%supports_incomplete) then
+         if (.not. any(model%fixed(monitor%component, monitor%node))) call complain(deck, diagnostics, card, &
+            field_place(deck, line, 2), 'no *BOUNDARY of the model part supports this, so there is no reaction')
+      end if
+   end subroutine check_monitor
+end module read_contact

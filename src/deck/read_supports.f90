@@ -1,0 +1,82 @@
+!> *BOUNDARY in the model part: which degrees of freedom are held. The same card in a step prescribes them.
+module read_supports
+   use kinds, only: wp
+   use text, only: parse_integer, to_text
+   use model, only: model_t
+   use diagnostics, only: diagnostics_t
+   use deck_cards, only: deck_t, complain
+   use card_values, only: field_given, field_place, field_text, field_word, field_integer, field_real
+   use deck_names, only: deck_names_t, find_nodes
+   implicit none
+   private
+   public :: read_support_cards, read_dofs, dof_number
+
+   integer, parameter :: dof_number(3) = [1, 2, 6] !! how the deck counts x, y and rotation
+
+contains
+
+   !> Reads the supports.
+   subroutine read_support_cards(deck, names, model, diagnostics)
+      type(deck_t), intent(in) :: deck
+      type(deck_names_t), intent(in) :: names           !! with the mesh
+      type(model_t), intent(inout) :: model             !! gets fixed
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer, allocatable :: nodes(:)
+      integer :: card, line, i
+      logical :: dofs(3)
+      allocate (model%fixed(3, model%mesh%n_nodes), source=.false.)
+      do card = 1, deck%n_cards
+         if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'BOUNDARY' .or. deck%card(card)%step > 0) cycle
+         do line = deck%card(card)%first_line, deck%card(card)%last_line
+            if (.not. deck%data_line(line)%sound) cycle
+            call find_nodes(deck, names, diagnostics, line, 1, nodes)
+            call read_dofs(deck, diagnostics, line, dofs)
+            if (abs(field_real(deck, line, 4)) > 0.0_wp) call complain(deck, diagnostics, card, &
+               field_place(deck, line, 4), 'supports are fixed at zero here; a prescribed value belongs in a step')
+            do i = 1, size(nodes)
+               model%fixed(:, nodes(i)) = model%fixed(:, nodes(i)) .or. dofs
+            end do
+         end do
+      end do
+   end subroutine read_support_cards
+
+   !> The degrees of freedom of a line of *BOUNDARY; none, and an error, when they make no sense.
+   subroutine read_dofs(deck, diagnostics, line, dofs)
+      type(deck_t), intent(in) :: deck
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer, intent(in) :: line      !! index of the data line
+      logical, intent(out) :: dofs(3)  !! x, y, rotation
+      integer :: first, last
+      logical :: is_number
+      dofs = .false.
+      call parse_integer(field_text(deck, line, 2), first, is_number)
+      if (.not. is_number) then
+         if (field_given(deck, line, 3)) then
+            call complain(deck, diagnostics, deck%data_line(line)%card, field_place(deck, line, 3), &
+               'a last dof does not go with the word '//field_word(deck, line, 2))
+            return
+         end if
+         select case (field_word(deck, line, 2))
+         case ('ENCASTRE')
+            dofs = .true.
+         case ('PINNED')
+            dofs = [.true., .true., .false.]
+         case ('XSYMM')
+            dofs = [.true., .false., .true.]
+         case default
+            dofs = [.false., .true., .true.]
+         end select
+         return
+      end if
+      last = first
+      if (field_given(deck, line, 3)) last = field_integer(deck, line, 3)
+      if (last < first .or. last > 6) then
+         call complain(deck, diagnostics, deck%data_line(line)%card, field_place(deck, line, 3), &
+            'last dof must be from '//to_text(first)//' to 6')
+         return
+      end if
+      dofs = dof_number >= first .and. dof_number <= last
+      if (.not. any(dofs)) call complain(deck, diagnostics, deck%data_line(line)%card, field_place(deck, line, 2), &
+         'a plane rod has the degrees of freedom 1, 2 and 6 only')
+   end subroutine read_dofs
+end module read_supports

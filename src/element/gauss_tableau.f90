@@ -1,0 +1,88 @@
+!> Gauss collocation with s = 1 to 4 points on (0, 1): order 2 s, symplectic.
+!> Source: Hairer, Lubich, Wanner, Geometric Numerical Integration, II.1; b_i a_ij + b_j a_ji = b_i b_j.
+module gauss_tableau
+   use kinds, only: wp
+   implicit none
+   private
+   public :: tableau_t, max_stages, new_tableau, gauss_points, stage_basis
+
+   integer, parameter :: max_stages = 4
+
+   type :: tableau_t
+      integer :: stages = 0
+      real(wp) :: a(max_stages, max_stages) = 0.0_wp !! a_ij: integral of the j-th Lagrange polynomial from 0 to c_i
+      real(wp) :: b(max_stages) = 0.0_wp             !! weights
+      real(wp) :: c(max_stages) = 0.0_wp             !! abscissae
+   end type tableau_t
+
+contains
+
+   !> The tableau with `stages` points, 1 to max_stages.
+   pure function new_tableau(stages) result(t)
+      integer, intent(in) :: stages
+      type(tableau_t) :: t
+      real(wp) :: basis(max_stages)
+      integer :: i
+      t%stages = stages
+      call gauss_points(stages, t%c(:stages), t%b(:stages))
+      do i = 1, stages
+         call stage_basis(t, t%c(i), basis)
+         t%a(i, :stages) = basis(:stages)
+      end do
+   end function new_tableau
+
+   !> Gauss-Legendre abscissae (ascending) and weights on (0, 1), any number of points, by Newton on P_n.
+   pure subroutine gauss_points(n, c, b)
+      integer, intent(in) :: n         !! number of points
+      real(wp), intent(out) :: c(:)    !! (n) abscissae
+      real(wp), intent(out) :: b(:)    !! (n) weights, sum 1
+      real(wp), parameter :: quarter_turn = 0.78539816339744830961566_wp
+      real(wp) :: x, p0, p1, p2, slope, dx
+      integer :: i, k, iteration
+      do i = 1, n
+         x = cos(quarter_turn * (4 * i - 1) / (n + 0.5_wp))
+         do iteration = 1, 50
+            p0 = 1.0_wp
+            p1 = x
+            do k = 2, n
+               p2 = ((2 * k - 1) * x * p1 - (k - 1) * p0) / k
+               p0 = p1
+               p1 = p2
+            end do
+            slope = n * (p0 - x * p1) / (1.0_wp - x * x)
+            dx = p1 / slope
+            x = x - dx
+            if (abs(dx) <= 4.0_wp * epsilon(x)) exit
+         end do
+         c(n + 1 - i) = 0.5_wp * (1.0_wp + x)
+         b(n + 1 - i) = 1.0_wp / ((1.0_wp - x * x) * slope * slope)
+      end do
+   end subroutine gauss_points
+
+   !> Integrals from 0 to tau of the Lagrange polynomials through the abscissae: dense output of the collocation.
+   pure subroutine stage_basis(t, tau, basis)
+      type(tableau_t), intent(in) :: t        !! `stages` and `c` are used
+      real(wp), intent(in) :: tau             !! 0 to 1
+      real(wp), intent(out) :: basis(max_stages) !! (stages) the integrals
+      real(wp) :: coefficient(0:max_stages), scale
+      integer :: j, k, degree
+      basis = 0.0_wp
+      do j = 1, t%stages
+         ! Build the polynomial product (x - c_k)/(c_j - c_k) by its coefficients.
+         coefficient = 0.0_wp
+         coefficient(0) = 1.0_wp
+         degree = 0
+         do k = 1, t%stages
+            if (k == j) cycle
+            scale = 1.0_wp / (t%c(j) - t%c(k))
+            coefficient(1:degree + 1) = scale * (coefficient(0:degree) - t%c(k) * coefficient(1:degree + 1))
+            coefficient(0) = -scale * t%c(k) * coefficient(0)
+            degree = degree + 1
+         end do
+         do k = degree, 0, -1
+            basis(j) = basis(j) * tau + coefficient(k) / (k + 1)
+         end do
+         basis(j) = basis(j) * tau
+      end do
+   end subroutine stage_basis
+end module gauss_tableau

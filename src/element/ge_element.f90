@@ -1,0 +1,328 @@
+!> The geometrically exact rod element: Gauss collocation of the rod equations between two nodes, order 2 to 8.
+!>
+!>   r' = C [(1 + N/EA) t + (Q/GA) nu]     N = n.t, Q = n.nu, t at the angle (stress-free angle + rotation)
+!>   rotation' = m/EI                       n' = -q - p J r'      m' = -r' x n
+!>
+!> q: dead load per unit stress-free length, p: follower pressure per deformed length, J: a quarter turn anticlockwise.
+!> C = 1 + O(h^2s) makes the stress-free shape an exact discrete solution (see rod_geometry).
+!>
+!> With one stage the bending flexibility of a shear-rigid element would be singular; MacNeal's residual bending
+!> flexibility h^2/12EI is added to 1/GA there (R. H. MacNeal, Comput. & Struct. 8 (1978) 175-183): still order 2.
+!>
+!> The resultants are stored unknowns z = (n_x, n_y, m at the first end, m at the stages [, n at the stages, when there
+!> is pressure]), condensed out here, so that N never comes from EA times a difference of coordinates: nothing locks and
+!> nothing cancels for large EA. Gauss collocation is symplectic, hence the condensed tangent is symmetric.
+module ge_element
+   use kinds, only: wp
+   use gauss_tableau, only: tableau_t, max_stages, stage_basis
+   use small_dense, only: solve_small
+   implicit none
+   private
+   public :: ge_compliance, ge_stiffness_t, ge_load_t, ge_evaluate, ge_end_forces, ge_interior, ge_size, ge_columns
+
+   integer, parameter :: max_unknowns = 3 * max_stages
+   integer, parameter :: ge_columns = 8 !! columns of the update operator: six node displacements, residual, load factor
+
+   !> Compliances; zero means rigid.
+   type :: ge_stiffness_t
+      real(wp) :: axial = 0.0_wp   !! 1/EA
+      real(wp) :: bending = 0.0_wp !! 1/EI
+      real(wp) :: shear = 0.0_wp   !! 1/GA, exactly zero for shear-rigid rods
+   end type ge_stiffness_t
+
+   !> Element load at the present load factor, and its derivative with respect to it.
+   type :: ge_load_t
+      real(wp) :: line(2) = 0.0_wp, line_rate(2) = 0.0_wp
+      real(wp) :: pressure = 0.0_wp, pressure_rate = 0.0_wp
+   end type ge_load_t
+
+   ! Columns of the local linearisation before condensation.
+   integer, parameter :: by_rotation = 1, by_nx = 2, by_ny = 3, by_m = 4, by_residual = 5, by_load = 6, n_by = 6
+
+contains
+
+   !> Number of stored unknowns of an element.
+   pure integer function ge_size(stages, pressurised)
+      integer, intent(in) :: stages
+      logical, intent(in) :: pressurised
+      ge_size = 3 + stages
+      if (pressurised) ge_size = ge_size + 2 * stages
+   end function ge_size
+
+   !> Compliances of an element of stiffness EA, EI and, unless shear-rigid, GA.
+   pure function ge_compliance(stages, h, ea, ei, ga, shear_rigid) result(compliance)
+      integer, intent(in) :: stages
+      real(wp), intent(in) :: h, ea, ei, ga
+      logical, intent(in) :: shear_rigid      !! GA is not used
+      type(ge_stiffness_t) :: compliance
+      compliance%axial = 1.0_wp / ea
+      compliance%bending = 1.0_wp / ei
+      if (.not. shear_rigid) compliance%shear = 1.0_wp / ga
+      if (stages == 1) compliance%shear = compliance%shear + h**2 / (12.0_wp * ei)
+   end function ge_compliance
+
+   !> Forces at both ends, condensed tangent and the operator that updates the stored unknowns.
+   !>
+   !> Sign: f = (-n, -m) at the first node and (n, m) at the second, so that the sum over elements minus the node loads
+   !> vanishes in equilibrium. With du the six node displacement increments and dl that of the load factor,
+   !>   f + k du - fl dl   are the end forces after one Newton step,   z + op (du, 1, dl)   the stored unknowns.
+   subroutine ge_evaluate(tab, h, scale, angle, chord, compliance, load, u, z, f, raw, k, fl, op, defect, ok)
+      type(tableau_t), intent(in) :: tab
+      real(wp), intent(in) :: h                !! stress-free length
+      real(wp), intent(in) :: scale            !! C
+      real(wp), intent(in) :: angle(:)         !! (stages) stress-free tangent angle at the stages [rad]
+      real(wp), intent(in) :: chord(2)         !! stress-free position of node 2 minus node 1
+      type(ge_stiffness_t), intent(in) :: compliance
+      type(ge_load_t), intent(in) :: load
+      real(wp), intent(in) :: u(6)             !! node displacements (u, v, rotation) twice
+      real(wp), intent(in) :: z(:)             !! (ge_size) stored unknowns
+      real(wp), intent(out) :: f(6)            !! condensed end forces: internal residuals eliminated
+      real(wp), intent(out) :: raw(6)          !! end forces as stored: free of EA times rounding errors
+      real(wp), intent(out) :: k(6, 6)         !! condensed tangent, symmetric
+      real(wp), intent(out) :: fl(6)           !! minus the derivative of f by the load factor
+      real(wp), intent(out) :: op(:, :)        !! (ge_size, ge_columns)
+      real(wp), intent(out) :: defect(2)       !! largest internal residual: of rotation [rad] and of position
+      logical, intent(out) :: ok               !! false: the internal system is singular; outputs undefined
+
+      real(wp) :: phi(max_stages), m(max_stages), nn(2, max_stages), rho(2, max_stages), g(max_stages)
+      real(wp) :: g_phi(max_stages), d(2, max_stages), bnn(3, max_stages), position(2, max_stages)
+      real(wp) :: system(max_unknowns, max_unknowns), rhs(max_unknowns, n_by)
+      real(wp) :: dphi(n_by), dn(2, n_by), dend(3, n_by), dtail(3, n_by), flexibility(3, 3), ends(3, ge_columns)
+      real(wp) :: t(2), nu(2), axial, shear, beta, end_defect(3), tail(3), hc, he, residual_m, turn(2)
+      integer :: s, i, j, l, unknowns
+      logical :: pressurised, singular
+
+      s = tab%stages
+      hc = h * scale
+      he = h * compliance%bending
+      beta = compliance%axial - compliance%shear
+      pressurised = size(z) > 3 + s
+
+      ! Stage values.
+      m(:s) = z(4:3 + s)
+      do i = 1, s
+         phi(i) = u(3) + he * dot_product(tab%a(i, :s), m(:s))
+         if (pressurised) then
+            nn(:, i) = z(2 + s + 2 * i:3 + s + 2 * i)
+         else
+            nn(:, i) = z(1:2) - (tab%c(i) * h) * load%line
+         end if
+         t = [cos(angle(i) + phi(i)), sin(angle(i) + phi(i))]
+         nu = [-t(2), t(1)]
+         axial = dot_product(nn(:, i), t)
+         shear = dot_product(nn(:, i), nu)
+         rho(:, i) = (1.0_wp + axial * compliance%axial) * t + (shear * compliance%shear) * nu
+         g(i) = -shear - axial * shear * beta
+         g_phi(i) = axial + beta * (axial**2 - shear**2)
+         d(:, i) = (beta * shear) * t + (1.0_wp + beta * axial) * nu
+         bnn(1, i) = compliance%axial * t(1) * t(1) + compliance%shear * nu(1) * nu(1)
+         bnn(2, i) = compliance%axial * t(1) * t(2) + compliance%shear * nu(1) * nu(2)
+         bnn(3, i) = compliance%axial * t(2) * t(2) + compliance%shear * nu(2) * nu(2)
+      end do
+
+      ! Linearised stage equations for the increments of m (and n) at the stages.
+      unknowns = s
+      if (pressurised) unknowns = 3 * s
+      defect = 0.0_wp
+      system(:unknowns, :unknowns) = 0.0_wp
+      rhs(:unknowns, :) = 0.0_wp
+      do i = 1, s
+         system(i, i) = 1.0_wp
+         rhs(i, by_m) = 1.0_wp
+         residual_m = m(i) - z(3)
+         do j = 1, s
+            residual_m = residual_m - hc * tab%a(i, j) * g(j)
+            rhs(i, by_rotation) = rhs(i, by_rotation) + hc * tab%a(i, j) * g_phi(j)
+            do l = 1, s
+               system(i, l) = system(i, l) - (hc * tab%a(i, j) * g_phi(j)) * (he * tab%a(j, l))
+            end do
+            if (pressurised) then
+               system(i, s + 2 * j - 1) = hc * tab%a(i, j) * d(1, j)
+               system(i, s + 2 * j) = hc * tab%a(i, j) * d(2, j)
+            else
+               rhs(i, by_nx:by_ny) = rhs(i, by_nx:by_ny) - hc * tab%a(i, j) * d(:, j)
+               rhs(i, by_load) = rhs(i, by_load) + hc * tab%a(i, j) * (tab%c(j) * h) * dot_product(d(:, j), load%line_rate)
+            end if
+         end do
+         rhs(i, by_residual) = -residual_m
+         defect(1) = max(defect(1), abs(residual_m) * he)
+      end do
+      if (pressurised) call add_pressure_rows()
+      call solve_small(unknowns, system, rhs(:unknowns, :), singular)
+      ok = .not. singular
+      if (singular) then
+         f = 0.0_wp; raw = 0.0_wp; k = 0.0_wp; fl = 0.0_wp; op = 0.0_wp
+         return
+      end if
+
+      ! Increments of the end values as functions of (rotation 1, n, m at the first end, 1, load factor).
+      dend = 0.0_wp
+      dtail = 0.0_wp
+      dend(3, by_rotation) = 1.0_wp
+      dtail(1, by_nx) = 1.0_wp
+      dtail(2, by_ny) = 1.0_wp
+      dtail(3, by_m) = 1.0_wp
+      dtail(1:2, by_load) = -h * load%line_rate
+      end_defect = [chord + u(4:5) - u(1:2), u(6) - u(3)]
+      tail = z(1:3)
+      tail(1:2) = tail(1:2) - h * load%line
+      do i = 1, s
+         dphi = 0.0_wp
+         dphi(by_rotation) = 1.0_wp
+         do l = 1, s
+            dphi = dphi + (he * tab%a(i, l)) * rhs(l, :)
+         end do
+         if (pressurised) then
+            dn = rhs(s + 2 * i - 1:s + 2 * i, :)
+         else
+            dn = 0.0_wp
+            dn(1, by_nx) = 1.0_wp
+            dn(2, by_ny) = 1.0_wp
+            dn(:, by_load) = -(tab%c(i) * h) * load%line_rate
+         end if
+         dend(1, :) = dend(1, :) + (hc * tab%b(i)) * (d(1, i) * dphi + bnn(1, i) * dn(1, :) + bnn(2, i) * dn(2, :))
+         dend(2, :) = dend(2, :) + (hc * tab%b(i)) * (d(2, i) * dphi + bnn(2, i) * dn(1, :) + bnn(3, i) * dn(2, :))
+         dend(3, :) = dend(3, :) + (he * tab%b(i)) * rhs(i, :)
+         dtail(3, :) = dtail(3, :) + (hc * tab%b(i)) * (g_phi(i) * dphi - d(1, i) * dn(1, :) - d(2, i) * dn(2, :))
+         end_defect(1:2) = end_defect(1:2) - (hc * tab%b(i)) * rho(:, i)
+         end_defect(3) = end_defect(3) - (he * tab%b(i)) * m(i)
+         tail(3) = tail(3) + (hc * tab%b(i)) * g(i)
+      end do
+      if (pressurised) then
+         turn = [chord(1) + u(4) - u(1) - end_defect(1), chord(2) + u(5) - u(2) - end_defect(2)]
+         tail(1:2) = tail(1:2) - load%pressure * [-turn(2), turn(1)]
+         dtail(1, :) = dtail(1, :) + load%pressure * dend(2, :)
+         dtail(2, :) = dtail(2, :) - load%pressure * dend(1, :)
+         dtail(1:2, by_load) = dtail(1:2, by_load) - load%pressure_rate * [-turn(2), turn(1)]
+      end if
+      defect(1) = max(defect(1), abs(end_defect(3)))
+      defect(2) = max(abs(end_defect(1)), abs(end_defect(2)))
+
+      ! Condensation: the end conditions give the increments of n and m at the first end.
+      flexibility = dend(:, by_nx:by_m)
+      ends = 0.0_wp
+      do i = 1, 3
+         ends(i, i) = -1.0_wp
+         ends(i, i + 3) = 1.0_wp
+      end do
+      ! dend(3, by_rotation) holds rotation 1 itself: the end difference needs only what comes on top.
+      ends(1:2, 3) = ends(1:2, 3) - dend(1:2, by_rotation)
+      ends(3, 3) = -dend(3, by_rotation)
+      ends(:, 7) = end_defect - dend(:, by_residual)
+      ends(:, 8) = -dend(:, by_load)
+      call solve_small(3, flexibility, ends, singular)
+      ok = .not. singular
+      if (singular) then
+         f = 0.0_wp; raw = 0.0_wp; k = 0.0_wp; fl = 0.0_wp; op = 0.0_wp
+         return
+      end if
+
+      op(1:3, :) = ends
+      do j = 1, ge_columns
+         op(4:3 + unknowns, j) = matmul(rhs(:unknowns, by_nx:by_m), ends(:, j))
+      end do
+      op(4:3 + unknowns, 3) = op(4:3 + unknowns, 3) + rhs(:unknowns, by_rotation)
+      op(4:3 + unknowns, 7) = op(4:3 + unknowns, 7) + rhs(:unknowns, by_residual)
+      op(4:3 + unknowns, 8) = op(4:3 + unknowns, 8) + rhs(:unknowns, by_load)
+
+      k(1:3, :) = -ends(:, :6)
+      k(4:6, :) = matmul(dtail(:, by_nx:by_m), ends(:, :6))
+      k(4:6, 3) = k(4:6, 3) + dtail(:, by_rotation)
+      raw(1:3) = -z(1:3)
+      raw(4:6) = tail
+      f(1:3) = -z(1:3) - ends(:, 7)
+      f(4:6) = tail + matmul(dtail(:, by_nx:by_m), ends(:, 7)) + dtail(:, by_residual)
+      fl(1:3) = ends(:, 8)
+      fl(4:6) = -matmul(dtail(:, by_nx:by_m), ends(:, 8)) - dtail(:, by_load)
+      ! Pressure leaves a skew part that cancels between neighbours; dropping it keeps the band symmetric.
+      if (pressurised) k = 0.5_wp * (k + transpose(k))
+
+   contains
+
+      !> n_i = n_1 - q c_i h - p J (r_i - r_1) at every stage, linearised.
+      subroutine add_pressure_rows()
+         integer :: row, a, b
+         real(wp) :: w, residual(2)
+         position = 0.0_wp
+         do a = 1, s
+            do b = 1, s
+               position(:, a) = position(:, a) + hc * tab%a(a, b) * rho(:, b)
+            end do
+         end do
+         do a = 1, s
+            row = s + 2 * a - 1
+            residual = nn(:, a) - z(1:2) + (tab%c(a) * h) * load%line + &
+               & load%pressure * [-position(2, a), position(1, a)]
+            system(row, row) = 1.0_wp
+            system(row + 1, row + 1) = 1.0_wp
+            do b = 1, s
+               w = load%pressure * hc * tab%a(a, b)
+               rhs(row, by_rotation) = rhs(row, by_rotation) + w * d(2, b)
+               rhs(row + 1, by_rotation) = rhs(row + 1, by_rotation) - w * d(1, b)
+               system(row, :s) = system(row, :s) - (w * d(2, b) * he) * tab%a(b, :s)
+               system(row + 1, :s) = system(row + 1, :s) + (w * d(1, b) * he) * tab%a(b, :s)
+               system(row, s + 2 * b - 1) = system(row, s + 2 * b - 1) - w * bnn(2, b)
+               system(row, s + 2 * b) = system(row, s + 2 * b) - w * bnn(3, b)
+               system(row + 1, s + 2 * b - 1) = system(row + 1, s + 2 * b - 1) + w * bnn(1, b)
+               system(row + 1, s + 2 * b) = system(row + 1, s + 2 * b) + w * bnn(2, b)
+            end do
+            rhs(row, by_nx) = 1.0_wp
+            rhs(row + 1, by_ny) = 1.0_wp
+            rhs(row:row + 1, by_residual) = -residual
+            rhs(row:row + 1, by_load) = -(tab%c(a) * h) * load%line_rate - &
+               & load%pressure_rate * [-position(2, a), position(1, a)]
+         end do
+      end subroutine add_pressure_rows
+   end subroutine ge_evaluate
+
+   !> Stored end resultants without condensation: n and m at both ends in global axes, as the collocation has them.
+   pure subroutine ge_end_forces(tab, h, scale, angle, compliance, load, u, z, first, second)
+      type(tableau_t), intent(in) :: tab
+      real(wp), intent(in) :: h, scale
+      real(wp), intent(in) :: angle(:)         !! (stages)
+      type(ge_stiffness_t), intent(in) :: compliance
+      type(ge_load_t), intent(in) :: load
+      real(wp), intent(in) :: u(6), z(:)
+      real(wp), intent(out) :: first(3), second(3) !! (n_x, n_y, m)
+      real(wp) :: span(2), rotation
+      first = z(1:3)
+      call ge_interior(tab, h, scale, angle, compliance, load, u, z, 1.0_wp, span, rotation, second)
+   end subroutine ge_end_forces
+
+   !> Dense output of the collocation inside an element.
+   pure subroutine ge_interior(tab, h, scale, angle, compliance, load, u, z, tau, span, rotation, resultant)
+      type(tableau_t), intent(in) :: tab
+      real(wp), intent(in) :: h, scale
+      real(wp), intent(in) :: angle(:)         !! (stages)
+      type(ge_stiffness_t), intent(in) :: compliance
+      type(ge_load_t), intent(in) :: load
+      real(wp), intent(in) :: u(6), z(:)
+      real(wp), intent(in) :: tau              !! place, 0 to 1 of the stress-free length
+      real(wp), intent(out) :: span(2)         !! deformed position minus that of the first node
+      real(wp), intent(out) :: rotation        !! rotation displacement there
+      real(wp), intent(out) :: resultant(3)    !! (n_x, n_y, m) there
+      real(wp) :: basis(max_stages), phi, nn(2), t(2), nu(2), axial, shear, rho(2)
+      integer :: i, s
+      s = tab%stages
+      call stage_basis(tab, tau, basis)
+      rotation = u(3) + h * compliance%bending * dot_product(basis(:s), z(4:3 + s))
+      span = 0.0_wp
+      resultant = z(1:3)
+      do i = 1, s
+         phi = u(3) + h * compliance%bending * dot_product(tab%a(i, :s), z(4:3 + s))
+         if (size(z) > 3 + s) then
+            nn = z(2 + s + 2 * i:3 + s + 2 * i)
+         else
+            nn = z(1:2) - (tab%c(i) * h) * load%line
+         end if
+         t = [cos(angle(i) + phi), sin(angle(i) + phi)]
+         nu = [-t(2), t(1)]
+         axial = dot_product(nn, t)
+         shear = dot_product(nn, nu)
+         rho = (1.0_wp + axial * compliance%axial) * t + (shear * compliance%shear) * nu
+         span = span + (h * scale * basis(i)) * rho
+         resultant(3) = resultant(3) - (h * scale * basis(i)) * (rho(1) * nn(2) - rho(2) * nn(1))
+      end do
+      resultant(1:2) = resultant(1:2) - (tau * h) * load%line - load%pressure * [-span(2), span(1)]
+   end subroutine ge_interior
+end module ge_element

@@ -1,0 +1,125 @@
+!> Stress-free geometry of every element, as the element kernels want it.
+!>
+!> It belongs to the state, not to the model, because a sliding contact node changes the length of its two elements.
+module rod_geometry
+   use kinds, only: wp
+   use model, only: model_t, family_ge
+   use gauss_tableau, only: tableau_t, max_stages
+   use reference_curve, only: curve_point, curve_length, curve_abscissa
+   implicit none
+   private
+   public :: geometry_t, element_geometry_t, new_geometry, slid_pair, slide_node, node_reference
+
+   type :: element_geometry_t
+      real(wp) :: s(2) = 0.0_wp               !! nominal coordinates of both ends; 0 for elements on no curve
+      real(wp) :: length = 0.0_wp             !! stress-free length
+      real(wp) :: scale = 1.0_wp              !! C of the GE element
+      real(wp) :: chord(2) = 0.0_wp           !! node 2 minus node 1
+      real(wp) :: angle(max_stages) = 0.0_wp  !! tangent angle at the stages (GE)
+      real(wp) :: end_angle(2) = 0.0_wp       !! tangent angle at both ends
+   end type element_geometry_t
+
+   type :: geometry_t
+      type(element_geometry_t), allocatable :: element(:)
+      real(wp), allocatable :: x(:, :)        !! (2, nodes) stress-free position of the nodes
+   end type geometry_t
+
+contains
+
+   !> Geometry of the whole mesh with every node at home.
+   function new_geometry(model, tableau) result(geometry)
+      type(model_t), intent(in) :: model
+      type(tableau_t), intent(in) :: tableau(:)   !! by number of stages
+      type(geometry_t) :: geometry
+      integer :: e
+      allocate (geometry%element(model%mesh%n_elements))
+      geometry%x = model%mesh%x
+      associate (mesh => model%mesh)
+         do e = 1, mesh%n_elements
+            geometry%element(e) = element_geometry(model, tableau, e, mesh%s(:, e), mesh%x(:, mesh%node(1, e)), &
+               & mesh%x(:, mesh%node(2, e)))
+         end do
+      end associate
+   end function new_geometry
+
+   !> One element between two nominal coordinates, the nodes at x1 and x2.
+   !>
+   !> Gauss quadrature of the exact tangent misses the chord by O(h^(2s+1)); a factor C and a common turn of the stage
+   !> angles of the same order close it, so that the stress-free state carries exactly no stress, however it is turned.
+   function element_geometry(model, tableau, e, s, x1, x2) result(g)
+      type(model_t), intent(in) :: model
+      type(tableau_t), intent(in) :: tableau(:)
+      integer, intent(in) :: e
+      real(wp), intent(in) :: s(2), x1(2), x2(2)
+      type(element_geometry_t) :: g
+      real(wp) :: x(2), speed, at, quadrature(2), turn
+      integer :: i, c
+      g%s = s
+      g%chord = x2 - x1
+      c = model%mesh%curve(e)
+      if (model%mesh%family(e) /= family_ge .or. c == 0) then
+         g%length = norm2(g%chord)
+         g%end_angle = atan2(g%chord(2), g%chord(1))
+         g%angle = g%end_angle(1)
+         return
+      end if
+      associate (curve => model%curve(c), tab => tableau(model%mesh%stages(e)))
+         g%length = curve_length(curve, model%imperfection, s(1), s(2))
+         do i = 1, 2
+            call curve_point(curve, model%imperfection, s(i), x, g%end_angle(i), speed)
+         end do
+         quadrature = 0.0_wp
+         do i = 1, tab%stages
+            at = curve_abscissa(curve, model%imperfection, s(1), tab%c(i) * g%length)
+            call curve_point(curve, model%imperfection, at, x, g%angle(i), speed)
+            quadrature = quadrature + tab%b(i) * [cos(g%angle(i)), sin(g%angle(i))]
+         end do
+         quadrature = quadrature * g%length
+         g%scale = norm2(g%chord) / norm2(quadrature)
+         turn = atan2(quadrature(1) * g%chord(2) - quadrature(2) * g%chord(1), dot_product(quadrature, g%chord))
+         g%angle(:tab%stages) = g%angle(:tab%stages) + turn
+      end associate
+   end function element_geometry
+
+   !> Stress-free position and tangent of end `side` (1, 2) of an element that lies on a curve.
+   pure subroutine node_reference(model, geometry, e, side, x, angle)
+      type(model_t), intent(in) :: model
+      type(geometry_t), intent(in) :: geometry
+      integer, intent(in) :: e, side
+      real(wp), intent(out) :: x(2), angle
+      real(wp) :: speed
+      call curve_point(model%curve(model%mesh%curve(e)), model%imperfection, geometry%element(e)%s(side), x, angle, speed)
+   end subroutine node_reference
+
+   !> Two consecutive elements of one curve with their common node moved by `shift` of nominal length.
+   subroutine slid_pair(model, tableau, geometry, element, shift, pair, x, angle)
+      type(model_t), intent(in) :: model
+      type(tableau_t), intent(in) :: tableau(:)
+      type(geometry_t), intent(in) :: geometry
+      integer, intent(in) :: element(2)          !! the element that ends at the node and the one that starts there
+      real(wp), intent(in) :: shift
+      type(element_geometry_t), intent(out) :: pair(2)
+      real(wp), intent(out) :: x(2), angle       !! stress-free position and tangent of the moved node
+      real(wp) :: speed, s
+      s = geometry%element(element(1))%s(2) + shift
+      call curve_point(model%curve(model%mesh%curve(element(1))), model%imperfection, s, x, angle, speed)
+      pair(1) = element_geometry(model, tableau, element(1), [geometry%element(element(1))%s(1), s], &
+         & geometry%x(:, model%mesh%node(1, element(1))), x)
+      pair(2) = element_geometry(model, tableau, element(2), [s, geometry%element(element(2))%s(2)], x, &
+         & geometry%x(:, model%mesh%node(2, element(2))))
+   end subroutine slid_pair
+
+   !> Moves the node between two consecutive elements of one curve by `shift` of nominal length along it.
+   subroutine slide_node(model, tableau, geometry, element, shift)
+      type(model_t), intent(in) :: model
+      type(tableau_t), intent(in) :: tableau(:)
+      type(geometry_t), intent(inout) :: geometry
+      integer, intent(in) :: element(2)
+      real(wp), intent(in) :: shift
+      type(element_geometry_t) :: pair(2)
+      real(wp) :: x(2), angle
+      call slid_pair(model, tableau, geometry, element, shift, pair, x, angle)
+      geometry%element(element) = pair
+      geometry%x(:, model%mesh%node(2, element(1))) = x
+   end subroutine slide_node
+end module rod_geometry

@@ -1,0 +1,73 @@
+!> The paper's element: two-node updated-Lagrangian beam-column, straight, shear-rigid.
+!>
+!> Natural (rigid-body-free) deformations are measured from the last converged configuration and added to its natural
+!> forces (N, M1, M2); the tangent is K_L + K_tau with the initial stress matrix consistent with them, so Newton converges
+!> quadratically. Element loads are lumped to the nodes. Second order. Source: Silveira & Goncalves (2001), section 3.
+module ul2_element
+   use kinds, only: wp
+   implicit none
+   private
+   public :: ul2_evaluate, ul2_size
+
+   integer, parameter :: ul2_size = 3 !! stored natural forces: N, M1, M2
+
+contains
+
+   !> End forces and tangent; sign conventions of ge_element: f = (-n, -m) at the first node, (n, m) at the second.
+   subroutine ul2_evaluate(h, chord, ea, ei, line, line_rate, pressure, pressure_rate, u, u_base, z_base, f, k, fl, z)
+      real(wp), intent(in) :: h               !! stress-free length
+      real(wp), intent(in) :: chord(2)        !! stress-free position of node 2 minus node 1
+      real(wp), intent(in) :: ea, ei
+      real(wp), intent(in) :: line(2), line_rate(2) !! dead load per stress-free length and its load-factor derivative
+      real(wp), intent(in) :: pressure, pressure_rate
+      real(wp), intent(in) :: u(6)            !! node displacements now
+      real(wp), intent(in) :: u_base(6)       !! at the last converged configuration
+      real(wp), intent(in) :: z_base(3)       !! natural forces there
+      real(wp), intent(out) :: f(6), k(6, 6), fl(6)
+      real(wp), intent(out) :: z(3)           !! natural forces now
+      real(wp) :: d(2), d_base(2), change(2), l, l_base, e(2), stretch, turn, phi(2)
+      real(wp) :: ba(6), bt(6), b1(6), b2(6), side(2)
+      integer :: i, j
+
+      d_base = chord + u_base(4:5) - u_base(1:2)
+      change = (u(4:5) - u_base(4:5)) - (u(1:2) - u_base(1:2))
+      d = d_base + change
+      l = norm2(d)
+      l_base = norm2(d_base)
+      e = d / l
+      ! (l^2 - l_base^2)/(l + l_base): no cancellation of two nearly equal lengths.
+      stretch = dot_product(change, 2.0_wp * d_base + change) / (l + l_base)
+      turn = atan2(d_base(1) * d(2) - d_base(2) * d(1), dot_product(d_base, d))
+      phi = [u(3) - u_base(3), u(6) - u_base(6)] - turn
+      z(1) = z_base(1) + ea / h * stretch
+      z(2) = z_base(2) + ei / h * (4.0_wp * phi(1) + 2.0_wp * phi(2))
+      z(3) = z_base(3) + ei / h * (2.0_wp * phi(1) + 4.0_wp * phi(2))
+
+      ba = [-e(1), -e(2), 0.0_wp, e(1), e(2), 0.0_wp]               ! d(stretch)/du
+      bt = [e(2), -e(1), 0.0_wp, -e(2), e(1), 0.0_wp] / l           ! d(turn)/du
+      b1 = -bt
+      b1(3) = b1(3) + 1.0_wp
+      b2 = -bt
+      b2(6) = b2(6) + 1.0_wp
+      f = z(1) * ba + z(2) * b1 + z(3) * b2
+      do j = 1, 6
+         do i = 1, 6
+            k(i, j) = ea / h * ba(i) * ba(j) &
+               & + ei / h * (4.0_wp * (b1(i) * b1(j) + b2(i) * b2(j)) + 2.0_wp * (b1(i) * b2(j) + b2(i) * b1(j))) &
+               & + z(1) * l * bt(i) * bt(j) + (z(2) + z(3)) / l * (ba(i) * bt(j) + bt(i) * ba(j))
+         end do
+      end do
+
+      side = 0.5_wp * [-d(2), d(1)]
+      f(1:2) = f(1:2) - 0.5_wp * h * line - pressure * side
+      f(4:5) = f(4:5) - 0.5_wp * h * line - pressure * side
+      fl = 0.0_wp
+      fl(1:2) = 0.5_wp * h * line_rate + pressure_rate * side
+      fl(4:5) = fl(1:2)
+      ! The symmetric part of the pressure's load stiffness; the skew part cancels between neighbours.
+      k(1, 5) = k(1, 5) + 0.5_wp * pressure
+      k(5, 1) = k(5, 1) + 0.5_wp * pressure
+      k(2, 4) = k(2, 4) - 0.5_wp * pressure
+      k(4, 2) = k(4, 2) - 0.5_wp * pressure
+   end subroutine ul2_evaluate
+end module ul2_element

@@ -1,0 +1,148 @@
+!> Contact points that slide along the rod: the material coordinate of their node as an unknown of its own.
+!>
+!> A point contact, and the end of a contact region, lies between the mesh nodes. Its node is moved there along the
+!> stress-free rod, the lengths of its two elements change with it, and the equation for the new unknown is tangency:
+!> n.t = 0, the gap has no slope along the rod (the configurational force on the node vanishes). So the contact force
+!> moves smoothly along the rod and never hops from node to node.
+module contact_slides
+   use kinds, only: wp
+   use problem, only: problem_t, dof
+   use rod_state, only: state_t
+   use rod_geometry, only: element_geometry_t, slid_pair, node_reference
+   use ge_element, only: ge_columns
+   use linear_system, only: system_t, evaluate_element, turn_pair
+   implicit none
+   private
+   public :: linearise_slides, slide_row, slides_fit, drop_slides
+
+   real(wp), parameter :: least_length = 0.1_wp !! of an element beside a sliding node, over its tributary length
+
+contains
+
+   !> Border of the sliding nodes: those at the end of a contact region, or alone, whose elements may change their length.
+   subroutine linearise_slides(problem, state, base, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state, base
+      type(system_t), intent(inout) :: system
+      integer :: c, k, ns
+      ns = 0
+      do c = 1, problem%candidates%n
+         if (slides_now(c)) ns = ns + 1
+      end do
+      if (ns /= system%n_slides) then
+         deallocate (system%slide, system%column)
+         allocate (system%slide(ns), system%column(system%n, 1 + ns))
+         if (allocated(system%slide_op)) deallocate (system%slide_op, system%slide_column, system%slide_gap, &
+            & system%tangency, system%tangency_row, system%tangency_corner)
+         if (ns > 0) allocate (system%slide_op(size(state%z, 1), 2, ns), system%slide_column(system%n, ns), &
+            & system%slide_gap(ns), system%tangency(ns), system%tangency_row(3, ns), system%tangency_corner(ns))
+      end if
+      system%n_slides = ns
+      if (ns == 0) return
+      k = 0
+      do c = 1, problem%candidates%n
+         if (.not. slides_now(c)) cycle
+         k = k + 1
+         system%slide(k) = c
+         call linearise_slide(problem, state, base, system, k)
+      end do
+
+   contains
+
+      logical function slides_now(candidate)
+         integer, intent(in) :: candidate
+         slides_now = .false.
+         if (.not. state%active(candidate)) return
+         if (.not. problem%candidates%may_slide(candidate)) return
+         slides_now = .not. all(state%active(problem%candidates%neighbour(:, candidate)))
+      end function slides_now
+   end subroutine linearise_slides
+
+   !> Derivatives by the material coordinate of one sliding node, the node's displacement held: central differences of
+   !> the two elements. They steer Newton only; the solution does not depend on them.
+   subroutine linearise_slide(problem, state, base, system, k)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state, base
+      type(system_t), intent(inout) :: system
+      integer, intent(in) :: k
+      type(element_geometry_t) :: pair(2)
+      real(wp) :: f(6, 2, 2), raw(6), ek(6, 6), fl(6), op(size(state%z, 1), ge_columns, 2, 2), defect(2)
+      real(wp) :: step, x(2), reference, t0(2), t(2), n(2), across(2), angle, angles(2)
+      integer :: c, node, i, side, e, d, end_node, j, z
+      logical :: ok
+      c = system%slide(k)
+      node = problem%candidates%node(c)
+      system%slide_column(:, k) = 0.0_wp
+      step = 1.0e-4_wp * minval(state%geometry%element(problem%candidates%element(:, c))%length)
+      do side = 1, 2
+         call slid_pair(problem%model, problem%tableau, state%geometry, problem%candidates%element(:, c), &
+            & merge(-step, step, side == 1), pair, x, angles(side))
+         do i = 1, 2
+            e = problem%candidates%element(i, c)
+            call evaluate_element(problem, state, base, pair(i), e, f(:, i, side), raw, ek, fl, op(:, :, i, side), defect, ok)
+         end do
+      end do
+      f(:, :, 1) = (f(:, :, 2) - f(:, :, 1)) / (2.0_wp * step)
+      do i = 1, 2
+         e = problem%candidates%element(i, c)
+         z = problem%z_size(e)
+         system%slide_op(:z, i, k) = (op(:z, 7, i, 2) - op(:z, 7, i, 1)) / (2.0_wp * step)
+         do j = 1, 2
+            end_node = problem%model%mesh%node(j, e)
+            if (system%turned(end_node)) call turn_pair(system%axis(:, end_node), f(3 * j - 2:3 * j - 1, i, 1))
+            d = dof(problem, end_node, 1)
+            system%slide_column(d:d + 2, k) = system%slide_column(d:d + 2, k) - f(3 * j - 2:3 * j, i, 1)
+         end do
+      end do
+      ! Tangency: the gap's slope along the rod, n.t, vanishes.
+      e = problem%candidates%element(1, c)
+      call node_reference(problem%model, state%geometry, e, 2, x, reference)
+      t0 = [cos(reference), sin(reference)]
+      angle = reference + state%u(3, node)
+      t = [cos(angle), sin(angle)]
+      n = system%normal(:, c)
+      across = [n(2), -n(1)]
+      system%slide_gap(k) = dot_product(n, t0)
+      system%tangency(k) = dot_product(n, t)
+      system%tangency_row(1:2, k) = system%bend(c) * dot_product(across, t) * across
+      system%tangency_row(3, k) = n(2) * t(1) - n(1) * t(2)
+      system%tangency_corner(k) = system%bend(c) * dot_product(across, t) * dot_product(across, t0)
+      system%tangency_corner(k) = system%tangency_corner(k) + &
+         & system%tangency_row(3, k) * (angles(2) - angles(1)) / (2.0_wp * step)
+      if (system%turned(node)) call turn_pair(system%axis(:, node), system%tangency_row(1:2, k))
+   end subroutine linearise_slide
+
+   !> Product of a tangency row with a vector of unknowns.
+   pure real(wp) function slide_row(problem, system, k, x)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: k
+      real(wp), intent(in) :: x(:)
+      integer :: d
+      d = dof(problem, problem%candidates%node(system%slide(k)), 1)
+      slide_row = dot_product(system%tangency_row(:, k), x(d:d + 2))
+   end function slide_row
+
+   !> False when a contact node would slide by more than half an element: better let the contact set change.
+   pure logical function slides_fit(problem, state, system, y)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: y(:)
+      integer :: k
+      real(wp) :: length(2), least
+      slides_fit = .true.
+      do k = 1, system%n_slides
+         length = state%geometry%element(problem%candidates%element(:, system%slide(k)))%length
+         least = least_length * problem%candidates%tributary(system%slide(k))
+         slides_fit = slides_fit .and. abs(y(1 + k)) < 0.5_wp * minval(length) .and. &
+            & length(1) + y(1 + k) > least .and. length(2) - y(1 + k) > least
+      end do
+   end function slides_fit
+
+   !> Holds all contact nodes at their material points for one solution.
+   subroutine drop_slides(system)
+      type(system_t), intent(inout) :: system
+      system%n_slides = 0
+   end subroutine drop_slides
+end module contact_slides

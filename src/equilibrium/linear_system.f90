@@ -1,0 +1,372 @@
+!> The equilibrium equations at a state, assembled about the present contact set.
+!>
+!> Unknowns: three a node in band order, in axes of the node (turned so that the second is the obstacle's normal where a
+!> rigid contact is active; that unknown is then eliminated). The border of this band is in bordered_system.
+module linear_system
+   use kinds, only: wp
+   use model, only: family_ge
+   use problem, only: problem_t, dof
+   use rod_state, only: state_t, element_displacement, element_load, candidate_gap
+   use rod_geometry, only: element_geometry_t
+   use ge_element, only: ge_evaluate, ge_load_t, ge_columns
+   use ul2_element, only: ul2_evaluate
+   use band_matrix, only: band_t, factor_t, new_band
+   use timing, only: timers_t, timing_start, timing_stop, phase_elements, phase_assembly
+   implicit none
+   private
+   public :: system_t, new_system, assemble, evaluate_element, turn_pair, to_global, row_times
+
+   type :: system_t
+      integer :: n = 0                          !! unknowns of the band
+      type(band_t) :: k                         !! tangent, node axes, nothing eliminated
+      type(factor_t) :: factor
+      real(wp), allocatable :: residual(:)      !! (n) condensed internal minus external forces
+      real(wp), allocatable :: raw(:)           !! (n) the same from the stored resultants, without element defects
+      real(wp), allocatable :: load(:)          !! (n) minus its derivative by the load factor
+      logical, allocatable :: fixed(:)          !! (n) eliminated: supports and rigid contacts
+      real(wp), allocatable :: value(:)         !! (n) increment of a fixed unknown that closes its own error
+      real(wp), allocatable :: rate(:)          !! (n) its derivative by the load factor
+      real(wp), allocatable :: axis(:, :)       !! (2, nodes) direction of the node's first axis
+      logical, allocatable :: turned(:)         !! (nodes) the axes differ from the global ones
+      ! Contact, one entry a candidate.
+      real(wp), allocatable :: gap(:), normal(:, :), bend(:)
+      integer, allocatable :: unknown(:)        !! eliminated unknown of an active rigid contact, 0 otherwise
+      real(wp), allocatable :: slope(:)         !! gap per unit of that unknown
+      real(wp), allocatable :: spring(:)        !! Winkler: modulus times tributary length; 0 for rigid
+      ! Elements.
+      real(wp), allocatable :: ek(:, :, :), ef(:, :), eraw(:, :), el(:, :), op(:, :, :)
+      ! Sliding nodes.
+      integer :: n_slides = 0
+      integer, allocatable :: slide(:)          !! (n_slides) candidate
+      real(wp), allocatable :: slide_op(:, :, :) !! (z, 2, n_slides) derivative of z of both elements
+      real(wp), allocatable :: slide_column(:, :) !! (n, n_slides) minus derivative of the residual
+      real(wp), allocatable :: slide_gap(:)     !! (n_slides) derivative of the gap by the coordinate, node displacement fixed
+      real(wp), allocatable :: tangency(:), tangency_row(:, :), tangency_corner(:)
+      ! Border.
+      real(wp), allocatable :: column(:, :)     !! (n, 1 + n_slides) solved border columns
+      real(wp), allocatable :: tangent(:)       !! (n) derivative along the path by the load factor, tangency kept
+      real(wp), allocatable :: path_row(:)      !! (n) node axes
+      real(wp) :: path_corner = 0.0_wp
+      real(wp), allocatable :: slide_rate(:)    !! (n_slides) the same of the sliding coordinates
+      integer :: negative_pivots = 0            !! of the tangent on the null space of the active constraints
+      ! Measures of the state itself.
+      real(wp) :: force_residual = 0.0_wp       !! relative, from the stored resultants
+      real(wp) :: defect_residual = 0.0_wp      !! internal: rotations [rad], positions over the size
+      real(wp) :: force_scale = 0.0_wp
+      logical :: ok = .true.                    !! false: an element or the matrix was singular
+   end type system_t
+
+contains
+
+   !> Storage for one problem, reused for every linearisation.
+   function new_system(problem) result(system)
+      type(problem_t), intent(in) :: problem
+      type(system_t) :: system
+      integer :: n, nodes, elements, z, c
+      n = problem%n_unknowns
+      nodes = problem%model%mesh%n_nodes
+      elements = problem%model%mesh%n_elements
+      z = maxval(problem%z_size)
+      system%n = n
+      system%k = new_band(n, problem%numbering%half_bandwidth)
+      allocate (system%residual(n), system%raw(n), system%load(n), source=0.0_wp)
+      allocate (system%value(n), system%rate(n), system%path_row(n), source=0.0_wp)
+      allocate (system%fixed(n), source=.false.)
+      allocate (system%axis(2, nodes), source=0.0_wp)
+      allocate (system%turned(nodes), source=.false.)
+      allocate (system%ek(6, 6, elements), system%ef(6, elements), system%eraw(6, elements), system%el(6, elements))
+      allocate (system%op(z, ge_columns, elements))
+      associate (list => problem%candidates)
+         allocate (system%gap(list%n), system%normal(2, list%n), system%bend(list%n), system%slope(list%n))
+         allocate (system%unknown(list%n), source=0)
+         allocate (system%spring(list%n), source=0.0_wp)
+         do c = 1, list%n
+            ! A fully supported node cannot react.
+            system%slope(c) = merge(0.0_wp, 1.0_wp, all(problem%model%fixed(1:2, list%node(c))))
+            associate (obstacle => problem%model%obstacle(list%obstacle(c)))
+               if (.not. obstacle%rigid) system%spring(c) = obstacle%modulus * list%tributary(c)
+            end associate
+         end do
+      end associate
+      allocate (system%slide(0), system%column(n, 1), system%tangent(n))
+   end function new_system
+
+   !> Assembles at `state`; `base` is the last converged configuration, which the UL2 element refers to.
+   subroutine assemble(problem, state, base, system, timers)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state, base
+      type(system_t), intent(inout) :: system
+      type(timers_t), intent(inout) :: timers
+      integer :: e, c
+      logical :: ok
+      real(wp) :: defect(2), worst(2)
+
+      call timing_start(timers, phase_elements)
+      system%ok = .true.
+      worst = 0.0_wp
+      do e = 1, problem%model%mesh%n_elements
+         call evaluate_element(problem, state, base, state%geometry%element(e), e, system%ef(:, e), system%eraw(:, e), &
+            & system%ek(:, :, e), system%el(:, e), system%op(:, :, e), defect, ok)
+         system%ok = system%ok .and. ok
+         worst = max(worst, defect)
+      end do
+      system%defect_residual = max(worst(1), worst(2) / problem%size)
+      call timing_stop(timers, phase_elements)
+      if (.not. system%ok) return
+
+      call timing_start(timers, phase_assembly)
+      do c = 1, problem%candidates%n
+         call candidate_gap(problem, state, c, system%gap(c), system%normal(:, c), system%bend(c))
+      end do
+      call set_constraints(problem, state, system)
+      call sum_elements(problem, system)
+      call add_node_loads(problem, state, system)
+      call add_contact(problem, state, system)
+      call measure_residual(problem, state, system)
+      call timing_stop(timers, phase_assembly)
+   end subroutine assemble
+
+   !> One element of either family at a state, on a given stress-free geometry.
+   subroutine evaluate_element(problem, state, base, geometry, e, f, raw, k, fl, op, defect, ok)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state, base
+      type(element_geometry_t), intent(in) :: geometry
+      integer, intent(in) :: e
+      real(wp), intent(out) :: f(6), raw(6), k(6, 6), fl(6), op(:, :), defect(2)
+      logical, intent(out) :: ok
+      type(ge_load_t) :: load
+      real(wp) :: u(6)
+      u = element_displacement(problem, state, e)
+      load = element_load(problem, state, e)
+      if (problem%model%mesh%family(e) == family_ge) then
+         call ge_evaluate(problem%tableau(problem%model%mesh%stages(e)), geometry%length, geometry%scale, &
+            & geometry%angle, geometry%chord, problem%compliance(e), load, u, &
+            & state%z(:problem%z_size(e), e), f, raw, k, fl, op, defect, ok)
+      else
+         call ul2_evaluate(geometry%length, geometry%chord, 1.0_wp / problem%compliance(e)%axial, &
+            & 1.0_wp / problem%compliance(e)%bending, load%line, load%line_rate, load%pressure, load%pressure_rate, u, &
+            & element_displacement(problem, base, e), base%z(:3, e), f, k, fl, op(:3, 1))
+         raw = f
+         defect = 0.0_wp
+         ok = .true.
+      end if
+   end subroutine evaluate_element
+
+   !> Which unknowns are eliminated, and the axes of the nodes.
+   subroutine set_constraints(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system
+      integer :: node, i, c, d
+      real(wp) :: target
+      system%fixed = .false.
+      system%value = 0.0_wp
+      system%rate = 0.0_wp
+      system%turned = .false.
+      associate (step => problem%model%step(problem%step)%load, fixed => problem%model%fixed)
+         do node = 1, problem%model%mesh%n_nodes
+            do i = 1, 3
+               if (.not. fixed(i, node)) cycle
+               d = dof(problem, node, i)
+               target = problem%constant%displacement(i, node) + state%load_factor * step%displacement(i, node)
+               system%fixed(d) = .true.
+               system%value(d) = target - state%u(i, node)
+               system%rate(d) = step%displacement(i, node)
+            end do
+         end do
+         do c = 1, problem%candidates%n
+            system%unknown(c) = 0
+            if (.not. state%active(c) .or. system%spring(c) > 0.0_wp) cycle
+            node = problem%candidates%node(c)
+            ! A support leaves one direction in which the obstacle can act, or none.
+            if (fixed(1, node)) then
+               if (fixed(2, node)) cycle
+               i = 2
+               system%slope(c) = system%normal(2, c)
+            else if (fixed(2, node)) then
+               i = 1
+               system%slope(c) = system%normal(1, c)
+            else
+               i = 2
+               system%slope(c) = 1.0_wp
+               system%turned(node) = .true.
+               system%axis(:, node) = [system%normal(2, c), -system%normal(1, c)]
+            end if
+            d = dof(problem, node, i)
+            system%unknown(c) = d
+            system%fixed(d) = .true.
+            system%value(d) = -system%gap(c) / system%slope(c)
+         end do
+      end associate
+   end subroutine set_constraints
+
+   !> Sums the elements into the band and the residual.
+   subroutine sum_elements(problem, system)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(inout) :: system
+      integer :: e, i, j, a, b, p(2), node(2)
+      system%k%a = 0.0_wp
+      system%residual = 0.0_wp
+      system%load = 0.0_wp
+      do e = 1, problem%model%mesh%n_elements
+         node = problem%model%mesh%node(:, e)
+         p = 3 * (problem%numbering%position(node) - 1)
+         if (system%turned(node(1))) call turn_element(system%axis(:, node(1)), 1, system%ek(:, :, e), &
+            & system%ef(:, e), system%eraw(:, e), system%el(:, e))
+         if (system%turned(node(2))) call turn_element(system%axis(:, node(2)), 4, system%ek(:, :, e), &
+            & system%ef(:, e), system%eraw(:, e), system%el(:, e))
+         do a = 1, 2
+            system%residual(p(a) + 1:p(a) + 3) = system%residual(p(a) + 1:p(a) + 3) + system%ef(3 * a - 2:3 * a, e)
+            system%load(p(a) + 1:p(a) + 3) = system%load(p(a) + 1:p(a) + 3) + system%el(3 * a - 2:3 * a, e)
+            do j = 1, 3
+               do i = j, 3
+                  system%k%a(1 + i - j, p(a) + j) = system%k%a(1 + i - j, p(a) + j) + system%ek(3 * a - 3 + i, 3 * a - 3 + j, e)
+               end do
+            end do
+         end do
+         a = maxloc(p, 1)
+         b = 3 - a
+         do j = 1, 3
+            do i = 1, 3
+               system%k%a(1 + p(a) + i - p(b) - j, p(b) + j) = system%k%a(1 + p(a) + i - p(b) - j, p(b) + j) + &
+                  & system%ek(3 * a - 3 + i, 3 * b - 3 + j, e)
+            end do
+         end do
+      end do
+   end subroutine sum_elements
+
+   !> Turns the two displacements from row `first` of an element into a node's axes.
+   pure subroutine turn_element(axis, first, k, f, raw, fl)
+      real(wp), intent(in) :: axis(2)
+      integer, intent(in) :: first
+      real(wp), intent(inout) :: k(6, 6), f(6), raw(6), fl(6)
+      integer :: j
+      call turn_pair(axis, f(first:first + 1))
+      call turn_pair(axis, raw(first:first + 1))
+      call turn_pair(axis, fl(first:first + 1))
+      do j = 1, 6
+         call turn_pair(axis, k(first:first + 1, j))
+      end do
+      do j = 1, 6
+         call turn_pair(axis, k(j, first:first + 1))
+      end do
+   end subroutine turn_element
+
+   !> Components of a vector along `axis` and its left normal.
+   pure subroutine turn_pair(axis, v)
+      real(wp), intent(in) :: axis(2)
+      real(wp), intent(inout) :: v(2)
+      v = [axis(1) * v(1) + axis(2) * v(2), axis(1) * v(2) - axis(2) * v(1)]
+   end subroutine turn_pair
+
+   !> Node loads of the constant part and of the step.
+   subroutine add_node_loads(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system
+      integer :: node, d
+      real(wp) :: load(3), rate(3)
+      do node = 1, problem%model%mesh%n_nodes
+         rate = problem%model%step(problem%step)%load%node_force(:, node)
+         load = problem%constant%node_force(:, node) + state%load_factor * rate
+         if (system%turned(node)) then
+            call turn_pair(system%axis(:, node), load(1:2))
+            call turn_pair(system%axis(:, node), rate(1:2))
+         end if
+         d = dof(problem, node, 1)
+         system%residual(d:d + 2) = system%residual(d:d + 2) - load
+         system%load(d:d + 2) = system%load(d:d + 2) + rate
+      end do
+   end subroutine add_node_loads
+
+   !> Winkler springs, and the curvature of the obstacles under the reactions.
+   subroutine add_contact(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system
+      integer :: c, d, node
+      real(wp) :: n(2), t(2), r, kn
+      do c = 1, problem%candidates%n
+         if (.not. state%active(c)) cycle
+         node = problem%candidates%node(c)
+         d = dof(problem, node, 1)
+         n = system%normal(:, c)
+         if (system%turned(node)) call turn_pair(system%axis(:, node), n)
+         t = [n(2), -n(1)]
+         kn = system%spring(c)
+         r = state%reaction(c)
+         if (kn > 0.0_wp) r = -kn * system%gap(c)
+         if (kn > 0.0_wp) system%residual(d:d + 1) = system%residual(d:d + 1) - r * n
+         system%k%a(1, d) = system%k%a(1, d) + kn * n(1) * n(1) - r * system%bend(c) * t(1) * t(1)
+         system%k%a(2, d) = system%k%a(2, d) + kn * n(2) * n(1) - r * system%bend(c) * t(2) * t(1)
+         system%k%a(1, d + 1) = system%k%a(1, d + 1) + kn * n(2) * n(2) - r * system%bend(c) * t(2) * t(2)
+      end do
+   end subroutine add_contact
+
+   !> Equilibrium of the free unknowns from the stored end forces, relative to the largest force or moment over size.
+   subroutine measure_residual(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system
+      real(wp) :: worst, scale
+      integer :: e, i, d, node
+      system%raw = system%residual
+      scale = problem%force_floor
+      do e = 1, problem%model%mesh%n_elements
+         do i = 1, 2
+            node = problem%model%mesh%node(i, e)
+            d = dof(problem, node, 1)
+            system%raw(d:d + 2) = system%raw(d:d + 2) + (system%eraw(3 * i - 2:3 * i, e) - system%ef(3 * i - 2:3 * i, e))
+         end do
+         scale = max(scale, maxval(abs(system%eraw(1:2, e))), maxval(abs(system%eraw(4:5, e))), &
+            & abs(system%eraw(3, e)) / problem%size, abs(system%eraw(6, e)) / problem%size)
+      end do
+      scale = max(scale, maxval(abs(state%reaction), mask=state%active))
+      worst = 0.0_wp
+      do node = 1, problem%model%mesh%n_nodes
+         do i = 1, 3
+            d = dof(problem, node, i)
+            if (system%fixed(d)) cycle
+            if (i < 3) then
+               worst = max(worst, abs(system%raw(d)))
+            else
+               worst = max(worst, abs(system%raw(d)) / problem%size)
+            end if
+         end do
+      end do
+      system%force_scale = scale
+      system%force_residual = worst / scale
+   end subroutine measure_residual
+
+   !> Row i of the tangent times x.
+   pure real(wp) function row_times(system, i, x)
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: i
+      real(wp), intent(in) :: x(:)
+      integer :: j
+      row_times = 0.0_wp
+      do j = max(1, i - system%k%kd), i
+         row_times = row_times + system%k%a(1 + i - j, j) * x(j)
+      end do
+      do j = i + 1, min(system%n, i + system%k%kd)
+         row_times = row_times + system%k%a(1 + j - i, i) * x(j)
+      end do
+   end function row_times
+
+   !> Increment of a node in global axes.
+   pure function to_global(problem, system, x, node) result(du)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: x(:)
+      integer, intent(in) :: node
+      real(wp) :: du(3)
+      integer :: d
+      d = dof(problem, node, 1)
+      du = x(d:d + 2)
+      if (.not. system%turned(node)) return
+      associate (a => system%axis(:, node))
+         du(1:2) = [a(1) * x(d) - a(2) * x(d + 1), a(2) * x(d) + a(1) * x(d + 1)]
+      end associate
+   end function to_global
+
+end module linear_system

@@ -1,0 +1,88 @@
+!> What stays fixed while a step is followed: the model, its numbering and the constants derived from them.
+module problem
+   use kinds, only: wp
+   use model, only: model_t, load_t, family_ge, new_load
+   use numbering, only: numbering_t, new_numbering
+   use gauss_tableau, only: tableau_t, max_stages, new_tableau
+   use ge_element, only: ge_stiffness_t, ge_compliance, ge_size
+   use ul2_element, only: ul2_size
+   use rod_geometry, only: geometry_t, new_geometry
+   use candidates, only: candidates_t, new_candidates
+   implicit none
+   private
+   public :: problem_t, new_problem, structure_size, dof
+
+   type :: problem_t
+      type(model_t) :: model
+      type(numbering_t) :: numbering
+      type(candidates_t) :: candidates
+      type(tableau_t) :: tableau(max_stages)
+      type(ge_stiffness_t), allocatable :: compliance(:) !! (elements)
+      logical, allocatable :: pressurised(:)             !! (elements) a pressure acts in some step
+      integer, allocatable :: z_size(:)                  !! (elements) stored unknowns
+      type(load_t) :: constant                           !! left behind by the steps before this one
+      integer :: step = 1
+      integer :: n_unknowns = 0                          !! three a node
+      real(wp) :: size = 1.0_wp                          !! diagonal of the box around the structure
+      real(wp) :: force_floor = 0.0_wp                   !! smallest force scale: rounding of EI/size^2
+      real(wp), allocatable :: weight(:)                 !! (nodes) share of the rod's length over size^2: the arc-length metric
+   end type problem_t
+
+contains
+
+   !> Derives everything from a checked model.
+   function new_problem(model) result(problem)
+      type(model_t), intent(in) :: model
+      type(problem_t) :: problem
+      type(geometry_t) :: home
+      integer :: e, i, k
+      real(wp) :: softest
+      problem%model = model
+      problem%numbering = new_numbering(model%mesh)
+      do i = 1, max_stages
+         problem%tableau(i) = new_tableau(i)
+      end do
+      home = new_geometry(model, problem%tableau)
+      problem%candidates = new_candidates(model, home)
+      problem%constant = new_load(model%mesh%n_nodes, model%mesh%n_elements)
+      problem%n_unknowns = 3 * model%mesh%n_nodes
+      problem%size = structure_size(home%x)
+      allocate (problem%compliance(model%mesh%n_elements), problem%z_size(model%mesh%n_elements))
+      allocate (problem%pressurised(model%mesh%n_elements), source=.false.)
+      allocate (problem%weight(model%mesh%n_nodes), source=0.0_wp)
+      do k = 1, size(model%step)
+         problem%pressurised = problem%pressurised .or. abs(model%step(k)%load%pressure) > 0.0_wp
+      end do
+      softest = huge(1.0_wp)
+      do e = 1, model%mesh%n_elements
+         associate (section => model%section(model%mesh%section(e)))
+            problem%compliance(e) = ge_compliance(model%mesh%stages(e), home%element(e)%length, section%ea, section%ei, &
+               & section%ga, section%shear_rigid)
+            softest = min(softest, section%ei)
+         end associate
+         problem%z_size(e) = ul2_size
+         if (model%mesh%family(e) == family_ge) &
+            & problem%z_size(e) = ge_size(model%mesh%stages(e), problem%pressurised(e))
+         do i = 1, 2
+            associate (node => model%mesh%node(i, e))
+               problem%weight(node) = problem%weight(node) + 0.5_wp * home%element(e)%length
+            end associate
+         end do
+      end do
+      problem%weight = problem%weight / (sum(home%element%length) * problem%size**2)
+      problem%force_floor = 1.0e-12_wp * softest / problem%size**2
+   end function new_problem
+
+   !> Diagonal of the box around a set of points.
+   pure real(wp) function structure_size(x)
+      real(wp), intent(in) :: x(:, :)   !! (2, points)
+      structure_size = hypot(maxval(x(1, :)) - minval(x(1, :)), maxval(x(2, :)) - minval(x(2, :)))
+   end function structure_size
+
+   !> Place of a nodal unknown (component 1, 2, 3) in the band.
+   pure integer function dof(problem, node, component)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: node, component
+      dof = 3 * (problem%numbering%position(node) - 1) + component
+   end function dof
+end module problem

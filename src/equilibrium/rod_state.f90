@@ -1,0 +1,83 @@
+!> Everything that changes along the path. Copying a state saves it; assigning the copy restores it.
+module rod_state
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_geometry, only: geometry_t, new_geometry
+   use obstacle_geometry, only: obstacle_gap
+   use ge_element, only: ge_load_t
+   implicit none
+   private
+   public :: state_t, new_state, element_displacement, element_load, node_position, candidate_gap
+
+   type :: state_t
+      real(wp) :: load_factor = 0.0_wp
+      real(wp), allocatable :: u(:, :)        !! (3, nodes) displacements and rotation
+      real(wp), allocatable :: z(:, :)        !! (largest z_size, elements) stored resultants
+      logical, allocatable :: active(:)       !! (candidates) in contact
+      real(wp), allocatable :: reaction(:)    !! (candidates) normal reaction, positive in compression
+      type(geometry_t) :: geometry            !! changes only where a contact node slides
+   end type state_t
+
+contains
+
+   !> Stress-free start; candidates that touch are in contact, for the structure may hang on nothing else.
+   function new_state(problem) result(state)
+      type(problem_t), intent(in) :: problem
+      type(state_t) :: state
+      real(wp) :: gap, normal(2), bend
+      integer :: c
+      allocate (state%u(3, problem%model%mesh%n_nodes), source=0.0_wp)
+      allocate (state%z(maxval(problem%z_size), problem%model%mesh%n_elements), source=0.0_wp)
+      allocate (state%active(problem%candidates%n), source=.false.)
+      allocate (state%reaction(problem%candidates%n), source=0.0_wp)
+      state%geometry = new_geometry(problem%model, problem%tableau)
+      do c = 1, problem%candidates%n
+         call candidate_gap(problem, state, c, gap, normal, bend)
+         state%active(c) = gap <= 1.0e-10_wp * problem%size .and. &
+            & .not. all(problem%model%fixed(1:2, problem%candidates%node(c)))
+      end do
+   end function new_state
+
+   !> The six displacements of an element's nodes.
+   pure function element_displacement(problem, state, e) result(u)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp) :: u(6)
+      u(1:3) = state%u(:, problem%model%mesh%node(1, e))
+      u(4:6) = state%u(:, problem%model%mesh%node(2, e))
+   end function element_displacement
+
+   !> The load on an element at the state's load factor.
+   pure function element_load(problem, state, e) result(load)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      type(ge_load_t) :: load
+      associate (step => problem%model%step(problem%step)%load)
+         load%line_rate = step%line_force(:, e)
+         load%line = problem%constant%line_force(:, e) + state%load_factor * load%line_rate
+         load%pressure_rate = step%pressure(e)
+         load%pressure = problem%constant%pressure(e) + state%load_factor * load%pressure_rate
+      end associate
+   end function element_load
+
+   !> Deformed position of a node.
+   pure function node_position(state, node) result(x)
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: node
+      real(wp) :: x(2)
+      x = state%geometry%x(:, node) + state%u(1:2, node)
+   end function node_position
+
+   !> Gap of a candidate, its gradient and its curvature along the obstacle.
+   pure subroutine candidate_gap(problem, state, candidate, gap, normal, bend)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      real(wp), intent(out) :: gap, normal(2), bend
+      call obstacle_gap(problem%model%obstacle(problem%candidates%obstacle(candidate)), &
+         & node_position(state, problem%candidates%node(candidate)), gap, normal, bend)
+      gap = gap + problem%candidates%gap_offset(candidate)
+   end subroutine candidate_gap
+end module rod_state

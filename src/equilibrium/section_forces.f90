@@ -1,0 +1,61 @@
+!> Resultants at the ends of the elements, from the stored unknowns.
+module section_forces
+   use kinds, only: wp
+   use model, only: family_ge
+   use problem, only: problem_t
+   use rod_state, only: state_t, element_displacement, element_load
+   use ge_element, only: ge_end_forces
+   implicit none
+   private
+   public :: end_forces, local_forces, rod_direction
+
+contains
+
+   !> (n_x, n_y, m) in global axes at both ends of an element: the force and moment that the part behind the section
+   !> exerts on the part before it.
+   subroutine end_forces(problem, state, e, first, second)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(out) :: first(3), second(3)
+      real(wp) :: u(6), d(2), l, shear
+      u = element_displacement(problem, state, e)
+      if (problem%model%mesh%family(e) == family_ge) then
+         call ge_end_forces(problem%tableau(problem%model%mesh%stages(e)), state%geometry%element(e)%length, &
+            & state%geometry%element(e)%scale, state%geometry%element(e)%angle, problem%compliance(e), &
+            & element_load(problem, state, e), u, state%z(:problem%z_size(e), e), first, second)
+      else
+         d = state%geometry%element(e)%chord + u(4:5) - u(1:2)
+         l = norm2(d)
+         d = d / l
+         shear = -(state%z(2, e) + state%z(3, e)) / l
+         first = [state%z(1, e) * d(1) - shear * d(2), state%z(1, e) * d(2) + shear * d(1), -state%z(2, e)]
+         second = [first(1:2), state%z(3, e)]
+      end if
+   end subroutine end_forces
+
+   !> Tangent angle of the deformed rod at end `side` of an element.
+   pure real(wp) function rod_direction(problem, state, e, side) result(angle)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e, side
+      angle = state%geometry%element(e)%end_angle(side) + state%u(3, problem%model%mesh%node(side, e))
+   end function rod_direction
+
+   !> (N, Q, M) in the axes of the deformed section at both ends: N positive in tension, Q along the left normal.
+   subroutine local_forces(problem, state, e, local)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(out) :: local(3, 2)
+      real(wp) :: ends(3, 2), angle
+      integer :: side
+      call end_forces(problem, state, e, ends(:, 1), ends(:, 2))
+      do side = 1, 2
+         angle = rod_direction(problem, state, e, side)
+         local(1, side) = cos(angle) * ends(1, side) + sin(angle) * ends(2, side)
+         local(2, side) = cos(angle) * ends(2, side) - sin(angle) * ends(1, side)
+         local(3, side) = ends(3, side)
+      end do
+   end subroutine local_forces
+end module section_forces

@@ -1,0 +1,149 @@
+!> Symmetric band matrices: LAPACK's Cholesky while they are positive definite, its pivoting LU where they are not.
+module band_matrix
+   use kinds, only: wp
+   use lapack, only: dpbtrf, dpbtrs, dgbtrf, dgbtrs, dsbmv
+   implicit none
+   private
+   public :: band_t, factor_t, new_band, band_times, factorise, solve_factored
+
+   !> Lower band storage of LAPACK: a(1 + i - j, j) = A(i, j), j <= i <= j + kd.
+   type :: band_t
+      integer :: n = 0, kd = 0
+      real(wp), allocatable :: a(:, :)   !! (kd + 1, n)
+   end type band_t
+
+   type :: factor_t
+      integer :: n = 0, kd = 0
+      logical :: positive = .false.      !! Cholesky succeeded
+      logical :: usable = .false.        !! neither factorisation met an exactly singular matrix
+      integer :: negative_pivots = 0     !! of L D L^T: the number of negative eigenvalues (Sylvester)
+      real(wp), allocatable :: cholesky(:, :) !! (kd + 1, n)
+      real(wp), allocatable :: lu(:, :)       !! (3 kd + 1, n), allocated at the first indefinite matrix
+      integer, allocatable :: pivot(:)
+   end type factor_t
+
+contains
+
+   !> A zero matrix of order n and half bandwidth kd.
+   pure function new_band(n, kd) result(band)
+      integer, intent(in) :: n, kd
+      type(band_t) :: band
+      band%n = n
+      band%kd = min(kd, max(n - 1, 0))
+      allocate (band%a(band%kd + 1, n), source=0.0_wp)
+   end function new_band
+
+   !> y = A x.
+   subroutine band_times(band, x, y)
+      type(band_t), intent(in) :: band
+      real(wp), intent(in) :: x(:)     !! (n)
+      real(wp), intent(inout) :: y(:)  !! (n)
+      call dsbmv('L', band%n, band%kd, 1.0_wp, band%a, band%kd + 1, x, 1, 0.0_wp, y, 1)
+   end subroutine band_times
+
+   !> Factors A with the rows and columns of the fixed unknowns replaced by those of the identity.
+   subroutine factorise(band, fixed, factor)
+      type(band_t), intent(in) :: band
+      logical, intent(in) :: fixed(:)      !! (n)
+      type(factor_t), intent(inout) :: factor !! storage is kept between calls
+      integer :: info
+      factor%n = band%n
+      factor%kd = band%kd
+      if (.not. allocated(factor%cholesky)) allocate (factor%cholesky(band%kd + 1, band%n))
+      call copy_masked(band, fixed, factor%cholesky)
+      call dpbtrf('L', band%n, band%kd, factor%cholesky, band%kd + 1, info)
+      factor%positive = info == 0
+      factor%usable = .true.
+      factor%negative_pivots = 0
+      if (factor%positive) return
+      if (.not. allocated(factor%lu)) allocate (factor%lu(3 * band%kd + 1, band%n), factor%pivot(band%n))
+      call copy_masked(band, fixed, factor%cholesky)
+      call to_general(factor)
+      factor%negative_pivots = count_negative(factor)
+      call dgbtrf(band%n, band%n, band%kd, band%kd, factor%lu, 3 * band%kd + 1, factor%pivot, info)
+      factor%usable = info == 0
+   end subroutine factorise
+
+   !> Copies A with identity rows and columns at the fixed unknowns.
+   subroutine copy_masked(band, fixed, a)
+      type(band_t), intent(in) :: band
+      logical, intent(in) :: fixed(:)
+      real(wp), intent(inout) :: a(:, :)
+      integer :: i, j, last
+      a = band%a
+      do j = 1, band%n
+         if (.not. fixed(j)) cycle
+         last = min(band%kd, band%n - j)
+         a(1, j) = 1.0_wp
+         a(2:last + 1, j) = 0.0_wp
+         do i = max(1, j - band%kd), j - 1
+            a(1 + j - i, i) = 0.0_wp
+         end do
+      end do
+   end subroutine copy_masked
+
+   !> Solves A X = B in place.
+   subroutine solve_factored(factor, b)
+      type(factor_t), intent(in) :: factor
+      real(wp), intent(inout) :: b(:, :)  !! (n, right-hand sides)
+      integer :: info
+      if (factor%positive) then
+         call dpbtrs('L', factor%n, factor%kd, size(b, 2), factor%cholesky, factor%kd + 1, b, factor%n, info)
+      else
+         call dgbtrs('N', factor%n, factor%kd, factor%kd, size(b, 2), factor%lu, 3 * factor%kd + 1, &
+            & factor%pivot, b, factor%n, info)
+      end if
+   end subroutine solve_factored
+
+   !> Copies the masked symmetric matrix to LAPACK's general band storage.
+   subroutine to_general(factor)
+      type(factor_t), intent(inout) :: factor
+      integer :: j, i, kd
+      kd = factor%kd
+      factor%lu = 0.0_wp
+      do j = 1, factor%n
+         do i = j, min(factor%n, j + kd)
+            factor%lu(2 * kd + 1 + i - j, j) = factor%cholesky(1 + i - j, j)
+            factor%lu(2 * kd + 1 + j - i, i) = factor%cholesky(1 + i - j, j)
+         end do
+      end do
+   end subroutine to_general
+
+   !> Negative pivots of L D L^T without pivoting (a Sturm count), from the general storage.
+   integer function count_negative(factor)
+      type(factor_t), intent(in) :: factor
+      real(wp) :: window(factor%kd + 1, factor%kd + 1), d, ratio
+      integer :: j, i, l, kd, last
+      kd = factor%kd
+      count_negative = 0
+      ! The window holds the lower columns j .. j + kd that elimination has reached.
+      window = 0.0_wp
+      do j = 1, min(kd, factor%n)
+         call load_column(j, j)
+      end do
+      do j = 1, factor%n
+         if (j + kd <= factor%n) call load_column(j + kd, kd + 1)
+         d = window(1, 1)
+         if (d < 0.0_wp) count_negative = count_negative + 1
+         if (abs(d) <= 0.0_wp) d = tiny(d)
+         last = min(kd, factor%n - j)
+         do i = 1, last
+            ratio = window(1 + i, 1) / d
+            do l = i, last
+               window(1 + l - i, 1 + i) = window(1 + l - i, 1 + i) - ratio * window(1 + l, 1)
+            end do
+         end do
+         window(:, 1:kd) = window(:, 2:kd + 1)
+         window(:, kd + 1) = 0.0_wp
+      end do
+
+   contains
+
+      subroutine load_column(column, slot)
+         integer, intent(in) :: column, slot
+         integer :: entries
+         entries = min(kd, factor%n - column) + 1
+         window(:entries, slot) = window(:entries, slot) + factor%lu(2 * kd + 1:2 * kd + entries, column)
+      end subroutine load_column
+   end function count_negative
+end module band_matrix

@@ -1,0 +1,198 @@
+!> Explicit interfaces of the double precision LAPACK and BLAS routines this program calls.
+!>
+!> Arguments have LAPACK's own names and meaning (www.netlib.org/lapack). Matrices are assumed-size with a leading
+!> dimension, so a section that starts in the middle of an array costs no copy, and a vector may stand for one column.
+module lapack
+   use kinds, only: wp
+   implicit none
+   private
+   public :: dgetrf, dgetrs, dgetri, dgesv, dgecon
+   public :: dpbtrf, dpbtrs, dpbcon
+   public :: dgbtrf, dgbtrs, dgbcon
+   public :: dptsv
+   public :: dgemv, dsbmv, dtrsm, dnrm2
+
+   ! Dense general matrices.
+   interface
+
+      !> LU factors of a dense matrix, with row exchanges.
+      subroutine dgetrf(m, n, a, lda, ipiv, info)
+         import :: wp
+         integer, intent(in) :: m, n, lda
+         real(wp), intent(inout) :: a(lda, *)
+         integer, intent(out) :: ipiv(*)
+         integer, intent(out) :: info !! > 0: U(info, info) is exactly zero
+      end subroutine dgetrf
+
+      !> Solves with the factors of dgetrf.
+      subroutine dgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
+         import :: wp
+         character, intent(in) :: trans
+         integer, intent(in) :: n, nrhs, lda, ldb
+         real(wp), intent(in) :: a(lda, *)
+         integer, intent(in) :: ipiv(*)
+         real(wp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dgetrs
+
+      !> Inverse from the factors of dgetrf.
+      subroutine dgetri(n, a, lda, ipiv, work, lwork, info)
+         import :: wp
+         integer, intent(in) :: n, lda, lwork
+         real(wp), intent(inout) :: a(lda, *)
+         integer, intent(in) :: ipiv(*)
+         real(wp), intent(out) :: work(*)
+         integer, intent(out) :: info !! > 0: U(info, info) is exactly zero
+      end subroutine dgetri
+
+      !> Factors and solves a dense system.
+      subroutine dgesv(n, nrhs, a, lda, ipiv, b, ldb, info)
+         import :: wp
+         integer, intent(in) :: n, nrhs, lda, ldb
+         real(wp), intent(inout) :: a(lda, *)
+         integer, intent(out) :: ipiv(*)
+         real(wp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info !! > 0: U(info, info) is exactly zero, b is untouched
+      end subroutine dgesv
+
+      !> Reciprocal condition number from the factors of dgetrf.
+      subroutine dgecon(norm, n, a, lda, anorm, rcond, work, iwork, info)
+         import :: wp
+         character, intent(in) :: norm
+         integer, intent(in) :: n, lda
+         real(wp), intent(in) :: a(lda, *)
+         real(wp), intent(in) :: anorm
+         real(wp), intent(out) :: rcond
+         real(wp), intent(out) :: work(*) !! (4 n)
+         integer, intent(out) :: iwork(*) !! (n)
+         integer, intent(out) :: info
+      end subroutine dgecon
+
+   end interface
+
+   ! Banded and tridiagonal matrices.
+   interface
+
+      !> Cholesky factors of a symmetric positive definite band matrix.
+      subroutine dpbtrf(uplo, n, kd, ab, ldab, info)
+         import :: wp
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, kd, ldab
+         real(wp), intent(inout) :: ab(ldab, *)
+         integer, intent(out) :: info !! > 0: the leading minor of this order is not positive
+      end subroutine dpbtrf
+
+      !> Solves with the factors of dpbtrf.
+      subroutine dpbtrs(uplo, n, kd, nrhs, ab, ldab, b, ldb, info)
+         import :: wp
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, kd, nrhs, ldab, ldb
+         real(wp), intent(in) :: ab(ldab, *)
+         real(wp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dpbtrs
+
+      !> Reciprocal condition number from the factors of dpbtrf.
+      subroutine dpbcon(uplo, n, kd, ab, ldab, anorm, rcond, work, iwork, info)
+         import :: wp
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, kd, ldab
+         real(wp), intent(in) :: ab(ldab, *)
+         real(wp), intent(in) :: anorm
+         real(wp), intent(out) :: rcond
+         real(wp), intent(out) :: work(*) !! (3 n)
+         integer, intent(out) :: iwork(*) !! (n)
+         integer, intent(out) :: info
+      end subroutine dpbcon
+
+      !> LU factors of a general band matrix, with row exchanges.
+      subroutine dgbtrf(m, n, kl, ku, ab, ldab, ipiv, info)
+         import :: wp
+         integer, intent(in) :: m, n, kl, ku, ldab
+         real(wp), intent(inout) :: ab(ldab, *)
+         integer, intent(out) :: ipiv(*)
+         integer, intent(out) :: info !! > 0: U(info, info) is exactly zero
+      end subroutine dgbtrf
+
+      !> Solves with the factors of dgbtrf.
+      subroutine dgbtrs(trans, n, kl, ku, nrhs, ab, ldab, ipiv, b, ldb, info)
+         import :: wp
+         character, intent(in) :: trans
+         integer, intent(in) :: n, kl, ku, nrhs, ldab, ldb
+         real(wp), intent(in) :: ab(ldab, *)
+         integer, intent(in) :: ipiv(*)
+         real(wp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dgbtrs
+
+      !> Reciprocal condition number from the factors of dgbtrf.
+      subroutine dgbcon(norm, n, kl, ku, ab, ldab, ipiv, anorm, rcond, work, iwork, info)
+         import :: wp
+         character, intent(in) :: norm
+         integer, intent(in) :: n, kl, ku, ldab
+         real(wp), intent(in) :: ab(ldab, *)
+         integer, intent(in) :: ipiv(*)
+         real(wp), intent(in) :: anorm
+         real(wp), intent(out) :: rcond
+         real(wp), intent(out) :: work(*) !! (3 n)
+         integer, intent(out) :: iwork(*) !! (n)
+         integer, intent(out) :: info
+      end subroutine dgbcon
+
+      !> Factors and solves a symmetric positive definite tridiagonal system.
+      subroutine dptsv(n, nrhs, d, e, b, ldb, info)
+         import :: wp
+         integer, intent(in) :: n, nrhs, ldb
+         real(wp), intent(inout) :: d(*)
+         real(wp), intent(inout) :: e(*)
+         real(wp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info !! > 0: the leading minor of this order is not positive
+      end subroutine dptsv
+
+   end interface
+
+   ! BLAS.
+   interface
+
+      !> y = alpha op(a) x + beta y.
+      subroutine dgemv(trans, m, n, alpha, a, lda, x, incx, beta, y, incy)
+         import :: wp
+         character, intent(in) :: trans
+         integer, intent(in) :: m, n, lda, incx, incy
+         real(wp), intent(in) :: alpha, beta
+         real(wp), intent(in) :: a(lda, *)
+         real(wp), intent(in) :: x(*)
+         real(wp), intent(inout) :: y(*)
+      end subroutine dgemv
+
+      !> y = alpha a x + beta y, a symmetric and banded.
+      subroutine dsbmv(uplo, n, k, alpha, a, lda, x, incx, beta, y, incy)
+         import :: wp
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, k, lda, incx, incy
+         real(wp), intent(in) :: alpha, beta
+         real(wp), intent(in) :: a(lda, *)
+         real(wp), intent(in) :: x(*)
+         real(wp), intent(inout) :: y(*)
+      end subroutine dsbmv
+
+      !> b = alpha op(a)**(-1) b or alpha b op(a)**(-1), a triangular.
+      subroutine dtrsm(side, uplo, transa, diag, m, n, alpha, a, lda, b, ldb)
+         import :: wp
+         character, intent(in) :: side, uplo, transa, diag
+         integer, intent(in) :: m, n, lda, ldb
+         real(wp), intent(in) :: alpha
+         real(wp), intent(in) :: a(lda, *)
+         real(wp), intent(inout) :: b(ldb, *)
+      end subroutine dtrsm
+
+      !> Euclidean norm.
+      function dnrm2(n, x, incx)
+         import :: wp
+         integer, intent(in) :: n, incx
+         real(wp), intent(in) :: x(*)
+         real(wp) :: dnrm2
+      end function dnrm2
+
+   end interface
+end module lapack

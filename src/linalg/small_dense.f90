@@ -1,0 +1,55 @@
+!> Dense systems of element size (at most a dozen unknowns), where a LAPACK call costs more than the work itself.
+module small_dense
+   use kinds, only: wp
+   implicit none
+   private
+   public :: solve_small
+
+contains
+
+   !> Solves A X = B by Gauss elimination with row pivoting; A and B are overwritten, X is in B.
+   pure subroutine solve_small(n, a, b, singular)
+      integer, intent(in) :: n             !! unknowns
+      real(wp), intent(inout) :: a(:, :)   !! (>= n, >= n) matrix, destroyed
+      real(wp), intent(inout) :: b(:, :)   !! (>= n, right-hand sides), the solution on return
+      logical, intent(out) :: singular     !! a pivot was exactly zero or not finite; B is then undefined
+      real(wp) :: factor, swap
+      integer :: i, j, k, p
+      singular = .false.
+      do k = 1, n
+         p = k
+         do i = k + 1, n
+            if (abs(a(i, k)) > abs(a(p, k))) p = i
+         end do
+         if (.not. abs(a(p, k)) > 0.0_wp) then
+            singular = .true.
+            return
+         end if
+         if (p /= k) then
+            do j = k, n
+               swap = a(k, j); a(k, j) = a(p, j); a(p, j) = swap
+            end do
+            do j = 1, size(b, 2)
+               swap = b(k, j); b(k, j) = b(p, j); b(p, j) = swap
+            end do
+         end if
+         do i = k + 1, n
+            factor = a(i, k) / a(k, k)
+            do j = k + 1, n
+               a(i, j) = a(i, j) - factor * a(k, j)
+            end do
+            do j = 1, size(b, 2)
+               b(i, j) = b(i, j) - factor * b(k, j)
+            end do
+         end do
+      end do
+      do j = 1, size(b, 2)
+         do i = n, 1, -1
+            do k = i + 1, n
+               b(i, j) = b(i, j) - a(i, k) * b(k, j)
+            end do
+            b(i, j) = b(i, j) / a(i, i)
+         end do
+      end do
+   end subroutine solve_small
+end module small_dense

@@ -1,0 +1,85 @@
+!> Stress-free offset of the axis from the perfect geometry: value and slope of every shape; nodal and random splines.
+module imperfection
+   use kinds, only: wp, pi
+   use model, only: imperfection_t, shape_sine, shape_cosine, shape_clamped, shape_nodal
+   use cubic_spline, only: spline_bend, spline_value
+   use random_numbers, only: random_t, new_random, next_random
+   implicit none
+   private
+   public :: imperfection_value, nodal_imperfection, random_offsets
+
+   real(wp), parameter :: unit_peak = 1.5_wp * sqrt(3.0_wp) !! sin^2 cos times this has the largest value 1
+
+contains
+
+   !> Offset and its slope at a point of the chain.
+   pure subroutine imperfection_value(imperfection, s, w, dw)
+      type(imperfection_t), intent(in) :: imperfection
+      real(wp), intent(in) :: s   !! coordinate along the chain, 0 to its length
+      real(wp), intent(out) :: w  !! offset to the left
+      real(wp), intent(out) :: dw !! dw/ds
+      real(wp) :: wave, at
+      integer :: k
+      w = 0.0_wp
+      dw = 0.0_wp
+      select case (imperfection%shape)
+      case (shape_sine, shape_cosine)
+         do k = 1, size(imperfection%amplitude)
+            wave = imperfection%half_waves(k) * pi / imperfection%length
+            at = wave * s + imperfection%phase(k)
+            if (imperfection%shape == shape_sine) then
+               w = w + imperfection%amplitude(k) * sin(at)
+               dw = dw + imperfection%amplitude(k) * wave * cos(at)
+            else
+               w = w + imperfection%amplitude(k) * cos(at)
+               dw = dw - imperfection%amplitude(k) * wave * sin(at)
+            end if
+         end do
+      case (shape_clamped)
+         wave = pi / imperfection%length
+         at = wave * s
+         associate (a1 => imperfection%amplitude(1), a2 => unit_peak * imperfection%amplitude(2))
+            w = sin(at)**2 * (a1 + a2 * cos(at))
+            dw = wave * sin(at) * (2 * cos(at) * (a1 + a2 * cos(at)) - a2 * sin(at)**2)
+         end associate
+      case (shape_nodal)
+         call spline_value(imperfection%knot, imperfection%amplitude, imperfection%bend, s, w, dw)
+      end select
+   end subroutine imperfection_value
+
+   !> The spline through nodal offsets.
+   subroutine nodal_imperfection(knot, offset, closed, imperfection)
+      real(wp), intent(in) :: knot(:)                   !! chain coordinates of the nodes, from 0 to its length
+      real(wp), intent(in) :: offset(:)                 !! at the nodes; closed: the last one equals the first
+      logical, intent(in) :: closed                     !! the chain ends where it begins: periodic, else natural spline
+      type(imperfection_t), intent(out) :: imperfection !! ready for imperfection_value
+      imperfection%shape = shape_nodal
+      imperfection%length = knot(size(knot))
+      imperfection%knot = knot
+      imperfection%amplitude = offset
+      allocate (imperfection%bend(size(knot)))
+      call spline_bend(knot, offset, closed, imperfection%bend)
+   end subroutine nodal_imperfection
+
+   !> Nodal offsets uniform between -amplitude and amplitude; zero at both ends of an open chain, equal at those of a
+   !> closed one.
+   pure subroutine random_offsets(seed, amplitude, closed, offset)
+      integer, intent(in) :: seed          !! the same seed gives the same offsets
+      real(wp), intent(in) :: amplitude    !! largest offset, positive
+      logical, intent(in) :: closed        !! the chain ends where it begins
+      real(wp), intent(out) :: offset(:)   !! one a node of the chain, 2 or more
+      type(random_t) :: generator
+      real(wp) :: number
+      integer :: i
+      generator = new_random(seed)
+      do i = 1, size(offset)
+         call next_random(generator, number)
+         offset(i) = amplitude * (2 * number - 1)
+      end do
+      if (closed) then
+         offset(size(offset)) = offset(1)
+      else
+         offset([1, size(offset)]) = 0.0_wp
+      end if
+   end subroutine random_offsets
+end module imperfection

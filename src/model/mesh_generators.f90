@@ -1,0 +1,235 @@
+!> Rows of elements on a line, an arc or a ring: the curve, where its nodes lie, and the growing mesh they go to.
+module mesh_generators
+   use kinds, only: wp, pi
+   use errors, only: error_t, fail
+   use text, only: to_text
+   use model, only: curve_t, mesh_t
+   implicit none
+   private
+   public :: line_curve, arc_curve, ring_curve, graded_division
+   public :: growing_mesh_t
+
+   real(wp), parameter :: radius_tolerance = 1.0e-6_wp !! relative difference of the two radii of an arc
+
+   !> Nodes, elements and curves as the deck defines them, with room to spare.
+   type :: growing_mesh_t
+      type(mesh_t) :: mesh                   !! n_nodes and n_elements count; the arrays may be larger
+      type(curve_t), allocatable :: curve(:)
+      integer :: n_curves = 0
+   contains
+      procedure :: add_node
+      procedure :: add_element
+      procedure :: add_curve
+      procedure :: take
+   end type growing_mesh_t
+
+   interface enlarge
+      module procedure enlarge_list, enlarge_table, enlarge_real_table
+   end interface enlarge
+
+contains
+
+   !> The straight curve between two points.
+   pure type(curve_t) function line_curve(first, last) result(curve)
+      real(wp), intent(in) :: first(2), last(2) !! its ends, not the same point
+      curve%origin = first
+      curve%angle = atan2(last(2) - first(2), last(1) - first(1))
+      curve%length = norm2(last - first)
+   end function line_curve
+
+   !> The arc between two points about a centre.
+   !>
+   !> The centre may be a little off: it is moved along the chord so that the arc goes through both points exactly.
+   subroutine arc_curve(first, last, centre, anticlockwise, curve, error)
+      real(wp), intent(in) :: first(2), last(2)        !! its ends
+      real(wp), intent(in) :: centre(2)                !! equally far from both, to 1e-6 of the radius
+      logical, intent(in) :: anticlockwise             !! the way round
+      type(curve_t), intent(out) :: curve              !! as declared on failure
+      type(error_t), allocatable, intent(out) :: error !! no such arc
+      real(wp) :: chord(2), c(2), a(2), b(2), radius(2), sweep
+      chord = last - first
+      radius = [norm2(first - centre), norm2(last - centre)]
+      if (minval(radius) <= 0.0_wp) then
+         call fail(error, 'the centre is one of the nodes')
+         return
+      else if (abs(radius(1) - radius(2)) > radius_tolerance * maxval(radius)) then
+         call fail(error, 'the nodes are not equally far from the centre: '//to_text(radius(1))//' and '// &
+            to_text(radius(2)))
+         return
+      else if (norm2(chord) <= radius_tolerance * maxval(radius)) then
+         call fail(error, 'the nodes are at the same place; *RING makes a closed circle')
+         return
+      end if
+      c = centre - chord * dot_product(centre - 0.5_wp * (first + last), chord) / dot_product(chord, chord)
+      a = first - c
+      b = last - c
+      sweep = atan2(a(1) * b(2) - a(2) * b(1), dot_product(a, b))
+      if (.not. anticlockwise) sweep = -sweep
+      if (sweep <= 0.0_wp) sweep = sweep + 2 * pi
+      curve%origin = first
+      if (anticlockwise) then
+         curve%angle = atan2(a(1), -a(2))
+         curve%curvature = 1.0_wp / norm2(a)
+      else
+         curve%angle = atan2(-a(1), a(2))
+         curve%curvature = -1.0_wp / norm2(a)
+      end if
+      curve%length = sweep * norm2(a)
+   end subroutine arc_curve
+
+   !> The closed circle through a point, anticlockwise.
+   pure type(curve_t) function ring_curve(point, centre) result(curve)
+      real(wp), intent(in) :: point(2)  !! where it begins and ends
+      real(wp), intent(in) :: centre(2) !! not the same point
+      real(wp) :: a(2)
+      a = point - centre
+      curve%origin = point
+      curve%angle = atan2(a(1), -a(2))
+      curve%curvature = 1.0_wp / norm2(a)
+      curve%length = 2 * pi * norm2(a)
+   end function ring_curve
+
+   !> Ends of n elements on a length; their lengths are a geometric series.
+   pure function graded_division(length, n, grading) result(s)
+      real(wp), intent(in) :: length  !! of the curve
+      integer, intent(in) :: n        !! number of elements, 1 or more
+      real(wp), intent(in) :: grading !! last element length over the first one, positive; 1 when n = 1
+      real(wp) :: s(0:n)
+      real(wp) :: half_step
+      integer :: i
+      half_step = 0.0_wp
+      if (n > 1) half_step = 0.5_wp * log(grading) / (n - 1)
+      do i = 0, n
+         if (abs(half_step) > 0.0_wp) then
+            ! (q^i - 1)/(q^n - 1) with q = exp(2 half_step), without cancellation when q is nearly 1.
+            s(i) = length * exp((i - n) * half_step) * (sinh(i * half_step) / sinh(n * half_step))
+         else
+            s(i) = length * (real(i, wp) / n)
+         end if
+      end do
+      s(n) = length
+   end function graded_division
+
+   !> Appends a node.
+   pure subroutine add_node(self, label, x)
+      class(growing_mesh_t), intent(inout) :: self
+      integer, intent(in) :: label !! the deck's number
+      real(wp), intent(in) :: x(2) !! position
+      integer :: n
+      n = self%mesh%n_nodes + 1
+      self%mesh%n_nodes = n
+      call enlarge(self%mesh%node_label, n)
+      call enlarge(self%mesh%x, n)
+      self%mesh%node_label(n) = label
+      self%mesh%x(:, n) = x
+   end subroutine add_node
+
+   !> Appends an element.
+   pure subroutine add_element(self, label, node, family, stages, curve, s)
+      class(growing_mesh_t), intent(inout) :: self
+      integer, intent(in) :: label          !! the deck's number
+      integer, intent(in) :: node(2)        !! indices of its nodes
+      integer, intent(in) :: family, stages !! as in mesh_t
+      integer, intent(in) :: curve          !! index of its curve, 0: straight between its nodes
+      real(wp), intent(in) :: s(2)          !! ends on the curve
+      integer :: n
+      associate (mesh => self%mesh)
+         n = mesh%n_elements + 1
+         mesh%n_elements = n
+         call enlarge(mesh%element_label, n)
+         call enlarge(mesh%node, n)
+         call enlarge(mesh%family, n)
+         call enlarge(mesh%stages, n)
+         call enlarge(mesh%curve, n)
+         call enlarge(mesh%s, n)
+         mesh%element_label(n) = label
+         mesh%node(:, n) = node
+         mesh%family(n) = family
+         mesh%stages(n) = stages
+         mesh%curve(n) = curve
+         mesh%s(:, n) = s
+      end associate
+   end subroutine add_element
+
+   !> Appends a curve; its index is self%n_curves afterwards.
+   pure subroutine add_curve(self, curve)
+      class(growing_mesh_t), intent(inout) :: self
+      type(curve_t), intent(in) :: curve
+      type(curve_t), allocatable :: larger(:)
+      if (.not. allocated(self%curve)) allocate (self%curve(16))
+      if (self%n_curves == size(self%curve)) then
+         allocate (larger(2 * self%n_curves))
+         larger(:self%n_curves) = self%curve
+         call move_alloc(larger, self%curve)
+      end if
+      self%n_curves = self%n_curves + 1
+      self%curve(self%n_curves) = curve
+   end subroutine add_curve
+
+   !> Hands over mesh and curves with arrays of their true size; sections are 0, x_nominal = x.
+   pure subroutine take(self, mesh, curve)
+      class(growing_mesh_t), intent(inout) :: self   !! empty afterwards
+      type(mesh_t), intent(out) :: mesh
+      type(curve_t), allocatable, intent(out) :: curve(:)
+      integer :: n
+      n = self%mesh%n_nodes
+      mesh%n_nodes = n
+      allocate (mesh%node_label(n), mesh%x(2, n), mesh%x_nominal(2, n))
+      if (n > 0) then
+         mesh%node_label = self%mesh%node_label(:n)
+         mesh%x = self%mesh%x(:, :n)
+         mesh%x_nominal = mesh%x
+      end if
+      n = self%mesh%n_elements
+      mesh%n_elements = n
+      allocate (mesh%element_label(n), mesh%node(2, n), mesh%family(n), mesh%stages(n), mesh%curve(n), mesh%s(2, n))
+      allocate (mesh%section(n), source=0)
+      if (n > 0) then
+         mesh%element_label = self%mesh%element_label(:n)
+         mesh%node = self%mesh%node(:, :n)
+         mesh%family = self%mesh%family(:n)
+         mesh%stages = self%mesh%stages(:n)
+         mesh%curve = self%mesh%curve(:n)
+         mesh%s = self%mesh%s(:, :n)
+      end if
+      allocate (curve(self%n_curves))
+      if (self%n_curves > 0) curve = self%curve(:self%n_curves)
+      self%mesh = mesh_t()
+      if (allocated(self%curve)) deallocate (self%curve)
+      self%n_curves = 0
+   end subroutine take
+
+   !> Makes room for n entries; doubles, so that appending costs the same however large the mesh is.
+   pure subroutine enlarge_list(list, n)
+      integer, allocatable, intent(inout) :: list(:)
+      integer, intent(in) :: n
+      integer, allocatable :: larger(:)
+      if (.not. allocated(list)) allocate (list(64))
+      if (n <= size(list)) return
+      allocate (larger(2 * n))
+      larger(:n - 1) = list(:n - 1)
+      call move_alloc(larger, list)
+   end subroutine enlarge_list
+
+   pure subroutine enlarge_table(table, n)
+      integer, allocatable, intent(inout) :: table(:, :)
+      integer, intent(in) :: n
+      integer, allocatable :: larger(:, :)
+      if (.not. allocated(table)) allocate (table(2, 64))
+      if (n <= size(table, 2)) return
+      allocate (larger(2, 2 * n))
+      larger(:, :n - 1) = table(:, :n - 1)
+      call move_alloc(larger, table)
+   end subroutine enlarge_table
+
+   pure subroutine enlarge_real_table(table, n)
+      real(wp), allocatable, intent(inout) :: table(:, :)
+      integer, intent(in) :: n
+      real(wp), allocatable :: larger(:, :)
+      if (.not. allocated(table)) allocate (table(2, 64))
+      if (n <= size(table, 2)) return
+      allocate (larger(2, 2 * n))
+      larger(:, :n - 1) = table(:, :n - 1)
+      call move_alloc(larger, table)
+   end subroutine enlarge_real_table
+end module mesh_generators

@@ -1,0 +1,173 @@
+!> The problem as the deck states it: nothing here changes while a path is followed.
+!>
+!> Lengths, forces and moments are in whatever consistent units the deck uses. Node degrees of freedom are
+!> always (u, v, rotation): components 1, 2, 3 of every nodal array; rotations are positive anticlockwise.
+module model
+   use kinds, only: wp, name_length
+   implicit none
+   private
+   public :: model_t, mesh_t, curve_t, imperfection_t, section_t, node_set_t, load_t, obstacle_t, contact_t
+   public :: monitor_t, step_t, threshold_t
+   public :: family_ul2, family_ge
+   public :: shape_none, shape_sine, shape_cosine, shape_clamped, shape_nodal
+   public :: quantity_displacement, quantity_reaction
+   public :: method_load, method_displacement, method_cylindrical, method_spherical, method_linearised
+   public :: new_load
+
+   ! Element families (the deck says UL2, GE2, GE4, GE6, GE8).
+   integer, parameter :: family_ul2 = 1 !! the paper's straight updated-Lagrangian element
+   integer, parameter :: family_ge = 2  !! geometrically exact, Gauss collocation with `stages` points
+
+   ! Imperfection shapes; see imperfection_t.
+   integer, parameter :: shape_none = 0, shape_sine = 1, shape_cosine = 2, shape_clamped = 3, shape_nodal = 4
+
+   integer, parameter :: quantity_displacement = 1, quantity_reaction = 2
+
+   ! Increment strategies (named in the deck by words).
+   integer, parameter :: method_load = 1, method_displacement = 2, method_cylindrical = 3, &
+      & method_spherical = 4, method_linearised = 5
+
+   !> A nominal (perfect) stress-free curve: straight when curvature = 0, else a circular arc.
+   type :: curve_t
+      real(wp) :: origin(2) = 0.0_wp    !! its first point
+      real(wp) :: angle = 0.0_wp        !! direction of its tangent there [rad]
+      real(wp) :: curvature = 0.0_wp    !! d(angle)/ds, positive when it turns anticlockwise
+      real(wp) :: length = 0.0_wp
+      integer :: imperfection = 0       !! index into model%imperfection, 0: none
+      real(wp) :: offset = 0.0_wp       !! coordinate of its first point along the imperfection's chain
+   end type curve_t
+
+   !> A stress-free offset w(s) of the axis to the left of the nominal curve, s from 0 to `length` along its chain.
+   !>   sine:    sum a_k sin(n_k pi s/L + p_k)        cosine: sum a_k cos(n_k pi s/L + p_k)
+   !>   clamped: a_1 sin^2(pi s/L) + a_2 (3 sqrt(3)/2) sin^2(pi s/L) cos(pi s/L)   (two values)
+   !>   nodal:   natural cubic spline through (knot, value)
+   type :: imperfection_t
+      integer :: shape = shape_none
+      real(wp) :: length = 0.0_wp
+      real(wp), allocatable :: amplitude(:)   !! a_k; for `nodal` the offsets at the knots
+      real(wp), allocatable :: half_waves(:)  !! n_k (sine, cosine)
+      real(wp), allocatable :: phase(:)       !! p_k [rad] (sine, cosine)
+      real(wp), allocatable :: knot(:)        !! chain coordinate of the nodal values (nodal)
+      real(wp), allocatable :: bend(:)        !! second derivatives at the knots (nodal)
+   end type imperfection_t
+
+   !> Nodes, elements and the stress-free geometry they lie on.
+   type :: mesh_t
+      integer :: n_nodes = 0, n_elements = 0
+      integer, allocatable :: node_label(:)     !! the deck's number of each node
+      real(wp), allocatable :: x(:, :)          !! (2, n_nodes) stress-free position, imperfection included
+      real(wp), allocatable :: x_nominal(:, :)  !! (2, n_nodes) position on the perfect geometry
+      integer, allocatable :: element_label(:)
+      integer, allocatable :: node(:, :)        !! (2, n_elements) first and second node
+      integer, allocatable :: family(:)         !! (n_elements) family_ul2 or family_ge
+      integer, allocatable :: stages(:)         !! (n_elements) collocation points of GE, half its order; 0 for UL2
+      integer, allocatable :: section(:)        !! (n_elements) index into model%section
+      integer, allocatable :: curve(:)          !! (n_elements) index into model%curve, 0: straight between its nodes
+      real(wp), allocatable :: s(:, :)          !! (2, n_elements) coordinate of both ends on the nominal curve
+   end type mesh_t
+
+   type :: section_t
+      character(name_length) :: name = ''       !! the element set it was given to
+      real(wp) :: ea = 0.0_wp, ei = 0.0_wp      !! axial [force] and bending [force length^2] stiffness
+      real(wp) :: ga = 0.0_wp                   !! shear stiffness [force]; not used when shear_rigid
+      logical :: shear_rigid = .true.
+      real(wp) :: mass = 0.0_wp                 !! mass per unit stress-free length (self-weight)
+   end type section_t
+
+   type :: node_set_t
+      character(name_length) :: name = ''
+      integer, allocatable :: node(:)           !! node indices (not labels), in the deck's order
+   end type node_set_t
+
+   !> One load pattern; a step scales its own by the load factor.
+   type :: load_t
+      real(wp), allocatable :: node_force(:, :)   !! (3, n_nodes) forces and moment
+      real(wp), allocatable :: line_force(:, :)   !! (2, n_elements) dead, global axes, per unit stress-free length
+      real(wp), allocatable :: pressure(:)        !! (n_elements) follower, per deformed length; pushes to the left of the element's direction
+      real(wp), allocatable :: displacement(:, :) !! (3, n_nodes) prescribed values of fixed degrees of freedom
+   end type load_t
+
+   !> A surface the structure cannot cross. The free side of a line is on the left of first -> second point.
+   type :: obstacle_t
+      character(name_length) :: name = ''
+      logical :: is_circle = .false.
+      logical :: inside = .true.                !! circle: the structure lives inside
+      real(wp) :: point(2, 2) = 0.0_wp          !! line: two points
+      real(wp) :: centre(2) = 0.0_wp, radius = 0.0_wp
+      real(wp) :: reference_angle = 0.0_wp      !! [rad] direction from the centre that contact angles count from
+      logical :: rigid = .true.
+      real(wp) :: modulus = 0.0_wp              !! Winkler: force per unit length of rod and unit penetration
+   end type obstacle_t
+
+   !> Candidates for contact with one obstacle.
+   type :: contact_t
+      integer :: obstacle = 0
+      integer, allocatable :: node(:)           !! node indices, in the deck's order
+      real(wp) :: gap = 0.0_wp                  !! added to the geometric gap (half depth: negative)
+      logical :: sliding = .false.              !! isolated contact points may move inside elements
+   end type contact_t
+
+   type :: monitor_t
+      character(name_length) :: name = ''
+      integer :: quantity = quantity_displacement
+      integer :: component = 1                  !! 1, 2, 3: u, v, rotation, or the reaction that belongs to it
+      integer, allocatable :: node(:)           !! displacement: the mean over the nodes; reaction: the sum
+      real(wp) :: factor = 1.0_wp, offset = 0.0_wp !! value = offset + factor * quantity
+   end type monitor_t
+
+   !> "stop / locate when `monitor` (0: the load factor) passes `value`".
+   type :: threshold_t
+      integer :: monitor = 0
+      real(wp) :: value = 0.0_wp
+      logical :: rising = .true.                !! stop only: passes upwards (ABOVE) or downwards (BELOW)
+   end type threshold_t
+
+   !> One *STEP: constant loads are what the steps before left behind.
+   type :: step_t
+      character(name_length) :: name = ''
+      type(load_t) :: load                      !! proportional part
+      integer :: method = method_cylindrical
+      integer :: monitor = 0                    !! displacement control: index into model%monitor
+      real(wp) :: increment = 0.0_wp            !! first increment of the load factor (displacement control: of the monitor)
+      real(wp) :: smallest = 0.0_wp, largest = 0.0_wp !! limits of the increment; arc-length methods: of the arc length [-]
+      logical :: full_newton = .true.
+      logical :: paper_loop = .false.           !! contact by the loop of the paper's Fig. 2
+      real(wp) :: tolerance = 1.0e-9_wp         !! relative residual
+      real(wp) :: locate_tolerance = 1.0e-8_wp  !! relative, of located events
+      integer :: max_iterations = 15
+      integer :: desired_iterations = 5
+      integer :: max_points = 1000
+      type(threshold_t), allocatable :: stop(:)
+      type(threshold_t), allocatable :: locate(:)
+      integer :: field_every = 0                !! store fields at every n-th point, 0: never
+      logical :: field_displacement = .false., field_section_forces = .false.
+      logical :: field_reaction = .false., field_gap = .false.
+   end type step_t
+
+   type :: model_t
+      character(:), allocatable :: title        !! heading lines, newline separated
+      character(:), allocatable :: job          !! from *HEADING, JOB=; '' when not given
+      type(mesh_t) :: mesh
+      type(curve_t), allocatable :: curve(:)
+      type(imperfection_t), allocatable :: imperfection(:)
+      type(section_t), allocatable :: section(:)
+      type(node_set_t), allocatable :: node_set(:)
+      logical, allocatable :: fixed(:, :)       !! (3, n_nodes) supported degrees of freedom
+      type(obstacle_t), allocatable :: obstacle(:)
+      type(contact_t), allocatable :: contact(:)
+      type(monitor_t), allocatable :: monitor(:)
+      type(step_t), allocatable :: step(:)
+   end type model_t
+
+contains
+
+   !> An all-zero load pattern for a mesh.
+   pure function new_load(n_nodes, n_elements) result(load)
+      integer, intent(in) :: n_nodes, n_elements
+      type(load_t) :: load
+      allocate (load%node_force(3, n_nodes), source=0.0_wp)
+      allocate (load%line_force(2, n_elements), source=0.0_wp)
+      allocate (load%pressure(n_elements), source=0.0_wp)
+      allocate (load%displacement(3, n_nodes), source=0.0_wp)
+   end function new_load
+end module model

@@ -1,0 +1,121 @@
+!> Order of the nodes in the band: reverse Cuthill-McKee. A chain gets half bandwidth 5, a closed ring 11 or less.
+module numbering
+   use model, only: mesh_t
+   implicit none
+   private
+   public :: numbering_t, new_numbering
+
+   type :: numbering_t
+      integer, allocatable :: position(:)   !! (nodes) place of a node in the band, 1 ..
+      integer :: half_bandwidth = 0         !! of the matrix with three unknowns a node
+   end type numbering_t
+
+contains
+
+   !> Numbers the nodes of a mesh; unconnected parts follow each other.
+   function new_numbering(mesh) result(numbering)
+      type(mesh_t), intent(in) :: mesh
+      type(numbering_t) :: numbering
+      integer, allocatable :: start(:), neighbour(:), order(:), level(:)
+      integer :: n, placed, node, e, spread
+
+      n = mesh%n_nodes
+      call build_adjacency(mesh, start, neighbour)
+      allocate (order(n), numbering%position(n))
+      allocate (level(n), source=0)
+      placed = 0
+      do node = 1, n
+         if (level(node) /= 0) cycle
+         call number_part(start, neighbour, end_of_part(start, neighbour, node, n), level, order, placed)
+      end do
+      do node = 1, n
+         numbering%position(order(node)) = n + 1 - node
+      end do
+      spread = 0
+      do e = 1, mesh%n_elements
+         spread = max(spread, abs(numbering%position(mesh%node(1, e)) - numbering%position(mesh%node(2, e))))
+      end do
+      numbering%half_bandwidth = 3 * spread + 2
+   end function new_numbering
+
+   !> Neighbour lists in compressed form: neighbour(start(i) : start(i + 1) - 1).
+   subroutine build_adjacency(mesh, start, neighbour)
+      type(mesh_t), intent(in) :: mesh
+      integer, allocatable, intent(out) :: start(:), neighbour(:)
+      integer, allocatable :: fill(:)
+      integer :: e, a, b
+      allocate (start(mesh%n_nodes + 1), source=0)
+      do e = 1, mesh%n_elements
+         start(mesh%node(1, e) + 1) = start(mesh%node(1, e) + 1) + 1
+         start(mesh%node(2, e) + 1) = start(mesh%node(2, e) + 1) + 1
+      end do
+      start(1) = 1
+      do a = 1, mesh%n_nodes
+         start(a + 1) = start(a) + start(a + 1)
+      end do
+      fill = start(:mesh%n_nodes)
+      allocate (neighbour(start(mesh%n_nodes + 1) - 1))
+      do e = 1, mesh%n_elements
+         a = mesh%node(1, e)
+         b = mesh%node(2, e)
+         neighbour(fill(a)) = b
+         fill(a) = fill(a) + 1
+         neighbour(fill(b)) = a
+         fill(b) = fill(b) + 1
+      end do
+   end subroutine build_adjacency
+
+   !> A node at an end of the part that `seed` belongs to: the last one of two breadth-first sweeps.
+   integer function end_of_part(start, neighbour, seed, n) result(last)
+      integer, intent(in) :: start(:), neighbour(:), seed, n
+      integer, allocatable :: mark(:), queue(:)
+      integer :: sweep, placed
+      allocate (queue(n), mark(n))
+      last = seed
+      do sweep = 1, 2
+         mark = 0
+         placed = 0
+         call number_part(start, neighbour, last, mark, queue, placed)
+         last = queue(placed)
+      end do
+   end function end_of_part
+
+   !> Breadth-first order from a root, nodes of few neighbours first.
+   subroutine number_part(start, neighbour, root, level, order, placed)
+      integer, intent(in) :: start(:), neighbour(:), root
+      integer, intent(inout) :: level(:)    !! (nodes) non-zero for nodes already placed
+      integer, intent(inout) :: order(:)    !! (nodes) nodes in their order
+      integer, intent(inout) :: placed      !! how many are placed
+      integer :: head, first, i, j, node, next
+      placed = placed + 1
+      order(placed) = root
+      level(root) = 1
+      head = placed
+      do while (head <= placed)
+         node = order(head)
+         first = placed + 1
+         do i = start(node), start(node + 1) - 1
+            next = neighbour(i)
+            if (level(next) /= 0) cycle
+            level(next) = level(node) + 1
+            placed = placed + 1
+            ! Insertion by degree among the new neighbours of this node.
+            j = placed
+            do while (j > first)
+               if (degree(order(j - 1)) <= degree(next)) exit
+               order(j) = order(j - 1)
+               j = j - 1
+            end do
+            order(j) = next
+         end do
+         head = head + 1
+      end do
+
+   contains
+
+      pure integer function degree(of)
+         integer, intent(in) :: of
+         degree = start(of + 1) - start(of)
+      end function degree
+   end subroutine number_part
+end module numbering

@@ -1,0 +1,72 @@
+!> Position, direction and length of the stress-free axis: a line or an arc with its imperfection.
+module reference_curve
+   use kinds, only: wp
+   use model, only: curve_t, imperfection_t
+   use imperfection, only: imperfection_value
+   use gauss_tableau, only: gauss_points
+   implicit none
+   private
+   public :: curve_point, curve_length, curve_abscissa
+
+   integer, parameter :: n_gauss = 10 !! per element: far beyond the elements' order
+
+contains
+
+   !> The point at nominal coordinate s: position, tangent angle and true length per nominal length.
+   pure subroutine curve_point(curve, imperfections, s, x, angle, speed)
+      type(curve_t), intent(in) :: curve
+      type(imperfection_t), intent(in) :: imperfections(:)
+      real(wp), intent(in) :: s         !! 0 to curve%length
+      real(wp), intent(out) :: x(2)     !! position
+      real(wp), intent(out) :: angle    !! tangent direction [rad], continuous in s
+      real(wp), intent(out) :: speed    !! d(true arc length)/ds
+      real(wp) :: half, chord, w, dw, across, along
+      angle = curve%angle + curve%curvature * s
+      half = 0.5_wp * curve%curvature * s
+      chord = s
+      if (abs(half) > 0.0_wp) chord = s * sin(half) / half
+      x = curve%origin + chord * [cos(curve%angle + half), sin(curve%angle + half)]
+      speed = 1.0_wp
+      if (curve%imperfection == 0) return
+      call imperfection_value(imperfections(curve%imperfection), curve%offset + s, w, dw)
+      x = x + w * [-sin(angle), cos(angle)]
+      along = 1.0_wp - curve%curvature * w
+      across = dw
+      speed = hypot(along, across)
+      angle = angle + atan2(across, along)
+   end subroutine curve_point
+
+   !> True length of the curve between two nominal coordinates.
+   pure function curve_length(curve, imperfections, from, to) result(length)
+      type(curve_t), intent(in) :: curve
+      type(imperfection_t), intent(in) :: imperfections(:)
+      real(wp), intent(in) :: from, to
+      real(wp) :: length, c(n_gauss), b(n_gauss), x(2), angle, speed
+      integer :: i
+      length = to - from
+      if (curve%imperfection == 0) return
+      call gauss_points(n_gauss, c, b)
+      length = 0.0_wp
+      do i = 1, n_gauss
+         call curve_point(curve, imperfections, from + c(i) * (to - from), x, angle, speed)
+         length = length + (to - from) * b(i) * speed
+      end do
+   end function curve_length
+
+   !> Nominal coordinate of the point that lies `length` of true arc length after `from` (Newton on curve_length).
+   pure function curve_abscissa(curve, imperfections, from, length) result(s)
+      type(curve_t), intent(in) :: curve
+      type(imperfection_t), intent(in) :: imperfections(:)
+      real(wp), intent(in) :: from, length
+      real(wp) :: s, x(2), angle, speed, step
+      integer :: iteration
+      s = from + length
+      if (curve%imperfection == 0) return
+      do iteration = 1, 20
+         call curve_point(curve, imperfections, s, x, angle, speed)
+         step = (length - curve_length(curve, imperfections, from, s)) / speed
+         s = s + step
+         if (abs(step) <= 8.0_wp * epsilon(s) * max(abs(s), abs(length))) exit
+      end do
+   end function curve_abscissa
+end module reference_curve

@@ -1,0 +1,84 @@
+!> What the path loop hands to the listing and to the result file: one record a point, one a critical point.
+module path_record
+   use kinds, only: wp
+   use errors, only: error_t
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: point_t, region_t, critical_t, accuracy_t, recorder_t
+
+   !> One connected stretch of contact. A point contact has start = end.
+   type :: region_t
+      integer :: contact = 0                  !! index into model%contact
+      real(wp) :: start = 0.0_wp, end = 0.0_wp !! stress-free arc length along the candidates' chain
+      real(wp) :: angle_start = 0.0_wp, angle_end = 0.0_wp !! [degrees] from the obstacle's reference direction; NaN for lines
+   end type region_t
+
+   !> One accepted equilibrium point.
+   type :: point_t
+      integer :: step = 0                     !! 1, 2, ... as in the deck
+      character(2) :: label = ''              !! blank, or LP, BP, C+, C-, UZ, EP
+      real(wp) :: load_factor = 0.0_wp
+      real(wp) :: arc_length = 0.0_wp         !! sum of the dimensionless arc lengths from the start
+      integer :: iterations = 0
+      real(wp) :: residual = 0.0_wp           !! relative
+      integer :: negative_pivots = 0          !! of the tangent on the null space of the active constraints
+      integer :: active_contacts = 0
+      integer :: lcp_size = 0, lcp_pivots = 0 !! largest LCP and all pivots of this increment
+      real(wp), allocatable :: monitor(:)
+      type(region_t), allocatable :: region(:)        !! allocated only when the model has contacts
+      real(wp), allocatable :: reaction_total(:)      !! (n_contacts) sum of the normal reactions
+      ! Fields: allocated only where the deck asks for them at this point.
+      real(wp), allocatable :: displacement(:, :)     !! (3, n_nodes)
+      real(wp), allocatable :: section_forces(:, :, :) !! (3, 2, n_elements) N, Q, M at both ends
+      real(wp), allocatable :: reaction(:)            !! (n_candidates) all contacts one after the other
+      real(wp), allocatable :: gap(:)                 !! (n_candidates)
+   end type point_t
+
+   !> A located critical point.
+   type :: critical_t
+      character(2) :: label = ''
+      integer :: step = 0
+      integer :: point = 0                    !! its row in /path, from 1
+      real(wp) :: load_factor = 0.0_wp
+      logical :: located = .true.             !! false: bracketed, but not found to the tolerance
+      real(wp), allocatable :: monitor(:)
+      character(:), allocatable :: note       !! in words, for the listing
+   end type critical_t
+
+   !> Worst values over all accepted points, measured by routines that share nothing with the solver.
+   type :: accuracy_t
+      real(wp) :: residual = 0.0_wp           !! largest relative residual
+      real(wp) :: penetration = 0.0_wp        !! largest penetration of a rigid obstacle over the structure's size
+      real(wp) :: tension = 0.0_wp            !! largest tensile reaction over the largest reaction
+      real(wp) :: complementarity = 0.0_wp    !! largest |reaction * gap| over (largest reaction * size)
+      real(wp) :: force_balance = 0.0_wp      !! |loads + supports + contact| over the force scale
+      real(wp) :: moment_balance = 0.0_wp     !! the same for moments about the origin
+   end type accuracy_t
+   !> Whoever wants to know of points as they happen: the path loop only knows this.
+   type, abstract :: recorder_t
+   contains
+      procedure(take_point), deferred :: point
+      procedure(take_critical), deferred :: critical
+   end type recorder_t
+
+   abstract interface
+      !> A point was accepted.
+      subroutine take_point(self, point, timers, error)
+         import :: recorder_t, point_t, timers_t, error_t
+         class(recorder_t), intent(inout) :: self
+         type(point_t), intent(in) :: point
+         type(timers_t), intent(inout) :: timers
+         type(error_t), allocatable, intent(out) :: error !! the point could not be written: the run must stop
+      end subroutine take_point
+
+      !> A critical point was found; its point has been taken before.
+      subroutine take_critical(self, critical, timers, error)
+         import :: recorder_t, critical_t, timers_t, error_t
+         class(recorder_t), intent(inout) :: self
+         type(critical_t), intent(in) :: critical
+         type(timers_t), intent(inout) :: timers
+         type(error_t), allocatable, intent(out) :: error
+      end subroutine take_critical
+   end interface
+end module path_record

@@ -1,0 +1,141 @@
+!> The parts of the result file that are written once: at its start, and at its end.
+!> A failure stays in the file: see hdf5_file.
+module result_tables
+   use kinds, only: i8, degree
+   use timing, only: timers_t, timing_seconds, timing_calls, counted, n_phases, phase_name, n_counters, counter_name
+   use model, only: model_t, obstacle_t
+   use model_words, only: side_name
+   use path_record, only: accuracy_t
+   use hdf5_file, only: hdf5_file_t, hdf5_group
+   use hdf5_attributes, only: hdf5_attribute
+   use hdf5_datasets, only: hdf5_write
+   implicit none
+   private
+   public :: write_root, write_status, write_mesh, write_obstacles, write_performance, write_accuracy, link_name
+
+contains
+
+   !> The root attributes; the status is "running".
+   subroutine write_root(file, model, deck, version)
+      type(hdf5_file_t), intent(inout) :: file
+      type(model_t), intent(in) :: model
+      character(*), intent(in) :: deck            !! full text of the deck
+      character(*), intent(in) :: version         !! of the program
+      call hdf5_attribute(file, '/', 'title', model%title)
+      call hdf5_attribute(file, '/', 'program', 'unilat')
+      call hdf5_attribute(file, '/', 'version', version)
+      call hdf5_attribute(file, '/', 'created', iso_time())
+      call hdf5_attribute(file, '/', 'deck', deck)
+      call write_status(file, 'running')
+   end subroutine write_root
+
+   !> The status attribute: "running", "complete" or "stopped: why".
+   subroutine write_status(file, status)
+      type(hdf5_file_t), intent(inout) :: file
+      character(*), intent(in) :: status
+      call hdf5_attribute(file, '/', 'status', status)
+   end subroutine write_status
+
+   !> Nodes and elements.
+   subroutine write_mesh(file, model)
+      type(hdf5_file_t), intent(inout) :: file
+      type(model_t), intent(in) :: model
+      call hdf5_group(file, '/mesh')
+      call hdf5_write(file, '/mesh/coordinates', model%mesh%x, 'length', 'stress-free position (x, y) of every node')
+      call hdf5_write(file, '/mesh/elements', model%mesh%node - 1, '1', &
+         & 'rows of coordinates (from 0) of the first and second node of every element')
+      call hdf5_write(file, '/mesh/node_label', model%mesh%node_label, '1', 'node numbers of the deck')
+      call hdf5_write(file, '/mesh/element_label', model%mesh%element_label, '1', 'element numbers of the deck')
+   end subroutine write_mesh
+
+   !> A group for every obstacle, with attributes only.
+   subroutine write_obstacles(file, obstacle)
+      type(hdf5_file_t), intent(inout) :: file
+      type(obstacle_t), intent(in) :: obstacle(:)
+      character(:), allocatable :: group
+      integer :: i
+      call hdf5_group(file, '/obstacles')
+      do i = 1, size(obstacle)
+         group = '/obstacles/'//link_name(obstacle(i)%name)
+         call hdf5_group(file, group)
+         call hdf5_attribute(file, group, 'side', side_name(obstacle(i)))
+         if (obstacle(i)%is_circle) then
+            call hdf5_attribute(file, group, 'type', 'circle')
+            call hdf5_attribute(file, group, 'centre', obstacle(i)%centre)
+            call hdf5_attribute(file, group, 'radius', obstacle(i)%radius)
+         else
+            call hdf5_attribute(file, group, 'type', 'line')
+            call hdf5_attribute(file, group, 'points', obstacle(i)%point)
+         end if
+         call hdf5_attribute(file, group, 'reference_angle', obstacle(i)%reference_angle / degree)
+         if (obstacle(i)%rigid) then
+            call hdf5_attribute(file, group, 'foundation', 'rigid')
+         else
+            call hdf5_attribute(file, group, 'foundation', 'winkler')
+         end if
+         call hdf5_attribute(file, group, 'modulus', obstacle(i)%modulus)
+      end do
+   end subroutine write_obstacles
+
+   !> Seconds and calls of the phases, and the counters.
+   subroutine write_performance(file, timers)
+      type(hdf5_file_t), intent(inout) :: file
+      type(timers_t), intent(in) :: timers
+      integer :: i
+      call hdf5_group(file, '/performance')
+      call hdf5_write(file, '/performance/phase', phase_name, '1', 'phases of the run')
+      call hdf5_write(file, '/performance/seconds', [(timing_seconds(timers, i), i=1, n_phases)], 'second', &
+         & 'time spent in each phase, without the phases called from it')
+      call hdf5_write(file, '/performance/calls', [(default_integer(timing_calls(timers, i)), i=1, n_phases)], '1', &
+         & 'how often each phase was started')
+      call hdf5_write(file, '/performance/counter', counter_name, '1', 'what was counted')
+      call hdf5_write(file, '/performance/value', [(default_integer(counted(timers, i)), i=1, n_counters)], '1', &
+         & 'the counts')
+   end subroutine write_performance
+
+   subroutine write_accuracy(file, accuracy)
+      type(hdf5_file_t), intent(inout) :: file
+      type(accuracy_t), intent(in) :: accuracy
+      call hdf5_group(file, '/accuracy')
+      call hdf5_write(file, '/accuracy/residual', accuracy%residual, '1', 'largest relative residual of all points')
+      call hdf5_write(file, '/accuracy/penetration', accuracy%penetration, '1', &
+         & 'largest penetration of a rigid obstacle over the size of the structure')
+      call hdf5_write(file, '/accuracy/tension', accuracy%tension, '1', &
+         & 'largest tensile reaction over the largest reaction')
+      call hdf5_write(file, '/accuracy/complementarity', accuracy%complementarity, '1', &
+         & 'largest |reaction * gap| over largest reaction * size of the structure')
+      call hdf5_write(file, '/accuracy/force_balance', accuracy%force_balance, '1', &
+         & 'largest |loads + supports + contact| over the force scale')
+      call hdf5_write(file, '/accuracy/moment_balance', accuracy%moment_balance, '1', &
+         & 'largest sum of all moments about the origin over the moment scale')
+   end subroutine write_accuracy
+
+   !> A count as an integer of the file; one that is too large is cut to the largest there is.
+   pure integer function default_integer(count)
+      integer(i8), intent(in) :: count
+      default_integer = int(min(count, int(huge(1), i8)))
+   end function default_integer
+
+   !> A name of the deck as a name in the file, where '/' divides and a single dot is the group itself.
+   pure function link_name(name) result(link)
+      character(*), intent(in) :: name
+      character(:), allocatable :: link
+      integer :: i
+      link = trim(name)
+      do i = 1, len(link)
+         if (link(i:i) == '/') link(i:i) = '_'
+      end do
+      if (link == '.') link = '_'
+   end function link_name
+
+   !> The time now, ISO 8601 with the offset from UTC: 2024-02-29T13:05:09+01:00.
+   function iso_time() result(time)
+      character(25) :: time
+      character(8) :: day
+      character(10) :: clock
+      character(5) :: zone
+      call date_and_time(day, clock, zone)
+      time = day(1:4)//'-'//day(5:6)//'-'//day(7:8)//'T'//clock(1:2)//':'//clock(3:4)//':'//clock(5:6) &
+         & //zone(1:3)//':'//zone(4:5)
+   end function iso_time
+end module result_tables

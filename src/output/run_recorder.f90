@@ -1,0 +1,46 @@
+!> Sends every point of a run to the result file and to the listing.
+module run_recorder
+   use errors, only: error_t
+   use path_record, only: recorder_t, point_t, critical_t
+   use results, only: results_t, results_point, results_critical
+   use listing, only: listing_t, listing_point, listing_critical
+   use timing, only: timers_t, timing_start, timing_stop, phase_output
+   implicit none
+   private
+   public :: run_recorder_t
+
+   type, extends(recorder_t) :: run_recorder_t
+      type(results_t) :: results
+      type(listing_t) :: listing
+      logical :: quiet = .false.        !! no listing
+   contains
+      procedure :: point => record_point
+      procedure :: critical => record_critical
+   end type run_recorder_t
+
+contains
+
+   !> Takes an accepted point.
+   subroutine record_point(self, point, timers, error)
+      class(run_recorder_t), intent(inout) :: self
+      type(point_t), intent(in) :: point
+      type(timers_t), intent(inout) :: timers
+      type(error_t), allocatable, intent(out) :: error
+      call timing_start(timers, phase_output)
+      call results_point(self%results, point, error)
+      if (.not. self%quiet) call listing_point(self%listing, point)
+      call timing_stop(timers, phase_output)
+   end subroutine record_point
+
+   !> Takes a critical point.
+   subroutine record_critical(self, critical, timers, error)
+      class(run_recorder_t), intent(inout) :: self
+      type(critical_t), intent(in) :: critical
+      type(timers_t), intent(inout) :: timers
+      type(error_t), allocatable, intent(out) :: error
+      call timing_start(timers, phase_output)
+      call results_critical(self%results, critical, error)
+      if (.not. self%quiet) call listing_critical(self%listing, critical)
+      call timing_stop(timers, phase_output)
+   end subroutine record_critical
+end module run_recorder

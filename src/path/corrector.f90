@@ -1,0 +1,281 @@
+!> One increment: predictor and Newton iterations from a converged point to the next one, contact included.
+module corrector
+   use kinds, only: wp
+   use model, only: family_ge
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t
+   use bordered_system, only: assemble_bordered, factor_system, linearise, apply_increment
+   use contact_slides, only: slides_fit, drop_slides
+   use path_control, only: control_t, control_row, control_error
+   use contact_set, only: contact_step_t, solve_contact_step, gap_tolerance
+   use timing, only: timers_t, count_up, counter_newton
+   implicit none
+   private
+   public :: increment_t, take_increment, settle
+
+   !> What an increment cost and whether it succeeded.
+   type :: increment_t
+      logical :: converged = .false.
+      integer :: iterations = 0
+      real(wp) :: residual = 0.0_wp
+      integer :: lcp_size = 0, lcp_pivots = 0
+      character(:), allocatable :: message     !! why it did not converge
+   end type increment_t
+
+   integer, parameter :: max_contact_loops = 12 !! outer loops of the paper's scheme
+
+contains
+
+   !> Goes from `start` by the control's increment. On success `state` is the new point, `system` is assembled and
+   !> factored there; on failure `state` is undefined and `system` belongs to no point.
+   subroutine take_increment(problem, start, control, state, system, report, timers, keep_contact)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: start
+      type(control_t), intent(in) :: control
+      type(state_t), intent(inout) :: state
+      type(system_t), intent(inout) :: system    !! assembled and factored at `start` on entry
+      type(increment_t), intent(out) :: report
+      type(timers_t), intent(inout) :: timers
+      logical, intent(in), optional :: keep_contact !! true: the contact set of `start`, whatever the signs say
+      type(contact_step_t) :: step
+      integer :: loop
+      real(wp) :: rhs
+      logical :: frozen
+
+      state = start
+      frozen = .false.
+      if (present(keep_contact)) frozen = keep_contact
+      call control_row(problem, control, start, state, system, rhs)
+      if (frozen .or. .not. problem%model%step(problem%step)%paper_loop) then
+         call iterate(problem, start, control, state, system, rhs, frozen, report, timers)
+         return
+      end if
+      ! The paper's Fig. 2: LCP at the predictor, equilibrium with the set frozen, compare, repeat.
+      do loop = 1, max_contact_loops
+         call solve_step(problem, state, system, rhs, .false., step, report, timers)
+         if (allocated(report%message)) return
+         if (.not. step%flipped) call move(problem, system, step, state)
+         state%active = step%active
+         state%reaction = step%reaction
+         call linearise(problem, state, start, system, timers)
+         if (.not. system%ok) exit
+         call control_row(problem, control, start, state, system, rhs)
+         call iterate(problem, start, control, state, system, rhs, .true., report, timers)
+         if (.not. report%converged) return
+         if (contact_holds(problem, state, system)) return
+         report%converged = .false.
+         call control_row(problem, control, start, state, system, rhs)
+      end do
+      report%message = 'the contact set did not settle in the outer loop'
+   end subroutine take_increment
+
+   !> Restores equilibrium without moving along the path: for a state whose nodes were moved along the rod.
+   subroutine settle(problem, base, control, state, system, report, timers)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: base
+      type(control_t), intent(in) :: control     !! its tangent must be set; the correction is kept normal to it
+      type(state_t), intent(inout) :: state
+      type(system_t), intent(inout) :: system
+      type(increment_t), intent(out) :: report
+      type(timers_t), intent(inout) :: timers
+      call linearise(problem, state, base, system, timers)
+      if (.not. system%ok) then
+         report%message = 'the tangent is singular'
+         return
+      end if
+      call iterate(problem, state, control, state, system, 0.0_wp, .false., report, timers)
+   end subroutine settle
+
+   !> Newton from a linearised state: solve, add, linearise, until everything holds.
+   subroutine iterate(problem, start, control, state, system, first_rhs, frozen, report, timers)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: start
+      type(control_t), intent(in) :: control
+      type(state_t), intent(inout) :: state
+      type(system_t), intent(inout) :: system
+      real(wp), intent(in) :: first_rhs
+      logical, intent(in) :: frozen
+      type(increment_t), intent(inout) :: report
+      type(timers_t), intent(inout) :: timers
+      type(state_t) :: origin
+      type(contact_step_t) :: step
+      real(wp) :: rhs, tolerance, best
+      logical :: refactor
+      integer :: iteration
+
+      tolerance = problem%model%step(problem%step)%tolerance
+      origin = start
+      rhs = first_rhs
+      best = huge(1.0_wp)
+      newton: do iteration = 1, problem%model%step(problem%step)%max_iterations
+         call solve_step(problem, state, system, rhs, frozen, step, report, timers)
+         if (allocated(report%message)) return
+         refactor = problem%model%step(problem%step)%full_newton .or. any(step%active .neqv. state%active)
+         if (step%flipped) then
+            state%active = step%active
+            state%reaction = step%reaction
+         else
+            call move(problem, system, step, state)
+         end if
+         report%iterations = report%iterations + 1
+         call count_up(timers, counter_newton)
+         call assemble_bordered(problem, state, origin, system, timers)
+         if (.not. system%ok) then
+            report%message = 'an element has become singular'
+            return
+         end if
+         report%residual = max(system%force_residual, system%defect_residual, constraint_residual(problem, state, system))
+         if (.not. report%residual < 1.0e8_wp) then
+            report%message = 'Newton diverged'
+            return
+         end if
+         if (.not. step%flipped .and. report%residual <= tolerance .and. &
+            & control_error(problem, control, origin, state) <= max(tolerance, 1.0e-9_wp)) then
+            if (frozen .or. contact_holds(problem, state, system)) then
+               call factor_system(problem, state, system, timers)
+               report%converged = system%ok
+               if (.not. system%ok) report%message = 'the tangent is singular'
+               call keep_resultants(problem, system, state)
+               return
+            end if
+            refactor = .true.
+         end if
+         if (iteration > 4 .and. report%residual > 1.0e3_wp * best) then
+            report%message = 'Newton diverged'
+            return
+         end if
+         best = min(best, report%residual)
+         if (refactor) then
+            call factor_system(problem, state, system, timers)
+            if (.not. system%ok) then
+               report%message = 'the tangent is singular'
+               return
+            end if
+         end if
+         call control_row(problem, control, origin, state, system, rhs)
+      end do newton
+      report%message = 'no convergence within the allowed iterations'
+   end subroutine iterate
+
+   !> Solves one step. Where a contact point would leave its elements the contact set follows it instead; where the LCP
+   !> fails with sliding nodes it is tried with these held.
+   subroutine solve_step(problem, state, system, rhs, frozen, step, report, timers)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system
+      real(wp), intent(in) :: rhs
+      logical, intent(in) :: frozen
+      type(contact_step_t), intent(inout) :: step
+      type(increment_t), intent(inout) :: report
+      type(timers_t), intent(inout) :: timers
+      call solve_contact_step(problem, state, system, rhs, frozen, step, timers)
+      if (system%n_slides > 0) then
+         if (.not. step%ok .and. .not. frozen) then
+            call drop_slides(system)
+            call solve_contact_step(problem, state, system, rhs, frozen, step, timers)
+         else if (step%ok) then
+            if (.not. slides_fit(problem, state, system, step%y)) then
+               if (frozen) then
+                  step%ok = .false.
+                  step%message = 'a contact point moved further than its elements reach'
+               else
+                  call drop_slides(system)
+                  call solve_contact_step(problem, state, system, rhs, frozen, step, timers)
+                  if (step%ok) call fill_gaps(problem, step%active)
+               end if
+            end if
+         end if
+      end if
+      report%lcp_size = max(report%lcp_size, step%lcp_size)
+      report%lcp_pivots = report%lcp_pivots + step%lcp_pivots
+      if (.not. step%ok) report%message = step%message
+   end subroutine solve_step
+
+   !> Closes the short open stretches that node-wise reactions leave next to the end of a contact region: with its end
+   !> node sliding they are in contact.
+   subroutine fill_gaps(problem, active)
+      type(problem_t), intent(in) :: problem
+      logical, intent(inout) :: active(:)
+      integer :: c, k, steps
+      do c = 1, problem%candidates%n
+         if (.not. (active(c) .and. problem%candidates%may_slide(c))) cycle
+         k = c
+         do steps = 1, 4
+            k = problem%candidates%neighbour(2, k)
+            if (k == 0) exit
+            if (active(k)) exit
+         end do
+         if (k == 0 .or. steps == 1 .or. steps > 4) cycle
+         k = problem%candidates%neighbour(2, c)
+         do while (.not. active(k))
+            active(k) = .true.
+            k = problem%candidates%neighbour(2, k)
+         end do
+      end do
+   end subroutine fill_gaps
+
+   !> Adds a solved step to the state and takes over its contact set.
+   subroutine move(problem, system, step, state)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      type(contact_step_t), intent(in) :: step
+      type(state_t), intent(inout) :: state
+      call apply_increment(problem, system, step%x, step%y, state)
+      state%active = step%active
+      state%reaction = step%reaction
+   end subroutine move
+
+   !> Largest error of supports, rigid contacts and tangency, over the structure's size.
+   real(wp) function constraint_residual(problem, state, system) result(worst)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      worst = 0.0_wp
+      if (any(system%fixed)) worst = maxval(abs(system%value), mask=system%fixed) / problem%size
+      if (any(state%active .and. system%spring <= 0.0_wp .and. system%unknown == 0)) worst = huge(1.0_wp)
+      if (system%n_slides > 0) worst = max(worst, maxval(abs(system%tangency)))
+   end function constraint_residual
+
+   !> Signs of all gaps and reactions at a converged state.
+   logical function contact_holds(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      real(wp) :: reaction
+      integer :: c
+      contact_holds = .true.
+      do c = 1, problem%candidates%n
+         if (state%active(c)) then
+            if (system%spring(c) > 0.0_wp) then
+               reaction = -system%spring(c) * system%gap(c)
+            else
+               reaction = state%reaction(c)
+            end if
+            contact_holds = contact_holds .and. reaction >= -1.0e-8_wp * system%force_scale
+         else
+            contact_holds = contact_holds .and. system%gap(c) >= -10.0_wp * gap_tolerance * problem%size
+         end if
+      end do
+   end function contact_holds
+
+   !> Reactions from equilibrium, and the natural forces of UL2 elements, at a converged state.
+   subroutine keep_resultants(problem, system, state)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      integer :: c, e
+      do c = 1, problem%candidates%n
+         if (.not. state%active(c)) then
+            state%reaction(c) = 0.0_wp
+         else if (system%spring(c) > 0.0_wp) then
+            state%reaction(c) = -system%spring(c) * system%gap(c)
+         else if (system%unknown(c) > 0) then
+            state%reaction(c) = system%raw(system%unknown(c)) / system%slope(c)
+         end if
+      end do
+      do e = 1, problem%model%mesh%n_elements
+         if (problem%model%mesh%family(e) /= family_ge) state%z(:3, e) = system%op(:3, 1, e)
+      end do
+   end subroutine keep_resultants
+end module corrector

@@ -1,0 +1,204 @@
+!> What may happen between two points of the path: limit points, bifurcations, contact regions that appear or vanish,
+!> values the user asked for. An event is a function of the state that changes sign; the path loop brackets its zero.
+module path_events
+   use kinds, only: wp
+   use model, only: step_t
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t
+   use monitors, only: monitor_values
+   use contact_regions, only: smallest_gap, region_of, resolved_contact
+   implicit none
+   private
+   public :: probe_t, event_t, new_probe, detect_events, event_value
+   public :: event_limit, event_bifurcation, event_contact, event_value_reached, event_stop
+
+   integer, parameter :: event_limit = 1, event_bifurcation = 2, event_contact = 3, event_value_reached = 4, event_stop = 5
+
+   !> What is compared from point to point.
+   type :: probe_t
+      real(wp) :: load_factor = 0.0_wp
+      real(wp) :: load_rate = 0.0_wp          !! d(load factor)/d(arc length) along the path
+      integer :: negative_pivots = 0
+      real(wp), allocatable :: monitor(:)
+      logical, allocatable :: active(:)       !! contact as far as the mesh resolves it
+   end type probe_t
+
+   type :: event_t
+      integer :: kind = 0
+      character(2) :: label = ''
+      integer :: monitor = 0                  !! value events: 0 is the load factor
+      real(wp) :: value = 0.0_wp
+      integer :: pivots = 0                   !! bifurcation: pivot count before
+      logical, allocatable :: marked(:)       !! contact: the candidates concerned
+      real(wp) :: gap_scale = 1.0_wp, reaction_scale = 1.0_wp !! contact: make both branches comparable
+      real(wp) :: before = 0.0_wp, after = 0.0_wp !! its function at both ends of the increment
+      character(:), allocatable :: note
+   end type event_t
+
+contains
+
+   !> The quantities at a converged point; load_rate comes from the path loop, which knows the direction.
+   function new_probe(problem, state, system, load_rate) result(probe)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: load_rate
+      type(probe_t) :: probe
+      probe%load_factor = state%load_factor
+      probe%load_rate = load_rate
+      probe%negative_pivots = system%negative_pivots
+      probe%monitor = monitor_values(problem, state, system)
+      probe%active = resolved_contact(problem, state)
+   end function new_probe
+
+   !> All events between two neighbouring points.
+   subroutine detect_events(problem, step, before, after, from, to, events)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(probe_t), intent(in) :: before, after
+      type(state_t), intent(in) :: from, to
+      type(event_t), allocatable, intent(out) :: events(:)
+      type(event_t) :: event
+      integer :: i, unexplained
+      allocate (events(0))
+      unexplained = abs(after%negative_pivots - before%negative_pivots)
+      if (before%load_rate * after%load_rate < 0.0_wp) then
+         event = event_t(kind=event_limit, label='LP', note='limit point of the load')
+         call append(event)
+         unexplained = max(unexplained - 1, 0)
+      end if
+      if (unexplained > 0) then
+         event = event_t(kind=event_bifurcation, label='BP', pivots=before%negative_pivots, note='bifurcation')
+         call append(event)
+      end if
+      if (size(before%active) > 0) then
+         if (any(before%active .neqv. after%active)) &
+            & call detect_contact_events(problem, from, to, before%active, after%active, events)
+      end if
+      do i = 1, size(step%locate)
+         event = event_t(kind=event_value_reached, label='UZ', monitor=step%locate(i)%monitor, &
+            & value=step%locate(i)%value, note='value asked for')
+         if (crosses(event)) call append(event)
+      end do
+      do i = 1, size(step%stop)
+         event = event_t(kind=event_stop, label='EP', monitor=step%stop(i)%monitor, value=step%stop(i)%value, &
+            & note='end of the step')
+         if (.not. crosses(event)) cycle
+         if ((probe_value(after, event) > event%value) .eqv. step%stop(i)%rising) call append(event)
+      end do
+      do i = 1, size(events)
+         events(i)%before = event_value(problem, events(i), from, before)
+         events(i)%after = event_value(problem, events(i), to, after)
+      end do
+
+   contains
+
+      subroutine append(new)
+         type(event_t), intent(in) :: new
+         events = [events, new]
+      end subroutine append
+
+      pure logical function crosses(candidate)
+         type(event_t), intent(in) :: candidate
+         crosses = (probe_value(before, candidate) - candidate%value) * (probe_value(after, candidate) - candidate%value) &
+            & < 0.0_wp
+      end function crosses
+   end subroutine detect_events
+
+   !> Regions that appear, vanish, split or merge between two states.
+   subroutine detect_contact_events(problem, from, to, earlier, later, events)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, to
+      logical, intent(in) :: earlier(:), later(:)   !! (candidates) contact as far as the mesh resolves it
+      type(event_t), allocatable, intent(inout) :: events(:)
+      call compare(earlier, later, 'C-', 'contact lost', 'a contact region splits')
+      call compare(later, earlier, 'C+', 'contact gained', 'two contact regions merge')
+
+   contains
+
+      !> Regions of `there` that have no counterpart in `other`, or several.
+      subroutine compare(there, other, label, gone, divided)
+         logical, intent(in) :: there(:), other(:)
+         character(2), intent(in) :: label
+         character(*), intent(in) :: gone, divided
+         logical, allocatable :: done(:), region(:), near(:), counted(:)
+         type(event_t) :: event
+         integer :: c, parts, k
+         done = .not. there
+         do c = 1, size(there)
+            if (done(c)) cycle
+            region = region_of(problem, there, c)
+            done = done .or. region
+            near = widened(widened(region)) .and. other
+            counted = .not. near
+            parts = 0
+            do k = 1, size(near)
+               if (counted(k)) cycle
+               parts = parts + 1
+               counted = counted .or. region_of(problem, other, k)
+            end do
+            if (parts == 1) cycle
+            event = event_t(kind=event_contact, label=label, note=gone)
+            event%marked = region
+            if (parts > 1) then
+               event%note = divided
+               event%marked = region .and. .not. other
+            end if
+            event%reaction_scale = max(sum(from%reaction, mask=event%marked), sum(to%reaction, mask=event%marked), &
+               & tiny(1.0_wp))
+            event%gap_scale = max(abs(smallest_gap(problem, from, event%marked)), &
+               & abs(smallest_gap(problem, to, event%marked)), tiny(1.0_wp))
+            events = [events, event]
+         end do
+      end subroutine compare
+
+      !> A set of candidates and their neighbours.
+      function widened(set) result(wide)
+         logical, intent(in) :: set(:)
+         logical :: wide(size(set))
+         integer :: c, i, k
+         wide = set
+         do c = 1, size(set)
+            if (.not. set(c)) cycle
+            do i = 1, 2
+               k = problem%candidates%neighbour(i, c)
+               if (k > 0) wide(k) = .true.
+            end do
+         end do
+      end function widened
+   end subroutine detect_contact_events
+
+   !> The event's function at a state: its zero is the event.
+   real(wp) function event_value(problem, event, state, probe) result(value)
+      type(problem_t), intent(in) :: problem
+      type(event_t), intent(in) :: event
+      type(state_t), intent(in) :: state
+      type(probe_t), intent(in) :: probe
+      select case (event%kind)
+      case (event_limit)
+         value = probe%load_rate
+      case (event_bifurcation)
+         value = merge(1.0_wp, -1.0_wp, probe%negative_pivots == event%pivots)
+      case (event_contact)
+         if (any(state%active .and. event%marked)) then
+            value = sum(state%reaction, mask=event%marked) / event%reaction_scale
+         else
+            value = -smallest_gap(problem, state, event%marked) / event%gap_scale
+         end if
+      case default
+         value = probe_value(probe, event) - event%value
+      end select
+   end function event_value
+
+   !> Load factor or monitor that a value event watches.
+   pure real(wp) function probe_value(probe, event)
+      type(probe_t), intent(in) :: probe
+      type(event_t), intent(in) :: event
+      if (event%monitor == 0) then
+         probe_value = probe%load_factor
+      else
+         probe_value = probe%monitor(event%monitor)
+      end if
+   end function probe_value
+end module path_events

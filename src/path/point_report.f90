@@ -1,0 +1,53 @@
+!> Fills the record of one accepted point from the state.
+module point_report
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t
+   use monitors, only: monitor_values
+   use contact_regions, only: find_regions
+   use section_forces, only: local_forces
+   use path_record, only: point_t
+   implicit none
+   private
+   public :: report_point
+
+contains
+
+   !> What the results keep of a converged state; label, iterations and the like are the path loop's.
+   function report_point(problem, state, system, number) result(point)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system     !! assembled and factored at `state`
+      integer, intent(in) :: number            !! points recorded before this one: decides whether fields are due
+      type(point_t) :: point
+      integer :: c, e
+      associate (step => problem%model%step(problem%step))
+         point%step = problem%step
+         point%load_factor = state%load_factor
+         point%negative_pivots = system%negative_pivots
+         point%active_contacts = count(state%active)
+         point%monitor = monitor_values(problem, state, system)
+         if (size(problem%model%contact) > 0) then
+            point%region = find_regions(problem, state)
+            allocate (point%reaction_total(size(problem%model%contact)), source=0.0_wp)
+            do c = 1, problem%candidates%n
+               associate (total => point%reaction_total(problem%candidates%contact(c)))
+                  total = total + state%reaction(c)
+               end associate
+            end do
+         end if
+         if (step%field_every == 0) return
+         if (mod(number, step%field_every) /= 0) return
+         if (step%field_displacement) point%displacement = state%u
+         if (step%field_section_forces) then
+            allocate (point%section_forces(3, 2, problem%model%mesh%n_elements))
+            do e = 1, problem%model%mesh%n_elements
+               call local_forces(problem, state, e, point%section_forces(:, :, e))
+            end do
+         end if
+         if (step%field_reaction .and. problem%candidates%n > 0) point%reaction = state%reaction
+         if (step%field_gap .and. problem%candidates%n > 0) point%gap = system%gap
+      end associate
+   end function report_point
+end module point_report

@@ -1,0 +1,166 @@
+!> Hand-over of sliding contact nodes.
+!>
+!> The node of a point contact follows the contact point along the rod, and so do the nodes at the ends of a contact
+!> region: no force ever hops from node to node. When such a node has moved over more than half an element the next one
+!> takes over at the same material point and the first one goes home; a node that lost its contact goes home, too. The state is carried over by the collocation polynomials and
+!> brought back to equilibrium; nothing but the discretisation changes.
+module sliding_nodes
+   use kinds, only: wp
+   use model, only: method_linearised
+   use problem, only: problem_t
+   use rod_state, only: state_t, element_displacement, element_load
+   use rod_geometry, only: slide_node, node_reference
+   use reference_curve, only: curve_point, curve_length, curve_abscissa
+   use ge_element, only: ge_interior
+   use linear_system, only: system_t
+   use bordered_system, only: linearise
+   use path_control, only: control_t, set_tangent, is_arc_length
+   use corrector, only: increment_t, settle
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: rehome_nodes
+
+   real(wp), parameter :: reach = 0.6_wp !! of an element: a node hands over beyond it
+
+contains
+
+   !> Moves nodes home or hands contacts over where due. The system ends up factored at the new state.
+   subroutine rehome_nodes(problem, control, direction, direction_load, state, system, timers)
+      type(problem_t), intent(in) :: problem
+      type(control_t), intent(in) :: control
+      real(wp), intent(in) :: direction(:, :), direction_load !! last increment: fixes the sense of the tangent
+      type(state_t), intent(inout) :: state
+      type(system_t), intent(inout) :: system    !! factored at `state` on entry and on return
+      type(timers_t), intent(inout) :: timers
+      type(state_t) :: moved
+      type(control_t) :: hold
+      type(increment_t) :: report
+      real(wp) :: offset, home, target
+      integer :: c, side, other, inner
+      logical :: changed
+
+      if (.not. any(problem%candidates%may_slide)) return
+      moved = state
+      changed = .false.
+      do c = 1, problem%candidates%n
+         if (.not. problem%candidates%may_slide(c)) cycle
+         associate (element => problem%candidates%element(:, c))
+            offset = state%geometry%element(element(1))%s(2) - problem%model%mesh%s(2, element(1))
+            if (.not. abs(offset) > 0.0_wp) cycle
+            side = merge(2, 1, offset > 0.0_wp)
+            home = problem%model%mesh%s(2, element(side)) - problem%model%mesh%s(1, element(side))
+            other = problem%candidates%neighbour(side, c)
+            inner = problem%candidates%neighbour(3 - side, c)
+            if (state%active(c) .and. .not. (state%active(other) .and. state%active(inner))) then
+               if (abs(offset) < reach * home) cycle
+               if (.not. problem%candidates%may_slide(other)) cycle
+               target = state%geometry%element(element(1))%s(2) - problem%model%mesh%s(2, problem%candidates%element(1, other))
+               if (abs(state%geometry%element(problem%candidates%element(1, other))%s(2) - &
+                  & problem%model%mesh%s(2, problem%candidates%element(1, other))) > 0.0_wp) cycle
+               call slide_node(problem%model, problem%tableau, moved%geometry, problem%candidates%element(:, other), target)
+               ! Growing region: its old end node stays behind in contact. Shrinking or a single point: it opens.
+               moved%active(c) = .not. state%active(other) .and. state%active(inner)
+               moved%active(other) = .true.
+               moved%reaction(other) = state%reaction(c)
+               if (.not. moved%active(c)) moved%reaction(c) = 0.0_wp
+            end if
+            call slide_node(problem%model, problem%tableau, moved%geometry, element, -offset)
+            changed = .true.
+         end associate
+      end do
+      if (.not. changed) return
+
+      call carry_over(problem, state, moved)
+      hold = control
+      hold%increment = 0.0_wp
+      if (is_arc_length(control%method)) then
+         hold%method = method_linearised
+         call set_tangent(problem, system, direction, direction_load, hold)
+      end if
+      call settle(problem, moved, hold, moved, system, report, timers)
+      if (report%converged) then
+         state = moved
+         return
+      end if
+      ! Left as it was: the node goes on sliding; should its element run out, the increment says so.
+      call linearise(problem, state, state, system, timers)
+   end subroutine rehome_nodes
+
+   !> Displacements and stored resultants of `moved` from the solution `from` on the old element ends.
+   subroutine carry_over(problem, from, moved)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from
+      type(state_t), intent(inout) :: moved    !! its geometry is the new one
+      real(wp) :: position(2), rotation, resultant(3), x(2), angle, s, h
+      integer :: e, i, node, c, stages
+      do e = 1, problem%model%mesh%n_elements
+         if (all(abs(moved%geometry%element(e)%s - from%geometry%element(e)%s) <= 0.0_wp)) cycle
+         c = problem%model%mesh%curve(e)
+         if (c == 0) cycle
+         do i = 1, 2
+            node = problem%model%mesh%node(i, e)
+            call old_solution(problem, from, e, moved%geometry%element(e)%s(i), position, rotation, resultant)
+            if (i == 1) moved%z(1:3, e) = resultant
+            if (abs(moved%geometry%element(e)%s(i) - from%geometry%element(e)%s(i)) <= 0.0_wp) cycle
+            call node_reference(problem%model, moved%geometry, e, i, x, angle)
+            moved%u(1:2, node) = position - x
+            moved%u(3, node) = rotation
+         end do
+         stages = problem%model%mesh%stages(e)
+         h = moved%geometry%element(e)%length
+         do i = 1, stages
+            s = curve_abscissa(problem%model%curve(c), problem%model%imperfection, moved%geometry%element(e)%s(1), &
+               & problem%tableau(stages)%c(i) * h)
+            call old_solution(problem, from, e, s, position, rotation, resultant)
+            moved%z(3 + i, e) = resultant(3)
+            if (problem%pressurised(e)) moved%z(2 + stages + 2 * i:3 + stages + 2 * i, e) = resultant(1:2)
+         end do
+      end do
+   end subroutine carry_over
+
+   !> The old solution at nominal coordinate s, on element `near` or the one next to it that contains s.
+   subroutine old_solution(problem, from, near, s, position, rotation, resultant)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from
+      integer, intent(in) :: near
+      real(wp), intent(in) :: s
+      real(wp), intent(out) :: position(2), rotation, resultant(3)
+      real(wp) :: u(6), tau, span(2)
+      integer :: e, c, k
+      e = near
+      ! A node moves less than one element, so two steps along the curve are enough.
+      do k = 1, 2
+         if (s < from%geometry%element(e)%s(1)) then
+            e = next_element(-1)
+         else if (s > from%geometry%element(e)%s(2)) then
+            e = next_element(1)
+         end if
+      end do
+      c = problem%model%mesh%curve(e)
+      tau = curve_length(problem%model%curve(c), problem%model%imperfection, from%geometry%element(e)%s(1), s) &
+         & / from%geometry%element(e)%length
+      u = element_displacement(problem, from, e)
+      associate (element => from%geometry%element(e))
+         call ge_interior(problem%tableau(problem%model%mesh%stages(e)), element%length, element%scale, element%angle, &
+            & problem%compliance(e), element_load(problem, from, e), u, from%z(:problem%z_size(e), e), tau, span, &
+            & rotation, resultant)
+      end associate
+      position = from%geometry%x(:, problem%model%mesh%node(1, e)) + u(1:2) + span
+
+   contains
+
+      !> The element of the same curve before (-1) or after (1) element e.
+      integer function next_element(way)
+         integer, intent(in) :: way
+         integer :: i, j
+         next_element = e
+         do i = 1, problem%candidates%n
+            do j = 1, 2
+               if (problem%candidates%element(3 - j, i) /= e .or. problem%candidates%element(j, i) == 0) cycle
+               if (way == merge(1, -1, j == 2)) next_element = problem%candidates%element(j, i)
+            end do
+         end do
+      end function next_element
+   end subroutine old_solution
+end module sliding_nodes

@@ -1,0 +1,139 @@
+!> unilat: equilibrium paths of planar rods with unilateral contact.
+!>
+!> deck -> model -> numbering -> path loop -> results and listing. Exit codes: 0 the path is complete, 1 the deck (or the
+!> command line) has errors, 2 stopped early with the path up to there in the result file, 3 internal or system error.
+program unilat
+   use, intrinsic :: iso_fortran_env, only: input_unit, output_unit, error_unit
+   use, intrinsic :: iso_c_binding, only: c_int
+   use errors, only: error_t
+   use command_line, only: command_line_t, read_command_line, help_text
+   use build_info, only: program_version, compiler, lapack_version, hdf5_version
+   use deck_source, only: deck_source_t, read_source_file, read_source_unit
+   use deck_to_model, only: read_deck
+   use diagnostics, only: diagnostics_t, diagnostics_report
+   use card_manual, only: write_card_manual
+   use deck_summary, only: write_deck_summary
+   use model, only: model_t
+   use problem, only: problem_t, new_problem
+   use path_loop, only: follow_path, outcome_t
+   use run_recorder, only: run_recorder_t
+   use results, only: results_open, results_close
+   use listing, only: listing_open, listing_close
+   use timing, only: timers_t, timing_start, timing_stop, phase_reading, phase_numbering, phase_output
+   implicit none
+   integer, parameter :: exit_complete = 0, exit_deck_error = 1, exit_stopped = 2, exit_internal = 3
+   type(command_line_t) :: options
+   type(deck_source_t) :: source
+   type(diagnostics_t) :: diagnostics
+   type(model_t) :: deck_model
+   type(problem_t) :: path_problem
+   type(run_recorder_t) :: recorder
+   type(outcome_t) :: outcome
+   type(timers_t) :: timers
+   type(error_t), allocatable :: error
+   character(:), allocatable :: result_file, status
+
+   call read_command_line(options, error)
+   if (allocated(error)) call stop_with(exit_deck_error, error%message//' (unilat --help tells the options)')
+   if (options%help .or. options%version .or. options%cards) then
+      if (options%help) write (output_unit, '(a)') help_text()
+      if (options%version) call write_version()
+      if (options%cards) call write_card_manual(output_unit)
+      call end_program(exit_complete)
+   end if
+
+   ! ---- the deck ----
+   call timing_start(timers, phase_reading)
+   if (options%deck == '') then
+      call read_source_unit(input_unit, '<stdin>', source, error)
+   else
+      call read_source_file(options%deck, source, error)
+   end if
+   if (allocated(error)) call stop_with(exit_deck_error, error%message)
+   call read_deck(source, deck_model, diagnostics, steps_optional=options%check)
+   if (diagnostics%n > 0) then
+      write (error_unit, '(a)', advance='no') diagnostics_report(diagnostics, source)
+      call end_program(exit_deck_error)
+   end if
+   call timing_stop(timers, phase_reading)
+   if (options%check) then
+      if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, source%name, '')
+      call end_program(exit_complete)
+   end if
+   result_file = name_of_results()
+   if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, source%name, result_file)
+
+   ! ---- the path ----
+   call timing_start(timers, phase_numbering)
+   path_problem = new_problem(deck_model)
+   call timing_stop(timers, phase_numbering)
+   call timing_start(timers, phase_output)
+   call results_open(recorder%results, result_file, deck_model, source%text, program_version, error)
+   if (allocated(error)) call stop_with(exit_internal, error%message)
+   recorder%quiet = options%quiet
+   if (.not. options%quiet) call listing_open(recorder%listing, output_unit, deck_model)
+   call timing_stop(timers, phase_output)
+   call follow_path(path_problem, recorder, outcome, timers)
+
+   ! ---- the end ----
+   status = 'complete'
+   if (.not. outcome%complete) status = 'stopped: '//outcome%why
+   call timing_start(timers, phase_output)
+   call results_close(recorder%results, status, timers, outcome%accuracy, error)
+   call timing_stop(timers, phase_output)
+   if (.not. options%quiet) call listing_close(recorder%listing, status, timers, outcome%accuracy)
+   if (allocated(error)) call stop_with(exit_internal, error%message)
+   if (.not. outcome%complete) call stop_with(exit_stopped, status)
+   call end_program(exit_complete)
+
+contains
+
+   !> The -o file, or the job's name, or the deck's, with .h5 for its ending.
+   function name_of_results() result(name)
+      character(:), allocatable :: name
+      integer :: slash, dot
+      if (options%output /= '') then
+         name = options%output
+         return
+      end if
+      name = 'unilat'
+      if (options%deck /= '') then
+         slash = index(options%deck, '/', back=.true.)
+         name = options%deck(slash + 1:)
+         dot = index(name, '.', back=.true.)
+         if (dot > 1) name = name(:dot - 1)
+      end if
+      if (deck_model%job /= '') name = deck_model%job
+      name = name//'.h5'
+   end function name_of_results
+
+   !> Versions of everything that decides about the numbers.
+   subroutine write_version()
+      write (output_unit, '(a)') 'unilat '//program_version
+      write (output_unit, '(a)') 'compiler '//compiler()
+      write (output_unit, '(a)') 'LAPACK '//lapack_version()
+      write (output_unit, '(a)') 'HDF5 '//hdf5_version()
+   end subroutine write_version
+
+   !> Ends with a message on standard error.
+   subroutine stop_with(code, message)
+      integer, intent(in) :: code
+      character(*), intent(in) :: message
+      write (error_unit, '(a)') 'unilat: '//message
+      call end_program(code)
+   end subroutine stop_with
+
+   !> The only way out: C's exit, because STOP would print its code and the floating-point flags.
+   subroutine end_program(code)
+      integer, intent(in) :: code
+      interface
+         subroutine c_exit(code) bind(c, name='exit')
+            import :: c_int
+            integer(c_int), value :: code
+         end subroutine c_exit
+      end interface
+      flush (output_unit)
+      flush (error_unit)
+      call c_exit(int(code, c_int))
+   end subroutine end_program
+end program unilat

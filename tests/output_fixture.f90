@@ -1,0 +1,96 @@
+!> A small complete model and points for the tests of the result file and the listing: a rod of two elements
+!> over a line and inside a circle.
+module output_fixture
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+   use kinds, only: wp, pi
+   use model, only: model_t, family_ge, family_ul2, method_load, quantity_reaction
+   use path_record, only: point_t, critical_t, region_t
+   implicit none
+   private
+   public :: small_model, small_point, small_critical
+
+contains
+
+   !> Nodes 10, 20, 30; monitors `v` and `RF`, in this order; two steps.
+   function small_model(with_contact) result(model)
+      logical, intent(in) :: with_contact !! else without obstacles and contacts
+      type(model_t) :: model
+      model%title = 'a rod'//new_line('a')//'on a table'
+      model%job = ''
+      model%mesh%n_nodes = 3
+      model%mesh%n_elements = 2
+      model%mesh%node_label = [10, 20, 30]
+      model%mesh%x = reshape([0.0_wp, 0.0_wp, 1.0_wp, 0.25_wp, 2.0_wp, 0.5_wp], [2, 3])
+      model%mesh%x_nominal = model%mesh%x
+      model%mesh%element_label = [7, 8]
+      model%mesh%node = reshape([1, 2, 2, 3], [2, 2])
+      model%mesh%family = [family_ge, family_ul2]
+      model%mesh%stages = [2, 0]
+      model%mesh%section = [1, 1]
+      model%fixed = reshape([.true., .true., .true., .false., .false., .false., .false., .true., .false.], [3, 3])
+      allocate (model%section(1), model%monitor(2), model%step(2))
+      model%section(1)%name = 'rod'
+      model%section(1)%ea = 1.0e4_wp
+      model%section(1)%ei = 1.0_wp
+      model%monitor(1)%name = 'v'
+      model%monitor(1)%component = 2
+      model%monitor(1)%node = [2]
+      model%monitor(1)%factor = -1.0_wp
+      model%monitor(2)%name = 'RF'
+      model%monitor(2)%quantity = quantity_reaction
+      model%monitor(2)%node = [1, 3]
+      model%step(1)%name = 'press'
+      model%step(2)%method = method_load
+      allocate (model%step(1)%stop(1), model%step(1)%locate(0), model%step(2)%stop(0), model%step(2)%locate(0))
+      allocate (model%obstacle(merge(2, 0, with_contact)), model%contact(merge(2, 0, with_contact)))
+      if (.not. with_contact) return
+      model%obstacle(1)%name = 'table'
+      model%obstacle(1)%point = reshape([0.0_wp, 1.0_wp, 2.0_wp, 3.0_wp], [2, 2])
+      model%obstacle(2)%name = 'pipe/1'
+      model%obstacle(2)%is_circle = .true.
+      model%obstacle(2)%centre = [0.5_wp, -0.5_wp]
+      model%obstacle(2)%radius = 4.0_wp
+      model%obstacle(2)%reference_angle = pi / 2
+      model%obstacle(2)%rigid = .false.
+      model%obstacle(2)%modulus = 8.0_wp
+      model%contact(1)%obstacle = 1
+      model%contact(1)%node = [1, 2, 3]
+      model%contact(2)%obstacle = 2
+      model%contact(2)%node = [2]
+   end function small_model
+
+   !> Point n of the path: load factor n / 2, monitors n and -n, n_regions regions that start at 10 n + 1, 10 n + 2, ...
+   function small_point(n, n_regions) result(point)
+      integer, intent(in) :: n, n_regions !! n_regions < 0: a model without contact
+      type(point_t) :: point
+      integer :: i
+      point%step = 1
+      point%load_factor = 0.5_wp * n
+      point%arc_length = 0.25_wp * n
+      point%iterations = n + 1
+      point%residual = 1.0e-10_wp
+      point%negative_pivots = n + 2
+      point%monitor = [real(n, wp), -real(n, wp)]
+      if (n_regions < 0) return
+      point%active_contacts = n + 3
+      allocate (point%region(n_regions))
+      do i = 1, n_regions
+         point%region(i) = region_t(i, 10.0_wp * n + i, 10.0_wp * n + i + 0.5_wp, &
+            & ieee_value(1.0_wp, ieee_quiet_nan), 3.0_wp)
+      end do
+      point%reaction_total = [100.0_wp * n, 200.0_wp * n]
+   end function small_point
+
+   !> A limit point at point n of the path.
+   function small_critical(n) result(critical)
+      integer, intent(in) :: n
+      type(critical_t) :: critical
+      critical%label = 'LP'
+      critical%step = 1
+      critical%point = n
+      critical%load_factor = 0.5_wp * n
+      critical%located = .false.
+      critical%monitor = [real(n, wp), -real(n, wp)]
+      critical%note = 'of the load'
+   end function small_critical
+end module output_fixture

@@ -1,0 +1,111 @@
+"""The two commands: what they say when something is missing, and what they refuse. Nothing is installed or built here."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+TOOLS = ("bash env dirname basename mkdir awk sed grep cat tail head rm tee nproc id find wc "
+         "gfortran cmake ninja h5fc python3").split()
+
+
+@pytest.fixture
+def machine(tmp_path):
+    """A PATH with the usual tools and no apt-get; tests take tools away or put false ones there."""
+    folder = tmp_path / "bin"
+    folder.mkdir()
+    for tool in TOOLS:
+        found = shutil.which(tool)
+        assert found, tool
+        (folder / tool).symlink_to(found)
+    return folder
+
+
+def fake(machine, name, text):
+    tool = machine / name
+    tool.unlink(missing_ok=True)
+    tool.write_text(f"#!{shutil.which('bash')}\n{text}\n")
+    tool.chmod(0o755)
+
+
+def run(machine, command, *arguments):
+    environment = {"PATH": str(machine), "HOME": str(machine), "UNILAT_BUILD_ROOT": str(machine.parent / "build"),
+                   "UNILAT_PYTHON": sys.executable}
+    done = subprocess.run([str(ROOT / command), *arguments], env=environment, text=True, timeout=120,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    return done.returncode, done.stdout
+
+
+@pytest.fixture
+def deck():
+    decks = sorted(path.stem for path in (ROOT / "input").glob("*.inp"))
+    if not decks:
+        pytest.skip("no deck in input/")
+    return decks[0]
+
+
+@pytest.mark.parametrize("command", ["input/run", "tests/run"])
+def test_without_apt_the_exact_command_is_printed(machine, command, deck):
+    for tool in ("gfortran", "ninja"):
+        (machine / tool).unlink()
+    status, text = run(machine, command, *([deck] if command == "input/run" else []))
+    assert status == 4
+    assert f"{command}: missing: gfortran ninja-build\n" in text
+    assert "sudo apt-get update && sudo apt-get install -y --no-install-recommends gfortran ninja-build\n" in text
+
+
+def test_a_user_without_sudo_gets_the_command_too(machine, deck):
+    (machine / "gfortran").unlink()
+    fake(machine, "apt-get", "echo must not run; exit 0")
+    fake(machine, "id", "echo 1000")
+    fake(machine, "sudo", "exit 1")
+    status, text = run(machine, "input/run", deck)
+    assert status == 4
+    assert "installing" not in text
+    assert "install -y --no-install-recommends gfortran\n" in text
+
+
+@pytest.mark.parametrize("root", [True, False])
+def test_failing_apt_is_reported_with_the_command(machine, deck, root):
+    (machine / "gfortran").unlink()
+    fake(machine, "apt-get", "echo E: no network; exit 100")
+    fake(machine, "id", "echo 0" if root else "echo 1000")
+    fake(machine, "sudo", 'if [[ $1 == -n ]]; then exit 0; fi; "$@"')
+    status, text = run(machine, "input/run", deck)
+    assert status == 4
+    assert "input/run: installing gfortran\n" in text
+    assert "E: no network" in text
+    assert "install -y --no-install-recommends gfortran\n" in text
+
+
+def test_apt_gets_what_is_missing_and_no_more(machine, deck):
+    for tool in ("gfortran", "ninja"):
+        (machine / tool).unlink()
+    fake(machine, "id", "echo 0")
+    fake(machine, "apt-get", f'echo "$@" >> "{machine}/calls"')
+    run(machine, "input/run", deck)
+    assert (machine / "calls").read_text().splitlines() == [
+        "update -qq", "install -y -qq --no-install-recommends gfortran ninja-build"]
+
+
+def test_decks_are_listed(machine):
+    status, text = run(machine, "input/run")
+    assert status == 0
+    for path in (ROOT / "input").glob("*.inp"):
+        assert f"\n   {path.stem} " in text
+
+
+def test_unknown_deck_is_refused(machine):
+    status, text = run(machine, "input/run", "no-such-deck")
+    assert status == 1
+    assert "there is no deck input/no-such-deck.inp" in text
+
+
+def test_unknown_option_of_the_tests_is_refused(machine):
+    status, text = run(machine, "tests/run", "--quick")
+    assert status == 64
+    assert "usage: tests/run" in text
