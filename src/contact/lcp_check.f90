@@ -51,7 +51,7 @@ contains
       pairs: do i = 1, n
          gap = 0.0_wp
          if (s(i) > 0.0_wp) gap = w(i) / s(i)
-         violation = max(violation, -gap)
+         violation = max(violation, 0.0_wp - gap)
 
          if (z(i) >= 0.0_wp .and. .not. (z(i) > 0.0_wp .and. gap > violation)) cycle
          effect = 0.0_wp

@@ -297,7 +297,7 @@ contains
       call param(t, 'LOCATE', kind_real, 'relative tolerance of located points, below 1', default='1e-8', &
          bound=positive)
       call param(t, 'ITERATIONS', kind_integer, 'most iterations of an increment', default='15', bound=positive)
-      call param(t, 'DESIRED', kind_integer, 'iterations that keep the increment as it is', default='4', bound=positive)
+      call param(t, 'DESIRED', kind_integer, 'iterations that keep the increment as it is', default='5', bound=positive)
       call param(t, 'POINTS', kind_integer, 'most points of the step', default='1000', bound=positive)
    end subroutine step_cards
 

@@ -237,7 +237,7 @@ contains
          return
       end if
       critical%label = merge('C+', 'C-', corner%active(candidate))
-      critical%note = 'the path turns where a contact '//trim(merge('closes', 'opens ', corner%active(candidate)))
+      critical%note = 'contact '//trim(merge('gained', 'lost  ', corner%active(candidate)))
       call record(problem, run, corner, critical%label, report, recorder, outcome, timers)
       if (allocated(outcome%why)) return
       critical%step = problem%step
