@@ -36,7 +36,7 @@ program unilat
    call read_command_line(options, error)
    if (allocated(error)) call stop_with(exit_deck_error, error%message//' (unilat --help tells the options)')
    if (options%help .or. options%version .or. options%cards) then
-      if (options%help) write (output_unit, '(a)') help_text()
+      if (options%help) write (output_unit, '(a)', advance='no') help_text()
       if (options%version) call write_version()
       if (options%cards) call write_card_manual(output_unit)
       call end_program(exit_complete)

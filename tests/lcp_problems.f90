@@ -9,7 +9,7 @@ module lcp_problems
 
 contains
 
-   !> Deflection at support i under a unit force at support j; n supports evenly spaced inside a beam of length 1, EI = 1.
+   !> Deflection at support i under a unit force at support j: n supports evenly spaced in a beam of length 1, EI = 1.
    pure function beam_compliance(n, clamped) result(m)
       integer, intent(in) :: n
       logical, intent(in) :: clamped !! both ends clamped, else simply supported

@@ -84,7 +84,7 @@ contains
             case ('--')
                only_files = .true.
             case default
-               call fail(error, 'unknown option '//trim(argument(i))//'; unilat --help lists all')
+               call fail(error, 'unknown option '//trim(argument(i))//'')
             end select
          end if
          if (allocated(error)) return

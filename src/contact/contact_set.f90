@@ -23,7 +23,7 @@ module contact_set
 
    real(wp), parameter :: gap_tolerance = 1.0e-11_wp      !! of the structure's size
    real(wp), parameter :: reaction_tolerance = 1.0e-10_wp !! of the force scale
-   real(wp), parameter :: lcp_tolerance = 1.0e-7_wp       !! accepted componentwise error of an LCP's answer
+   real(wp), parameter :: lcp_tolerance = 1.0e-10_wp      !! accepted componentwise error of an LCP's answer
    integer, parameter :: largest_lcp = 400                !! more candidates in doubt are flipped without an LCP
    integer, parameter :: max_rounds = 20
 

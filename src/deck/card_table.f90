@@ -229,11 +229,11 @@ contains
 
       call card(t, 'CONTACT', in_model, 'Nodes that may touch an obstacle.')
       call param(t, 'OBSTACLE', kind_name, 'the obstacle')
-      call param(t, 'NSET', kind_name, 'the candidates, in order along the structure')
+      call param(t, 'NSET', kind_name, 'the candidates')
       call param(t, 'GAP', kind_real, 'added to the geometric gap; half the depth of the rod: negative', default='0')
-      call param(t, 'POINTS', kind_word, 'SLIDING: a single contact point may lie inside an element (rigid '// &
-         'obstacles, '// &
-         'GE elements on generated curves)', default='NODES', words='NODES|SLIDING')
+      call param(t, 'POINTS', kind_word, 'SLIDING: contact points and the ends of contact regions may lie inside '// &
+         'elements (rigid obstacles, GE elements on generated curves); AUTO: SLIDING where that holds, else NODES', &
+         default='AUTO', words='AUTO|NODES|SLIDING')
 
       call card(t, 'MONITOR', in_model, 'A quantity of the path: offset + factor * mean displacement (U) or sum of '// &
          'support reactions (R) of the nodes.')

@@ -71,6 +71,7 @@ contains
       type(diagnostics_t), intent(inout) :: diagnostics
       type(contact_t) :: contact
       integer, allocatable :: touched(:, :)             ! by obstacle and node: line of the *CONTACT
+      character(:), allocatable :: reason
       integer :: card, set
       allocate (model%contact(0), touched(size(model%obstacle), model%mesh%n_nodes))
       touched = 0
@@ -81,10 +82,15 @@ contains
          call find_set(deck, names, diagnostics, card, 'NSET', 'node', set)
          contact%node = names%node_set%members(set)
          contact%gap = parameter_real(deck, card, 'GAP')
-         contact%sliding = parameter_word(deck, card, 'POINTS') == 'SLIDING'
+         contact%sliding = parameter_word(deck, card, 'POINTS') /= 'NODES'
          if (contact%obstacle > 0 .and. .not. names%mesh_incomplete) then
             call check_candidates(deck, names, model, diagnostics, card, contact, touched(contact%obstacle, :))
-            if (contact%sliding) call check_sliding(deck, model, diagnostics, card, contact)
+            if (contact%sliding) then
+               reason = no_sliding(model, contact)
+               contact%sliding = reason == ''
+               if (parameter_word(deck, card, 'POINTS') == 'SLIDING' .and. reason /= '') &
+                  call complain(deck, diagnostics, card, parameter_place(deck, card, 'POINTS'), 'SLIDING needs '//reason)
+            end if
          end if
          model%contact = [model%contact, contact]
       end do
@@ -152,28 +158,27 @@ contains
       string = to_text(short)
    end function rounded
 
-   !> POINTS=SLIDING needs a rigid obstacle, and GE elements on generated curves between the candidates.
-   subroutine check_sliding(deck, model, diagnostics, card, contact)
-      type(deck_t), intent(in) :: deck
+   !> What a contact lacks for sliding points; '' when it has a rigid obstacle, and GE elements on generated curves.
+   function no_sliding(model, contact) result(reason)
       type(model_t), intent(in) :: model
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: card
       type(contact_t), intent(in) :: contact
+      character(:), allocatable :: reason
       logical :: candidate(model%mesh%n_nodes)
       integer :: e
-      if (.not. model%obstacle(contact%obstacle)%rigid) call complain(deck, diagnostics, card, &
-         parameter_place(deck, card, 'POINTS'), 'SLIDING needs a rigid obstacle')
+      reason = ''
+      if (.not. model%obstacle(contact%obstacle)%rigid) then
+         reason = 'a rigid obstacle'
+         return
+      end if
       candidate = .false.
       candidate(contact%node) = .true.
       do e = 1, model%mesh%n_elements
          if (.not. all(candidate(model%mesh%node(:, e)))) cycle
          if (model%mesh%family(e) == family_ge .and. model%mesh%curve(e) > 0) cycle
-         call complain(deck, diagnostics, card, parameter_place(deck, card, 'POINTS'), &
-            'SLIDING needs GE elements on '// &
-            'a *LINE, *ARC or *RING; element '//to_text(model%mesh%element_label(e))//' is not')
+         reason = 'GE elements on a *LINE, *ARC or *RING; element '//to_text(model%mesh%element_label(e))//' is not'
          return
       end do
-   end subroutine check_sliding
+   end function no_sliding
 
    !> Reads the monitors.
    subroutine read_monitor_cards(deck, names, model, diagnostics)

@@ -40,7 +40,7 @@ module model
    !> A stress-free offset w(s) of the axis to the left of the nominal curve, s from 0 to `length` along its chain.
    !>   sine:    sum a_k sin(n_k pi s/L + p_k)        cosine: sum a_k cos(n_k pi s/L + p_k)
    !>   clamped: a_1 sin^2(pi s/L) + a_2 (3 sqrt(3)/2) sin^2(pi s/L) cos(pi s/L)   (two values)
-   !>   nodal:   natural cubic spline through (knot, value)
+   !>   nodal:   cubic spline through (knot, value), natural or, on a closed chain, periodic
    type :: imperfection_t
       integer :: shape = shape_none
       real(wp) :: length = 0.0_wp
@@ -83,7 +83,7 @@ module model
    type :: load_t
       real(wp), allocatable :: node_force(:, :)   !! (3, n_nodes) forces and moment
       real(wp), allocatable :: line_force(:, :)   !! (2, n_elements) dead, global axes, per unit stress-free length
-      real(wp), allocatable :: pressure(:)        !! (n_elements) follower, per deformed length; pushes to the left of the element's direction
+      real(wp), allocatable :: pressure(:)        !! (n_elements) follower, per deformed length, to the left of the element
       real(wp), allocatable :: displacement(:, :) !! (3, n_nodes) prescribed values of fixed degrees of freedom
    end type load_t
 
@@ -132,11 +132,11 @@ module model
       real(wp) :: smallest = 0.0_wp, largest = 0.0_wp !! limits of the increment; arc-length methods: of the arc length [-]
       logical :: full_newton = .true.
       logical :: paper_loop = .false.           !! contact by the loop of the paper's Fig. 2
-      real(wp) :: tolerance = 1.0e-9_wp         !! relative residual
-      real(wp) :: locate_tolerance = 1.0e-8_wp  !! relative, of located events
-      integer :: max_iterations = 15
-      integer :: desired_iterations = 5
-      integer :: max_points = 1000
+      real(wp) :: tolerance = 0.0_wp            !! relative residual (defaults are in the card table only)
+      real(wp) :: locate_tolerance = 0.0_wp     !! relative, of located events
+      integer :: max_iterations = 0
+      integer :: desired_iterations = 0
+      integer :: max_points = 0
       type(threshold_t), allocatable :: stop(:)
       type(threshold_t), allocatable :: locate(:)
       integer :: field_every = 0                !! store fields at every n-th point, 0: never

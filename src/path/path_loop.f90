@@ -2,18 +2,21 @@
 module path_loop
    use kinds, only: wp
    use errors, only: error_t
-   use model, only: step_t, method_load, method_displacement, method_cylindrical
+   use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t, new_state
-   use linear_system, only: system_t, new_system
+   use linear_system, only: new_system
    use bordered_system, only: linearise
-   use path_control, only: control_t, is_arc_length, set_tangent, metric, path_length
+   use path_control, only: is_arc_length, set_tangent, path_length
    use corrector, only: increment_t, take_increment
-   use path_events, only: probe_t, event_t, new_probe, detect_events, event_value, event_stop, event_value_reached, &
-      & event_bifurcation
-   use point_report, only: report_point
-   use sliding_nodes, only: rehome_nodes
+   use path_run, only: run_t, probe_at
+   use step_control, only: start_control, begin_arc_length, next_increment, smallest, shorten_to_stop, stop_met
+   use path_events, only: probe_t, event_t, new_probe, detect_events, event_stop, event_bifurcation
+   use event_location, only: locate
    use contact_corner, only: find_corner, leave_corner
+   use contact_regions, only: find_regions
+   use sliding_nodes, only: rehome_nodes
+   use point_report, only: report_point
    use balance, only: measure_balance
    use path_record, only: recorder_t, point_t, critical_t, accuracy_t
    use timing, only: timers_t, timing_start, timing_stop, count_up, phase_path, counter_points, counter_rejected, &
@@ -29,22 +32,8 @@ module path_loop
       type(accuracy_t) :: accuracy
    end type outcome_t
 
-   !> What one step of the run needs at hand; kept together so that procedures have short argument lists.
-   type :: run_t
-      type(state_t) :: state                     !! the last accepted point
-      type(system_t) :: system
-      type(control_t) :: control
-      type(probe_t) :: probe
-      real(wp) :: arc_length = 0.0_wp            !! travelled since the start of the run
-      integer :: points = 0                      !! recorded so far, all steps
-      integer :: step_points = 0                 !! accepted in this step
-      real(wp), allocatable :: direction(:, :)   !! last increment of the displacements
-      real(wp) :: direction_load = 0.0_wp        !! and of the load factor
-   end type run_t
-
    integer, parameter :: max_cuts = 40          !! halvings of one increment
-   integer, parameter :: cuts_before_corner = 3 !! failures after which the path may have a corner
-   real(wp), parameter :: growth = 2.0_wp       !! largest ratio of consecutive increments
+   integer, parameter :: cuts_before_corner = 2 !! failures after which the path may have a corner
 
 contains
 
@@ -103,9 +92,8 @@ contains
       type(timers_t), intent(inout) :: timers
       type(state_t) :: trial
       type(increment_t) :: report
-      logical :: finished
+      logical :: finished, scaled
       integer :: cuts
-      real(wp) :: ratio
 
       call start_control(problem, step, run)
       finished = .false.
@@ -138,83 +126,14 @@ contains
          call accept(problem, step, run, trial, report, recorder, finished, outcome, timers)
          if (finished .or. allocated(outcome%why)) return
          if (is_arc_length(step%method) .and. .not. is_arc_length(run%control%method)) then
-            call begin_arc_length(problem, step, run, outcome)
-            if (allocated(outcome%why)) return
+            call begin_arc_length(problem, step, run, scaled)
+            if (.not. scaled) outcome%why = 'the first increment moved nothing: the arc length has no scale'
+            if (.not. scaled) return
             cycle points
          end if
-         ! Crisfield's rule: the increment follows the root of desired over needed iterations.
-         ratio = sqrt(real(step%desired_iterations, wp) / max(report%iterations, 1))
-         run%control%increment = run%control%increment * min(max(ratio, 0.25_wp), growth)
-         if (abs(run%control%increment) > step%largest) &
-            & run%control%increment = sign(step%largest, run%control%increment)
+         call next_increment(step, report%iterations, run%control)
       end do points
    end subroutine follow_step
-
-   !> First increment: load control, also for the arc-length methods, whose scale it sets.
-   subroutine start_control(problem, step, run)
-      type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
-      run%control%method = merge(method_load, step%method, is_arc_length(step%method))
-      run%control%monitor = step%monitor
-      run%control%increment = step%increment
-      run%direction = 0.0_wp * run%state%u
-      run%direction_load = sign(1.0_wp, step%increment)
-      if (step%method == method_displacement .and. .not. allocated(run%control%tangent)) &
-         & allocate (run%control%tangent(3, problem%model%mesh%n_nodes), source=0.0_wp)
-   end subroutine start_control
-
-   !> Switches from the first, load-controlled increment to the arc length it made.
-   subroutine begin_arc_length(problem, step, run, outcome)
-      type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
-      type(outcome_t), intent(inout) :: outcome
-      real(wp) :: length
-      length = sqrt(metric(problem, run%direction, run%direction))
-      if (.not. length > 0.0_wp .or. .not. abs(run%direction_load) > 0.0_wp) then
-         outcome%why = 'the first increment moved nothing: the arc length has no scale'
-         return
-      end if
-      run%control%method = step%method
-      run%control%load_scale = length / abs(run%direction_load)
-      run%control%increment = length
-      if (step%method /= method_cylindrical) run%control%increment = sqrt(2.0_wp) * length
-      run%control%increment = min(run%control%increment, step%largest)
-   end subroutine begin_arc_length
-
-   !> Smallest increment worth trying.
-   pure real(wp) function smallest(step, control)
-      type(step_t), intent(in) :: step
-      type(control_t), intent(in) :: control
-      smallest = step%smallest
-      ! The load-controlled start of an arc-length step has no limit of its own in the deck.
-      if (is_arc_length(step%method) .and. .not. is_arc_length(control%method)) smallest = 1.0e-9_wp * abs(step%increment)
-   end function smallest
-
-   !> Load and displacement control end exactly on their stop value.
-   subroutine shorten_to_stop(problem, step, run)
-      type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
-      real(wp) :: now, left
-      integer :: i, watched
-      if (is_arc_length(step%method)) return
-      watched = 0
-      now = run%state%load_factor
-      if (step%method == method_displacement) then
-         watched = step%monitor
-         now = run%probe%monitor(watched)
-      end if
-      do i = 1, size(step%stop)
-         if (step%stop(i)%monitor /= watched) cycle
-         left = step%stop(i)%value - now
-         if (left * run%control%increment <= 0.0_wp) cycle
-         ! A last crumb shorter than half an increment is taken along.
-         if (abs(run%control%increment) >= abs(left)) run%control%increment = left * (1.0_wp + 4.0_wp * epsilon(left))
-      end do
-      if (watched > size(problem%model%monitor)) return
-   end subroutine shorten_to_stop
 
    !> Tries whether the path turns at a change of the contact set just ahead; if so, goes to the corner and around it.
    subroutine turn_corner(problem, run, recorder, outcome, timers)
@@ -227,7 +146,7 @@ contains
       type(increment_t) :: report
       type(critical_t) :: critical
       real(wp) :: direction(3, problem%model%mesh%n_nodes), direction_load
-      integer :: candidate
+      integer :: candidate, regions
       logical :: ok
       if (problem%candidates%n == 0) return
       call find_corner(problem, run%state, run%control, corner, candidate, run%system, report, ok, timers)
@@ -236,8 +155,11 @@ contains
          call linearise(problem, run%state, run%state, run%system, timers)
          return
       end if
-      critical%label = merge('C+', 'C-', corner%active(candidate))
-      critical%note = 'contact '//trim(merge('gained', 'lost  ', corner%active(candidate)))
+      ! One node more or less at the end of a region is the mesh's affair, not an event.
+      regions = size(find_regions(problem, run%state)) - size(find_regions(problem, corner))
+      if (regions < 0) critical%label = 'C+'
+      if (regions > 0) critical%label = 'C-'
+      critical%note = 'contact '//trim(merge('gained', 'lost  ', regions < 0))
       call record(problem, run, corner, critical%label, report, recorder, outcome, timers)
       if (allocated(outcome%why)) return
       critical%step = problem%step
@@ -249,7 +171,7 @@ contains
       run%direction_load = direction_load
       run%probe = new_probe(problem, run%state, run%system, direction_load)
       critical%monitor = run%probe%monitor
-      call hand_over(recorder, critical, outcome, timers)
+      if (regions /= 0) call hand_over(recorder, critical, outcome, timers)
       run%step_points = run%step_points + 1
    end subroutine turn_corner
 
@@ -271,7 +193,6 @@ contains
       real(wp), allocatable :: fraction(:)
       logical, allocatable :: located(:)
       integer :: i, k
-      type(critical_t) :: critical
 
       finished = .false.
       probe = probe_at(problem, run, trial)
@@ -292,15 +213,8 @@ contains
          call record(problem, run, places(k), events(k)%label, reports(k), recorder, outcome, timers)
          if (allocated(outcome%why)) return
          call count_up(timers, counter_located)
-         critical%label = events(k)%label
-         critical%step = problem%step
-         critical%point = run%points
-         critical%load_factor = places(k)%load_factor
-         critical%located = located(k)
-         critical%note = events(k)%note
          probe = new_probe(problem, places(k), run%system, 0.0_wp)
-         critical%monitor = probe%monitor
-         call hand_over(recorder, critical, outcome, timers)
+         call announce(events(k)%label, events(k)%note, places(k), probe, located(k))
          if (allocated(outcome%why)) return
          if (events(k)%kind == event_stop) then
             finished = .true.
@@ -311,7 +225,10 @@ contains
       end do
       if (size(events) > 0) call linearise(problem, trial, trial, run%system, timers)
       probe = probe_at(problem, run, trial)
-      call record(problem, run, trial, '', report, recorder, outcome, timers)
+      finished = stop_met(step, probe)
+      call record(problem, run, trial, merge('EP', '  ', finished), report, recorder, outcome, timers)
+      if (allocated(outcome%why)) return
+      if (finished) call announce('EP', 'end of the step', trial, probe, .true.)
       if (allocated(outcome%why)) return
       run%step_points = run%step_points + 1
       run%direction = trial%u - run%state%u
@@ -320,108 +237,26 @@ contains
       run%state = trial
       run%probe = probe
       call rehome_nodes(problem, run%control, run%direction, run%direction_load, run%state, run%system, timers)
-      finished = stop_met(step, run%probe)
+
+   contains
+
+      !> Reports the point recorded last as a critical one.
+      subroutine announce(label, note, state, values, exact)
+         character(*), intent(in) :: label, note
+         type(state_t), intent(in) :: state
+         type(probe_t), intent(in) :: values
+         logical, intent(in) :: exact
+         type(critical_t) :: critical
+         critical%label = label
+         critical%step = problem%step
+         critical%point = run%points
+         critical%load_factor = state%load_factor
+         critical%located = exact
+         critical%note = note
+         critical%monitor = values%monitor
+         call hand_over(recorder, critical, outcome, timers)
+      end subroutine announce
    end subroutine accept
-
-   !> Load and displacement control stop on the value itself, where no sign changes any more.
-   pure logical function stop_met(step, probe)
-      type(step_t), intent(in) :: step
-      type(probe_t), intent(in) :: probe
-      real(wp) :: value
-      integer :: i
-      stop_met = .false.
-      if (is_arc_length(step%method)) return
-      do i = 1, size(step%stop)
-         value = probe%load_factor
-         if (step%stop(i)%monitor > 0) value = probe%monitor(step%stop(i)%monitor)
-         stop_met = stop_met .or. abs(value - step%stop(i)%value) <= 1.0e-12_wp * abs(step%stop(i)%value)
-      end do
-   end function stop_met
-
-   !> Probe at a converged state at which the system is factored; the direction comes from the last accepted point.
-   type(probe_t) function probe_at(problem, run, state) result(probe)
-      type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
-      type(state_t), intent(in) :: state
-      type(control_t) :: control
-      control%method = method_cylindrical
-      call set_tangent(problem, run%system, state%u - run%state%u, state%load_factor - run%state%load_factor, control)
-      probe = new_probe(problem, state, run%system, control%tangent_load)
-   end function probe_at
-
-   !> Finds the zero of an event's function between the last accepted point and the trial by the Illinois rule on the
-   !> length of the increment; an event of counts only by bisection.
-   subroutine locate(problem, step, run, trial, event, place, report, fraction, located, timers)
-      type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
-      type(state_t), intent(in) :: trial
-      type(event_t), intent(in) :: event
-      type(state_t), intent(out) :: place           !! the located point, or the nearest one found
-      type(increment_t), intent(out) :: report
-      real(wp), intent(out) :: fraction             !! of the increment
-      logical, intent(out) :: located
-      type(timers_t), intent(inout) :: timers
-      integer, parameter :: max_tries = 60
-      type(control_t) :: control
-      type(state_t) :: here, below, above
-      type(probe_t) :: probe
-      real(wp) :: low, high, f_low, f_high, f, scale
-      integer :: try, side
-      control = run%control
-      low = 0.0_wp
-      high = 1.0_wp
-      f_low = event%before
-      f_high = event%after
-      scale = max(abs(f_low), abs(f_high))
-      below = run%state
-      above = trial
-      place = trial
-      fraction = 1.0_wp
-      located = abs(f_high) <= step%locate_tolerance * scale
-      side = 0
-      search: do try = 1, max_tries
-         if (located) exit search
-         if (event%kind == event_bifurcation .or. f_low * f_high >= 0.0_wp) then
-            fraction = 0.5_wp * (low + high)
-         else
-            fraction = (low * f_high - high * f_low) / (f_high - f_low)
-            ! Stay off the ends: a kink may pin the rule there.
-            fraction = min(max(fraction, low + 1.0e-3_wp * (high - low)), high - 1.0e-3_wp * (high - low))
-         end if
-         control%increment = fraction * run%control%increment
-         call linearise(problem, run%state, run%state, run%system, timers)
-         call take_increment(problem, run%state, control, here, run%system, report, timers)
-         if (.not. report%converged) exit search
-         probe = probe_at(problem, run, here)
-         f = event_value(problem, event, here, probe)
-         place = here
-         if (event%kind /= event_bifurcation) located = abs(f) <= step%locate_tolerance * scale
-         if (located) exit search
-         if (f * f_low > 0.0_wp) then
-            low = fraction
-            f_low = f
-            below = here
-            if (side == -1) f_high = 0.5_wp * f_high
-            side = -1
-         else
-            high = fraction
-            f_high = f
-            above = here
-            if (side == 1) f_low = 0.5_wp * f_low
-            side = 1
-         end if
-         if (high - low <= step%locate_tolerance) then
-            place = above
-            fraction = high
-            located = .true.
-            exit search
-         end if
-      end do search
-      ! Where the contact set changes, pivot counts may jump without a bifurcation.
-      if (event%kind == event_bifurcation .and. located .and. size(below%active) > 0) &
-         & located = all(below%active .eqv. above%active)
-   end subroutine locate
 
    !> Hands a converged point to the recorder and to the independent measures.
    subroutine record(problem, run, state, label, report, recorder, outcome, timers)

@@ -1,0 +1,92 @@
+!> Locates an event that was seen to happen within an increment.
+module event_location
+   use kinds, only: wp
+   use model, only: step_t
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use bordered_system, only: linearise
+   use path_control, only: control_t
+   use corrector, only: increment_t, take_increment
+   use path_events, only: event_t, probe_t, event_value, event_bifurcation
+   use path_run, only: run_t, probe_at
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: locate
+
+contains
+
+   !> Finds the zero of an event's function between the last accepted point and the trial by the Illinois rule on the
+   !> length of the increment; an event of counts only by bisection.
+   subroutine locate(problem, step, run, trial, event, place, report, fraction, located, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run
+      type(state_t), intent(in) :: trial
+      type(event_t), intent(in) :: event
+      type(state_t), intent(out) :: place           !! the located point, or the nearest one found
+      type(increment_t), intent(out) :: report
+      real(wp), intent(out) :: fraction             !! of the increment
+      logical, intent(out) :: located
+      type(timers_t), intent(inout) :: timers
+      integer, parameter :: max_tries = 60
+      type(control_t) :: control
+      type(state_t) :: here, below, above
+      type(probe_t) :: probe
+      real(wp) :: low, high, f_low, f_high, f, scale
+      integer :: try, side
+      control = run%control
+      low = 0.0_wp
+      high = 1.0_wp
+      f_low = event%before
+      f_high = event%after
+      scale = max(abs(f_low), abs(f_high))
+      below = run%state
+      above = trial
+      place = trial
+      fraction = 1.0_wp
+      located = abs(f_high) <= step%locate_tolerance * scale
+      side = 0
+      search: do try = 1, max_tries
+         if (located) exit search
+         if (event%kind == event_bifurcation .or. f_low * f_high >= 0.0_wp) then
+            fraction = 0.5_wp * (low + high)
+         else
+            fraction = (low * f_high - high * f_low) / (f_high - f_low)
+            ! Stay off the ends: a kink may pin the rule there.
+            fraction = min(max(fraction, low + 1.0e-3_wp * (high - low)), high - 1.0e-3_wp * (high - low))
+         end if
+         control%increment = fraction * run%control%increment
+         call linearise(problem, run%state, run%state, run%system, timers)
+         call take_increment(problem, run%state, control, here, run%system, report, timers)
+         if (.not. report%converged) exit search
+         probe = probe_at(problem, run, here)
+         f = event_value(problem, event, here, probe)
+         place = here
+         if (event%kind /= event_bifurcation) located = abs(f) <= step%locate_tolerance * scale
+         if (located) exit search
+         if (f * f_low > 0.0_wp) then
+            low = fraction
+            f_low = f
+            below = here
+            if (side == -1) f_high = 0.5_wp * f_high
+            side = -1
+         else
+            high = fraction
+            f_high = f
+            above = here
+            if (side == 1) f_low = 0.5_wp * f_low
+            side = 1
+         end if
+         if (high - low <= step%locate_tolerance) then
+            place = above
+            fraction = high
+            located = .true.
+            exit search
+         end if
+      end do search
+      ! Where the contact set changes, pivot counts may jump without a bifurcation.
+      if (event%kind == event_bifurcation .and. located .and. size(below%active) > 0) &
+         & located = all(below%active .eqv. above%active)
+   end subroutine locate
+end module event_location

@@ -1,0 +1,104 @@
+!> Increments of one step: the first one, the next one, the last one.
+module step_control
+   use kinds, only: wp
+   use model, only: step_t, method_load, method_displacement, method_cylindrical
+   use problem, only: problem_t
+   use path_control, only: control_t, is_arc_length, metric
+   use path_events, only: probe_t
+   use path_run, only: run_t
+   implicit none
+   private
+   public :: start_control, begin_arc_length, next_increment, smallest, shorten_to_stop, stop_met
+
+   real(wp), parameter :: growth = 2.0_wp, shrinkage = 0.25_wp !! limits of the ratio of consecutive increments
+
+contains
+
+   !> First increment: load control, also for the arc-length methods, whose scale it sets.
+   subroutine start_control(problem, step, run)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run
+      run%control%method = merge(method_load, step%method, is_arc_length(step%method))
+      run%control%monitor = step%monitor
+      run%control%increment = step%increment
+      run%direction = 0.0_wp * run%state%u
+      run%direction_load = sign(1.0_wp, step%increment)
+      if (step%method == method_displacement .and. .not. allocated(run%control%tangent)) &
+         & allocate (run%control%tangent(3, problem%model%mesh%n_nodes), source=0.0_wp)
+   end subroutine start_control
+
+   !> Switches from the first, load-controlled increment to the arc length it made.
+   subroutine begin_arc_length(problem, step, run, scaled)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run
+      logical, intent(out) :: scaled            !! false: nothing moved, the arc length has no scale
+      real(wp) :: length
+      length = sqrt(metric(problem, run%direction, run%direction))
+      scaled = length > 0.0_wp .and. abs(run%direction_load) > 0.0_wp
+      if (.not. scaled) return
+      run%control%method = step%method
+      run%control%load_scale = length / abs(run%direction_load)
+      run%control%increment = length
+      if (step%method /= method_cylindrical) run%control%increment = sqrt(2.0_wp) * length
+      run%control%increment = min(run%control%increment, step%largest)
+   end subroutine begin_arc_length
+
+   !> Crisfield's rule: the increment follows the root of desired over needed iterations.
+   subroutine next_increment(step, iterations, control)
+      type(step_t), intent(in) :: step
+      integer, intent(in) :: iterations         !! of the increment just made
+      type(control_t), intent(inout) :: control
+      real(wp) :: ratio
+      ratio = sqrt(real(step%desired_iterations, wp) / max(iterations, 1))
+      control%increment = control%increment * min(max(ratio, shrinkage), growth)
+      if (abs(control%increment) > step%largest) control%increment = sign(step%largest, control%increment)
+   end subroutine next_increment
+
+   !> Smallest increment worth trying.
+   pure real(wp) function smallest(step, control)
+      type(step_t), intent(in) :: step
+      type(control_t), intent(in) :: control
+      smallest = step%smallest
+      ! The load-controlled start of an arc-length step has no limit of its own in the deck.
+      if (is_arc_length(step%method) .and. .not. is_arc_length(control%method)) smallest = 1.0e-9_wp * abs(step%increment)
+   end function smallest
+
+   !> Load and displacement control end exactly on their stop value.
+   subroutine shorten_to_stop(problem, step, run)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run
+      real(wp) :: now, left
+      integer :: i, watched
+      if (is_arc_length(step%method)) return
+      watched = 0
+      now = run%state%load_factor
+      if (step%method == method_displacement) then
+         watched = step%monitor
+         now = run%probe%monitor(watched)
+      end if
+      do i = 1, size(step%stop)
+         if (step%stop(i)%monitor /= watched) cycle
+         left = step%stop(i)%value - now
+         if (left * run%control%increment <= 0.0_wp) cycle
+         if (abs(run%control%increment) >= abs(left)) run%control%increment = left
+      end do
+   end subroutine shorten_to_stop
+
+   !> Load and displacement control arrive at their stop value itself, where no sign changes any more.
+   pure logical function stop_met(step, probe)
+      type(step_t), intent(in) :: step
+      type(probe_t), intent(in) :: probe
+      real(wp) :: value
+      integer :: i
+      stop_met = .false.
+      if (is_arc_length(step%method)) return
+      do i = 1, size(step%stop)
+         value = probe%load_factor
+         if (step%stop(i)%monitor > 0) value = probe%monitor(step%stop(i)%monitor)
+         stop_met = stop_met .or. abs(value - step%stop(i)%value) <= 1.0e-11_wp * abs(step%stop(i)%value)
+      end do
+   end function stop_met
+end module step_control
