@@ -13,9 +13,11 @@ module contact_slides
    use linear_system, only: system_t, evaluate_element, turn_pair
    implicit none
    private
-   public :: linearise_slides, slide_row, slides_fit, drop_slides
+   public :: linearise_slides, slide_row, slides_fit, slide_fraction, shift_contacts, &
+      & close_short_gaps, drop_slides
 
    real(wp), parameter :: least_length = 0.1_wp !! of an element beside a sliding node, over its tributary length
+   real(wp), parameter :: reach = 0.6_wp        !! longest move in one solution, over the length of the element ahead
 
 contains
 
@@ -67,7 +69,7 @@ contains
       integer, intent(in) :: k
       type(element_geometry_t) :: pair(2)
       real(wp) :: f(6, 2, 2), raw(6), ek(6, 6), fl(6), op(size(state%z, 1), ge_columns, 2, 2), defect(2)
-      real(wp) :: step, x(2), reference, t0(2), t(2), n(2), across(2), angle, angles(2)
+      real(wp) :: step, x(2), reference, t0(2), t(2), n(2), across(2), turning(2), angle, angles(2)
       integer :: c, node, i, side, e, d, end_node, j, z
       logical :: ok
       c = system%slide(k)
@@ -109,7 +111,14 @@ contains
       system%tangency_corner(k) = system%bend(c) * dot_product(across, t) * dot_product(across, t0)
       system%tangency_corner(k) = system%tangency_corner(k) + &
          & system%tangency_row(3, k) * (angles(2) - angles(1)) / (2.0_wp * step)
-      if (system%turned(node)) call turn_pair(system%axis(:, node), system%tangency_row(1:2, k))
+      ! The node moves along the stress-free rod, so the direction of its reaction turns with the obstacle.
+      turning = state%reaction(c) * system%bend(c) * dot_product(across, t0) * across
+      if (system%turned(node)) then
+         call turn_pair(system%axis(:, node), system%tangency_row(1:2, k))
+         call turn_pair(system%axis(:, node), turning)
+      end if
+      d = dof(problem, node, 1)
+      system%slide_column(d:d + 1, k) = system%slide_column(d:d + 1, k) + turning
    end subroutine linearise_slide
 
    !> Product of a tangency row with a vector of unknowns.
@@ -123,22 +132,84 @@ contains
       slide_row = dot_product(system%tangency_row(:, k), x(d:d + 2))
    end function slide_row
 
-   !> False when a contact node would slide by more than half an element: better let the contact set change.
+   !> False when a contact node would slide beyond the reach of its elements.
    pure logical function slides_fit(problem, state, system, y)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: y(:)
-      integer :: k
-      real(wp) :: length(2), least
-      slides_fit = .true.
-      do k = 1, system%n_slides
-         length = state%geometry%element(problem%candidates%element(:, system%slide(k)))%length
-         least = least_length * problem%candidates%tributary(system%slide(k))
-         slides_fit = slides_fit .and. abs(y(1 + k)) < 0.5_wp * minval(length) .and. &
-            & length(1) + y(1 + k) > least .and. length(2) - y(1 + k) > least
-      end do
+      real(wp), intent(in) :: y(:)     !! solved increments: load factor, sliding coordinates
+      slides_fit = slide_fraction(problem, state, system, y(2:)) >= 1.0_wp
    end function slides_fit
+
+   !> The part of given shifts, at most 1, that leaves every sliding node enough of the element ahead of it.
+   pure real(wp) function slide_fraction(problem, state, system, shift) result(fraction)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: shift(:) !! (n_slides)
+      integer :: k
+      fraction = 1.0_wp
+      do k = 1, system%n_slides
+         if (.not. abs(shift(k)) > 0.0_wp) cycle
+         fraction = min(fraction, most_ahead(problem, state, system%slide(k), shift(k)) / abs(shift(k)))
+      end do
+   end function slide_fraction
+
+   !> How far the node of a candidate may move in the direction of `shift`.
+   pure real(wp) function most_ahead(problem, state, candidate, shift)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      real(wp), intent(in) :: shift
+      real(wp) :: ahead
+      ahead = state%geometry%element(problem%candidates%element(merge(2, 1, shift > 0.0_wp), candidate))%length
+      most_ahead = max(min(reach * ahead, ahead - least_length * problem%candidates%tributary(candidate)), 0.0_wp)
+   end function most_ahead
+
+   !> Where a contact point wants to leave its element the next node takes its place.
+   subroutine shift_contacts(problem, state, system, shift, active)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: shift(:)      !! (n_slides)
+      logical, intent(inout) :: active(:)   !! (candidates) the contact set
+      integer :: k, c, side, next
+      logical :: single
+      do k = 1, system%n_slides
+         c = system%slide(k)
+         if (.not. active(c)) cycle
+         if (abs(shift(k)) <= most_ahead(problem, state, c, shift(k))) cycle
+         side = merge(2, 1, shift(k) > 0.0_wp)
+         next = problem%candidates%neighbour(side, c)
+         if (.not. problem%candidates%may_slide(next)) cycle
+         single = .not. any(active(problem%candidates%neighbour(:, c)))
+         if (active(next) .or. single) active(c) = .false.
+         active(next) = .true.
+      end do
+   end subroutine shift_contacts
+
+   !> Closes the open stretches of at most three nodes that node-wise reactions leave inside a contact region next to its
+   !> end: once the end node slides they are in contact.
+   subroutine close_short_gaps(problem, active)
+      type(problem_t), intent(in) :: problem
+      logical, intent(inout) :: active(:)   !! (candidates) the contact set
+      integer :: c, k, steps
+      do c = 1, problem%candidates%n
+         if (.not. (active(c) .and. problem%candidates%may_slide(c))) cycle
+         k = c
+         do steps = 1, 4
+            k = problem%candidates%neighbour(2, k)
+            if (k == 0) exit
+            if (active(k)) exit
+         end do
+         if (k == 0 .or. steps == 1 .or. steps > 4) cycle
+         k = problem%candidates%neighbour(2, c)
+         do while (.not. active(k))
+            active(k) = .true.
+            k = problem%candidates%neighbour(2, k)
+         end do
+      end do
+   end subroutine close_short_gaps
 
    !> Holds all contact nodes at their material points for one solution.
    subroutine drop_slides(system)

@@ -6,7 +6,7 @@ module corrector
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: assemble_bordered, factor_system, linearise, apply_increment
-   use contact_slides, only: slides_fit, drop_slides
+   use contact_slides, only: slides_fit, shift_contacts, close_short_gaps, drop_slides
    use path_control, only: control_t, control_row, control_error
    use contact_set, only: contact_step_t, solve_contact_step, gap_tolerance
    use timing, only: timers_t, count_up, counter_newton
@@ -23,6 +23,7 @@ module corrector
       character(:), allocatable :: message     !! why it did not converge
    end type increment_t
 
+   integer, parameter :: shifting_iterations = 8 !! after these the contact points must stay within their elements
    integer, parameter :: max_contact_loops = 12 !! outer loops of the paper's scheme
 
 contains
@@ -53,7 +54,7 @@ contains
       end if
       ! The paper's Fig. 2: LCP at the predictor, equilibrium with the set frozen, compare, repeat.
       do loop = 1, max_contact_loops
-         call solve_step(problem, state, system, rhs, .false., step, report, timers)
+         call solve_step(problem, state, system, rhs, .false., .true., step, report, timers)
          if (allocated(report%message)) return
          if (.not. step%flipped) call move(problem, system, step, state)
          state%active = step%active
@@ -109,7 +110,7 @@ contains
       rhs = first_rhs
       best = huge(1.0_wp)
       newton: do iteration = 1, problem%model%step(problem%step)%max_iterations
-         call solve_step(problem, state, system, rhs, frozen, step, report, timers)
+         call solve_step(problem, state, system, rhs, frozen, iteration <= shifting_iterations, step, report, timers)
          if (allocated(report%message)) return
          refactor = problem%model%step(problem%step)%full_newton .or. any(step%active .neqv. state%active)
          if (step%flipped) then
@@ -158,62 +159,45 @@ contains
       report%message = 'no convergence within the allowed iterations'
    end subroutine iterate
 
-   !> Solves one step. Where a contact point would leave its elements the contact set follows it instead; where the LCP
-   !> fails with sliding nodes it is tried with these held.
-   subroutine solve_step(problem, state, system, rhs, frozen, step, report, timers)
+   !> Solves one step. Where the LCP fails with sliding nodes it is tried with these held.
+   subroutine solve_step(problem, state, system, rhs, frozen, early, step, report, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
       real(wp), intent(in) :: rhs
       logical, intent(in) :: frozen
+      logical, intent(in) :: early             !! contact points may still change their nodes
       type(contact_step_t), intent(inout) :: step
       type(increment_t), intent(inout) :: report
       type(timers_t), intent(inout) :: timers
+      real(wp), allocatable :: shift(:)
+      logical, allocatable :: active(:)
       call solve_contact_step(problem, state, system, rhs, frozen, step, timers)
-      if (system%n_slides > 0) then
-         if (.not. step%ok .and. .not. frozen) then
-            call drop_slides(system)
-            call solve_contact_step(problem, state, system, rhs, frozen, step, timers)
-         else if (step%ok) then
-            if (.not. slides_fit(problem, state, system, step%y)) then
-               if (frozen) then
-                  step%ok = .false.
-                  step%message = 'a contact point moved further than its elements reach'
-               else
-                  call drop_slides(system)
-                  call solve_contact_step(problem, state, system, rhs, frozen, step, timers)
-                  if (step%ok) call fill_gaps(problem, step%active)
-               end if
+      if (system%n_slides > 0 .and. .not. step%ok .and. .not. frozen) then
+         call drop_slides(system)
+         call solve_contact_step(problem, state, system, rhs, frozen, step, timers)
+      end if
+      if (step%ok .and. .not. frozen .and. early) call close_short_gaps(problem, step%active)
+      if (step%ok) then
+         if (.not. slides_fit(problem, state, system, step%y)) then
+            step%ok = early .and. .not. frozen
+            step%message = 'a contact point moved further than its elements reach'
+            if (.not. step%ok) then
+               report%message = step%message
+               return
             end if
+            shift = step%y(2:)
+            active = state%active
+            call shift_contacts(problem, state, system, shift, active)
+            call drop_slides(system)
+            call solve_contact_step(problem, state, system, rhs, .true., step, timers)
+            step%active = active
          end if
       end if
       report%lcp_size = max(report%lcp_size, step%lcp_size)
       report%lcp_pivots = report%lcp_pivots + step%lcp_pivots
       if (.not. step%ok) report%message = step%message
    end subroutine solve_step
-
-   !> Closes the short open stretches that node-wise reactions leave next to the end of a contact region: with its end
-   !> node sliding they are in contact.
-   subroutine fill_gaps(problem, active)
-      type(problem_t), intent(in) :: problem
-      logical, intent(inout) :: active(:)
-      integer :: c, k, steps
-      do c = 1, problem%candidates%n
-         if (.not. (active(c) .and. problem%candidates%may_slide(c))) cycle
-         k = c
-         do steps = 1, 4
-            k = problem%candidates%neighbour(2, k)
-            if (k == 0) exit
-            if (active(k)) exit
-         end do
-         if (k == 0 .or. steps == 1 .or. steps > 4) cycle
-         k = problem%candidates%neighbour(2, c)
-         do while (.not. active(k))
-            active(k) = .true.
-            k = problem%candidates%neighbour(2, k)
-         end do
-      end do
-   end subroutine fill_gaps
 
    !> Adds a solved step to the state and takes over its contact set.
    subroutine move(problem, system, step, state)

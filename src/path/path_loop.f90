@@ -10,7 +10,8 @@ module path_loop
    use path_control, only: is_arc_length, set_tangent, path_length
    use corrector, only: increment_t, take_increment
    use path_run, only: run_t, probe_at
-   use step_control, only: start_control, begin_arc_length, next_increment, smallest, shorten_to_stop, stop_met
+   use step_control, only: start_control, begin_arc_length, next_increment, smallest, shorten_to_stop, &
+      & shorten_to_reach, stop_met
    use path_events, only: probe_t, event_t, new_probe, detect_events, event_stop, event_bifurcation
    use event_location, only: locate
    use contact_corner, only: find_corner, leave_corner
@@ -92,8 +93,9 @@ contains
       type(timers_t), intent(inout) :: timers
       type(state_t) :: trial
       type(increment_t) :: report
-      logical :: finished, scaled
+      logical :: finished, scaled, limited
       integer :: cuts
+      real(wp) :: full
 
       call start_control(problem, step, run)
       finished = .false.
@@ -106,6 +108,9 @@ contains
          if (is_arc_length(run%control%method)) &
             & call set_tangent(problem, run%system, run%direction, run%direction_load, run%control)
          call shorten_to_stop(problem, step, run)
+         full = run%control%increment
+         call shorten_to_reach(problem, run)
+         limited = abs(run%control%increment) < abs(full)
          call take_increment(problem, run%state, run%control, trial, run%system, report, timers)
          if (.not. report%converged) then
             call count_up(timers, counter_rejected)
@@ -131,7 +136,8 @@ contains
             if (.not. scaled) return
             cycle points
          end if
-         call next_increment(step, report%iterations, run%control)
+         if (limited) run%control%increment = full
+         if (.not. limited) call next_increment(step, report%iterations, run%control)
       end do points
    end subroutine follow_step
 

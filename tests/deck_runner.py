@@ -1,0 +1,181 @@
+"""Runs decks for the tests and compares what they give; every comparison raises AssertionError.
+
+    run = run_deck(changed(example("ring"), ("NODES", "SLIDING")))
+    run.results                       # postproc's Results
+    assert_close(run.load("LP"), 81.557427564661, relative=1e-4)
+
+UNILAT names the program, UNILAT_SOURCE the project's folder.
+"""
+
+from __future__ import annotations
+
+import csv
+import functools
+import os
+import pathlib
+import subprocess
+import tempfile
+from dataclasses import dataclass
+
+import numpy as np
+from unilat_results import Results, read_results
+
+REFERENCE = pathlib.Path(__file__).parent / "reference"
+
+
+@dataclass
+class Run:
+    """A finished run; its folder lives as long as this object."""
+
+    code: int
+    stdout: str
+    stderr: str
+    folder: tempfile.TemporaryDirectory
+
+    @property
+    def files(self) -> list[str]:
+        return sorted(os.listdir(self.folder.name))
+
+    @functools.cached_property
+    def results(self) -> Results:
+        """The only result file of the folder."""
+        names = [name for name in self.files if name.endswith(".h5")]
+        assert len(names) == 1, f"one result file expected, found {names}; {self.stderr}"
+        return read_results(os.path.join(self.folder.name, names[0]))
+
+    def column(self, name: str) -> np.ndarray:
+        return self.results.column(name).values
+
+    def labelled(self, label: str) -> list:
+        """The critical points with this label, along the path."""
+        return [critical for critical in self.results.critical if critical.label == label]
+
+    def only(self, label: str):
+        """The one critical point with this label."""
+        found = self.labelled(label)
+        assert len(found) == 1, f"one {label} expected, found {[(c.load_factor, c.note) for c in found]}"
+        return found[0]
+
+    def load(self, label: str) -> float:
+        """Load factor of the one critical point with this label."""
+        return self.only(label).load_factor
+
+
+def example(name: str) -> str:
+    """Text of a deck of input/."""
+    return (pathlib.Path(os.environ["UNILAT_SOURCE"]) / "input" / f"{name}.inp").read_text(encoding="utf-8")
+
+
+def changed(text: str, *changes: tuple[str, str]) -> str:
+    """The text with each old string, which must stand there exactly once, replaced by the new one."""
+    for old, new in changes:
+        found = text.count(old)
+        assert found == 1, f"'{old}' stands {found} times in the deck"
+        text = text.replace(old, new)
+    return text
+
+
+def run_deck(text: str, *options: str, code: int = 0, name: str | None = "deck.inp") -> Run:
+    """Runs a deck in a folder of its own and asks for the exit code.
+
+    `name`: file the deck is written to; None: it goes to standard input.
+    """
+    folder = tempfile.TemporaryDirectory(prefix="unilat-")
+    command = [os.environ["UNILAT"], *options]
+    if name is not None:
+        (pathlib.Path(folder.name) / name).write_text(text, encoding="utf-8")
+        command.append(name)
+    done = subprocess.run(command, input=text if name is None else "", capture_output=True, encoding="utf-8",
+                          cwd=folder.name, timeout=240, check=False)
+    assert done.returncode == code, f"exit code {done.returncode} instead of {code}:\n{done.stdout[-1500:]}{done.stderr}"
+    return Run(done.returncode, done.stdout, done.stderr, folder)
+
+
+def reference(name: str) -> dict[str, np.ndarray]:
+    """Columns of a reference table; cells that are no numbers become NaN."""
+    with open(REFERENCE / f"{name}.csv", newline="", encoding="utf-8") as file:
+        names, *rows = csv.reader(line for line in file if not line.startswith("#"))
+    assert rows and all(len(row) == len(names) for row in rows), f"{name}: not a table"
+    return {column: np.array([_number(row[k]) for row in rows]) for k, column in enumerate(names)}
+
+
+def interpolate(x: np.ndarray, y: np.ndarray, at, points: int = 6) -> np.ndarray:
+    """The polynomial through the nearest `points` table points; the table covers all of `at`."""
+    x, y, at = np.asarray(x, float), np.asarray(y, float), np.atleast_1d(np.asarray(at, float))
+    assert np.all(np.diff(x) > 0), "the table must rise"
+    assert np.all((at >= x[0]) & (at <= x[-1])), f"outside the table: {at[(at < x[0]) | (at > x[-1])]}"
+    first = np.clip(np.searchsorted(x, at) - points // 2, 0, len(x) - points)
+    value = np.zeros_like(at)
+    for i in range(points):
+        basis = np.ones_like(at)
+        for j in range(points):
+            if j != i:
+                basis *= (at - x[first + j]) / (x[first + i] - x[first + j])
+        value += basis * y[first + i]
+    return value
+
+
+def interpolation_error(x: np.ndarray, y: np.ndarray, points: int = 6) -> float:
+    """How far a table of every second point misses the others: an upper bound, 2**points too large if smooth."""
+    inner = slice(points + 1, len(x) - points - 1, 2)
+    return float(np.max(np.abs(interpolate(x[::2], y[::2], x[inner], points) - y[inner])))
+
+
+def assert_close(actual, expected, relative: float = 0.0, absolute: float = 0.0):
+    """|actual - expected| <= absolute + relative |expected|, entry by entry; shapes agree, all is finite."""
+    actual, expected = np.asarray(actual, float), np.asarray(expected, float)
+    assert actual.shape == expected.shape, f"shape {actual.shape}, expected {expected.shape}"
+    assert actual.size > 0, "nothing to compare"
+    assert np.all(np.isfinite(actual)) and np.all(np.isfinite(expected)), "not all numbers are finite"
+    excess = np.abs(actual - expected) - absolute - relative * np.abs(expected)
+    worst = np.unravel_index(np.argmax(excess), excess.shape)
+    assert excess[worst] <= 0.0, (f"entry {tuple(int(k) for k in worst)}: {actual[worst]:.15g}, expected "
+                                  f"{expected[worst]:.15g} within {absolute + relative * abs(expected[worst]):.3g}, "
+                                  f"off by {abs(actual[worst] - expected[worst]):.3g}")
+
+
+def assert_order(errors, order: float, below: float = 0.5, above: float = 1.0):
+    """Errors of meshes each twice as fine as the one before fall with this order, from mesh to mesh."""
+    errors = np.abs(np.asarray(errors, float))
+    assert errors.size >= 2 and np.all(np.isfinite(errors)), f"errors {errors}"
+    rates = np.log2(errors[:-1] / errors[1:])
+    assert np.all(rates >= order - below) and np.all(rates <= order + above), f"rates {rates} of errors {errors}"
+
+
+def assert_mean_order(errors, order: float, below: float = 0.3, above: float = 0.7):
+    """As assert_order, over the whole row of meshes: for errors that jump with the place of a contact end in its element."""
+    errors = np.abs(np.asarray(errors, float))
+    assert errors.size >= 2 and np.all(np.isfinite(errors)), f"errors {errors}"
+    rate = np.log2(errors[0] / errors[-1]) / (errors.size - 1)
+    assert order - below <= rate <= order + above, f"rate {rate} of errors {errors}"
+
+
+def assert_monotone(values, rising: bool):
+    """Strictly monotone."""
+    values = np.asarray(values, float)
+    steps = np.diff(values) if rising else -np.diff(values)
+    assert steps.size > 0 and np.all(np.isfinite(steps)), "nothing to compare"
+    assert np.all(steps > 0.0), f"turns back after entry {int(np.argmin(steps))}: {values[np.argmin(steps):][:2]}"
+
+
+def bends(x, y) -> np.ndarray:
+    """Distance of each inner point of a curve y(x) from the chord of its neighbours: what a jagged curve cannot hide."""
+    x, y = np.asarray(x, float), np.asarray(y, float)
+    share = (x[1:-1] - x[:-2]) / (x[2:] - x[:-2])
+    return y[1:-1] - (1.0 - share) * y[:-2] - share * y[2:]
+
+
+def regions(run: Run, name: str) -> np.ndarray:
+    """`start`, `end`, `angle_start` or `angle_end` of the only contact region at every point; NaN without contact."""
+    contact = run.results.contact
+    assert np.all(contact.count <= 1), f"{int(np.max(contact.count))} regions at once"
+    values = getattr(contact, name)
+    first = values[:, 0] if values.shape[1] else np.full(len(contact.count), np.nan)
+    return np.where(contact.count == 1, first, np.nan)
+
+
+def _number(cell: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        return float("nan")

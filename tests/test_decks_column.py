@@ -1,0 +1,195 @@
+"""The column beside a wall (Silveira & Goncalves 2001, Figs. 7 to 11) against the exact solution.
+
+Exact values: reference/column_clamped.csv, from a separate boundary-value solver with about 1e-10. The load factor is
+P/Pcr; the contact is one point of the rod, which wanders along it.
+"""
+import functools
+
+import numpy as np
+import pytest
+
+import deck_runner as dr
+
+ELEMENT = 1.0 / 80                 # of column.inp
+LOCATE = 1e-8                      # default of *CONTROLS
+EVENTS = [("C+", 0.9294732313, 0.46149664), ("LP", 2.484036097, 0.41847844), ("C-", 1.946790072, 0.29730428),
+          ("LP", 1.025646944, np.nan)]
+# Elements of order 4, h/L = 1/80, the loaded column bends with wave numbers k = sqrt(P/EI) up to 3 pi/L or so:
+# errors of the order (k h)^4/100 = 2e-6, doubled and rounded up.
+ORDER_LIMIT = 1e-5
+
+
+@functools.cache
+def column(elements=40):
+    return dr.run_deck(dr.changed(dr.example("column"), ("1, 2, 40", f"1, 2, {elements}"),
+                                  ("2, 3, 40", f"2, 3, {elements}")))
+
+
+@functools.cache
+def table():
+    return dr.reference("column_clamped")
+
+
+def phases(run):
+    """Rows of the path before contact, in contact and after it, the events on both sides."""
+    gained, lost = run.only("C+").point, run.only("C-").point
+    return {"before": slice(0, gained), "contact": slice(gained - 1, lost), "after": slice(lost - 1, None)}
+
+
+def branch(phase):
+    """Rows of the table; the points of first and last contact belong to the phases on both sides."""
+    first, last = np.flatnonzero(np.isfinite(table()["contact_from_over_L"]))[[0, -1]]
+    return {"before": slice(0, first + 1), "contact": slice(first, last + 1), "after": slice(last + 1, None)}[phase]
+
+
+# What fixes the place on the path well: off the wall midspan, which follows 1/(1 - P/Pcr); in contact the load, except
+# near its largest value.
+PLACED_BY = {"before": ("midspan", "mid_over_L"), "contact": ("LOAD", "P_over_Pcr"),
+             "after": ("midspan", "mid_over_L")}
+
+
+@functools.cache
+def at_table_rows(phase):
+    """Points of the path at a dozen places of the table, by *LOCATE: nothing is interpolated.
+
+    Returns the run, the rows of its points and those of the table.
+    """
+    monitor, header = PLACED_BY[phase]
+    rows = np.arange(len(table()[header]))[branch(phase)]
+    rows = rows[np.linspace(2 if phase != "contact" else 30, len(rows) - 3, 12).astype(int)]
+    # The deck ends at 0.5 L of shortening, before the last rows of the table.
+    rows = rows[(table()["shortening_over_L"][rows] < 0.49) & (table()["P_over_Pcr"][rows] < 0.98 * EVENTS[1][1])]
+    values, shortening = table()[header][rows], table()["shortening_over_L"][rows]
+    cards = "".join(f"{monitor}, {value:.12g}\n" for value in values)
+    run = dr.run_deck(dr.changed(dr.example("column"), ("*STOP", f"*LOCATE\n{cards}*STOP")))
+    inside = np.arange(run.results.n_points)[phases(run)[phase]]
+    found = [c for c in run.labelled("UZ") if c.point - 1 in inside]
+    points = []
+    for value, place in zip(values, shortening):
+        same = [c for c in found if abs((c.load_factor if monitor == "LOAD" else c.monitors[monitor]) / value - 1) < 1e-6]
+        assert same, f"{monitor} = {value} was not met {phase}"
+        points.append(min(same, key=lambda c: abs(c.monitors["shortening"] - place)).point - 1)
+    return run, np.array(points), rows
+
+
+def test_a_value_just_behind_first_contact_is_located():
+    run = dr.run_deck(dr.changed(dr.example("column"), ("*STOP", "*LOCATE\nLOAD, 0.9306\n*STOP"),
+                                 ("ABOVE, 0.5", "ABOVE, 0.0012")))
+    dr.assert_close(run.load("UZ"), 0.9306, relative=LOCATE)
+
+
+def contact_history(run):
+    """Shortening and contact point between C+ and C-, and the exact place at that shortening."""
+    rows = np.arange(run.results.n_points)[phases(run)["contact"]][:-1]     # at C- there is no contact any more
+    x, y = table()["shortening_over_L"][branch("contact")], table()["contact_from_over_L"][branch("contact")]
+    assert dr.interpolation_error(x, y) / 2**6 < 1e-4 * ELEMENT
+    at = run.column("shortening")[rows]
+    rows, at = rows[at >= x[0]], at[at >= x[0]]
+    return rows, at, dr.interpolate(x, y, at)
+
+
+def test_events_come_in_the_order_of_the_exact_path():
+    found = [c.label for c in column().results.critical]
+    assert found == ["C+", "LP", "C-", "LP", "EP"]
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_loads_of_the_events(number):
+    label, load, _ = EVENTS[number]
+    event = column().results.critical[number]
+    assert event.label == label and event.located
+    dr.assert_close(event.load_factor, load, relative=ORDER_LIMIT)
+
+
+def test_place_of_contact_at_the_limit_load():
+    run = column()
+    spot = dr.regions(run, "start")[run.labelled("LP")[0].point - 1]
+    dr.assert_close(spot, EVENTS[1][2], absolute=0.01 * ELEMENT)
+
+
+def test_place_of_first_contact():
+    """The rod touches where it comes nearest, not at a node."""
+    run = column(20)
+    spot = dr.regions(run, "start")[run.only("C+").point - 1]
+    dr.assert_close(spot, EVENTS[0][2], absolute=0.01 / 40)
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_events_converge_at_fourth_order(number):
+    """Wherever the contact point lies between nodes: 20 to 60 elements a half, not multiples of each other."""
+    label, load, _ = EVENTS[number]
+    for half in (20, 30, 60):
+        event = column(half).results.critical[number]
+        assert event.label == label
+        dr.assert_close(event.load_factor, load, relative=2.0 * ORDER_LIMIT * (40 / half) ** 4)
+
+
+@pytest.mark.parametrize("half", [8, 10, 12, 16, 21, 24, 33])
+def test_any_mesh_goes_all_the_way(half):
+    """No step of the path hangs on where the contact point lies between the nodes; errors fall as h^4."""
+    run = column(half)
+    assert [c.label for c in run.results.critical] == ["C+", "LP", "C-", "LP", "EP"]
+    assert all(c.located for c in run.results.critical)
+    dr.assert_close(run.only("C-").load_factor, EVENTS[2][1], relative=3.0 * ORDER_LIMIT * (40 / half) ** 4)
+
+
+@pytest.mark.parametrize("phase, name, header", [
+    ("before", "load_factor", "P_over_Pcr"), ("before", "shortening", "shortening_over_L"),
+    ("contact", "load_factor", "P_over_Pcr"), ("contact", "midspan", "mid_over_L"),
+    ("after", "load_factor", "P_over_Pcr"), ("after", "shortening", "shortening_over_L")])
+def test_path(phase, name, header):
+    run, points, rows = at_table_rows(phase)
+    exact = table()[header][rows]
+    dr.assert_close(run.column(name)[points], exact, absolute=ORDER_LIMIT * np.max(np.abs(exact)))
+
+
+def test_wall_reaction():
+    run, points, rows = at_table_rows("contact")
+    exact = table()["R_total_L2_over_EI"][rows]
+    dr.assert_close(run.results.contact.reaction_total[points, 0], exact, absolute=ORDER_LIMIT * np.max(exact))
+    for phase in ("before", "after"):
+        assert np.all(run.results.contact.reaction_total[phases(run)[phase], 0] < 1e-9 * np.max(exact))
+
+
+def test_contact_point():
+    run, points, rows = at_table_rows("contact")
+    for name in ("start", "end"):
+        dr.assert_close(dr.regions(run, name)[points], table()["contact_from_over_L"][rows], absolute=0.01 * ELEMENT)
+
+
+def test_contact_point_wanders_smoothly():
+    """It never hops from node to node: place and bends of its history are exact to 1 % of an element."""
+    rows, shortening, exact = contact_history(column())
+    start, end = dr.regions(column(), "start")[rows], dr.regions(column(), "end")[rows]
+    dr.assert_close(start[1:], exact[1:], absolute=0.01 * ELEMENT)
+    dr.assert_close(end, start, absolute=1e-12)
+    dr.assert_close(dr.bends(shortening[1:], start[1:]), dr.bends(shortening[1:], exact[1:]), absolute=0.01 * ELEMENT)
+    dr.assert_monotone(start, rising=False)
+
+
+def test_path_turns_at_its_limit_points_only():
+    run = column()
+    p, (top, bottom) = run.column("load_factor"), [c.point for c in run.labelled("LP")]
+    dr.assert_close(np.max(p[:bottom]), p[top - 1], relative=LOCATE)
+    dr.assert_monotone(p[:top], rising=True)
+    dr.assert_monotone(p[top - 1:bottom], rising=False)
+    dr.assert_monotone(p[bottom - 1:], rising=True)
+    gained = run.only("C+").point
+    dr.assert_monotone(run.column("midspan")[:gained], rising=True)
+    dr.assert_monotone(run.column("midspan")[gained - 1:], rising=False)
+
+
+def test_accuracy_block():
+    accuracy = column().results.accuracy
+    for name in ("residual", "penetration", "tension", "complementarity"):
+        assert accuracy[name] <= 1e-9, name
+    assert accuracy["force_balance"] <= 1e-8
+    assert accuracy["moment_balance"] <= 1e-8
+
+
+def test_contact_at_nodes_finds_the_same_loads_at_second_order():
+    """Without the sliding point the contact is at one of two nodes, at most h/2 away: loads off by some h^2."""
+    run = dr.run_deck(dr.changed(dr.example("column"), (", POINTS=SLIDING", "")))
+    first = [c for c in run.results.critical if c.label == "C+"][0].load_factor
+    dr.assert_close(first, EVENTS[0][1], relative=1e-3)
+    dr.assert_close(np.max(run.column("load_factor")), EVENTS[1][1], relative=5e-3)

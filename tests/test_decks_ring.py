@@ -1,0 +1,322 @@
+"""Rings in a cavity (Silveira & Goncalves 2001, section 4) against exact solutions of the rod equations.
+
+Exact values: reference/ring_*.csv, from a separate boundary-value solver with about 1e-9 or better. The load factor
+is p R^3/EI, v the inward displacement of the apex over R, angles are those of the lift-off point from the apex.
+"""
+import functools
+
+import numpy as np
+import pytest
+
+import deck_runner as dr
+
+CRITICAL_LOAD = 81.557427564661
+CRITICAL_V = 0.0358697377
+WINKLER_LOAD = 80.35789295248      # k R^4/EI = 3.6E6
+ELEMENT = 180.0 / 160              # [degrees] of ring.inp
+TOLERANCE = 1e-9                   # default of *CONTROLS, relative residual
+LOCATE = 1e-8                      # default of *CONTROLS, relative
+# The elements of order 4 leave errors of 1e-5 and less in angles at a given place of the lift-off point, which
+# slides in its element; 1 % of an element is 50 times better than an angle known to the nearest node.
+ANGLE_LIMIT = 0.01 * ELEMENT
+ANGLES = dr.reference("ring_angles")
+
+
+@functools.cache
+def ring():
+    return dr.run_deck(dr.example("ring"))
+
+
+@functools.cache
+def full():
+    return dr.run_deck(dr.example("ring-full"))
+
+
+@functools.cache
+def winkler():
+    return dr.run_deck(dr.example("ring-winkler"))
+
+
+@functools.cache
+def critical(elements, element="GE4", points="SLIDING"):
+    """Limit point on a uniform mesh; the path ends soon after it."""
+    run = dr.run_deck(dr.changed(dr.example("ring"), ("160", str(elements)), ("TYPE=GE4", f"TYPE={element}"),
+                                 ("POINTS=SLIDING", f"POINTS={points}"), ("ABOVE, 0.6", "ABOVE, 0.045")))
+    return run.only("LP")
+
+
+def load_of(table, v):
+    return np.exp(dr.interpolate(np.log(table["v"]), np.log(table["p"]), np.log(v)))
+
+
+def angle_of(table, v):
+    return dr.interpolate(np.log(table["v"]), table["phi_deg"], np.log(v))
+
+
+def on_table(run, table):
+    """Points that the table covers, and how many."""
+    v = run.column("v")
+    # A stop value is met to LOCATE.
+    inside = (v >= table["v"][0]) & (v <= table["v"][-1])
+    assert np.count_nonzero(inside) >= len(v) - 5
+    return inside
+
+
+def the_angle(run, load, rising):
+    """Angle at the located point of this load, before or after the limit point."""
+    limit = run.only("LP").point
+    found = [c for c in run.labelled("UZ") if abs(c.load_factor - load) < 1e-6 * load and (c.point < limit) == rising]
+    assert len(found) == 1
+    return dr.regions(run, "angle_start")[found[0].point - 1], found[0].monitors["v"]
+
+
+# ---- the half ring in a rigid cavity ----
+
+
+def test_reference_interpolation_is_good_enough():
+    """Halving the table costs this much, so the table itself is better by about 2^6."""
+    for name in ("ring_rigid_Rh100", "ring_winkler_k3.6e06"):
+        table = dr.reference(name)
+        assert dr.interpolation_error(np.log(table["v"]), np.log(table["p"])) / 2**6 < 1e-6
+        assert dr.interpolation_error(np.log(table["v"]), table["phi_deg"]) / 2**6 < 0.02 * ANGLE_LIMIT
+
+
+def test_critical_load():
+    dr.assert_close(ring().load("LP"), CRITICAL_LOAD, relative=1e-4)
+
+
+def test_displacement_at_the_critical_load():
+    dr.assert_close(ring().only("LP").monitors["v"], CRITICAL_V, relative=1e-3)
+
+
+def test_limit_point_is_the_highest_of_the_path():
+    """A limit point located to LOCATE lies above all others; at it the load is stationary, so rounding of v is no excuse."""
+    run = ring()
+    assert np.max(run.column("load_factor")) <= run.load("LP") * (1.0 + LOCATE)
+
+
+def test_limit_point_is_the_vertex_of_its_neighbourhood():
+    """The path around the limit point, walked with small increments, has its top where the LP says.
+
+    Points on both sides within 1e-3 R, a parabola through them (the next term of the path changes the vertex by less
+    than (1e-3/0.0359)^2 of v).
+    """
+    v = CRITICAL_V
+    locate = ", ".join(f"{v + dv:.10f}" for dv in (-1e-3, -5e-4, 5e-4, 1e-3))
+    run = dr.run_deck(dr.changed(dr.example("ring"), ("LOAD, 34., 57., 62., 28.", f"v, {locate}"),
+                                 ("ABOVE, 0.6", "ABOVE, 0.045")))
+    near = run.labelled("UZ")
+    assert len(near) == 4
+    x = np.array([c.monitors["v"] for c in near]) - v
+    a, b, c = np.polyfit(x, [c.load_factor for c in near], 2)
+    dr.assert_close(run.only("LP").monitors["v"], v - b / (2.0 * a), relative=1e-3)
+    dr.assert_close(run.load("LP"), c - b**2 / (4.0 * a), relative=1e-6)
+
+
+@pytest.mark.parametrize("load, rising, column", [(34, True, "phi_34"), (57, True, "phi_57"),
+                                                  (62, False, "phi_62"), (28, False, "phi_28")])
+def test_angles_of_the_table(load, rising, column):
+    angle, v = the_angle(ring(), load, rising)
+    dr.assert_close(angle, ANGLES[column][4], absolute=ANGLE_LIMIT)
+    dr.assert_close(v, ANGLES[column.replace("phi", "v")][4], relative=5e-4)
+
+
+def test_angle_at_the_critical_load():
+    run = ring()
+    dr.assert_close(dr.regions(run, "angle_start")[run.only("LP").point - 1], ANGLES["phi_cr"][4], absolute=ANGLE_LIMIT)
+
+
+def test_path_is_exact_to_the_end():
+    run, table = ring(), dr.reference("ring_rigid_Rh100")
+    inside = on_table(run, table)
+    v = run.column("v")[inside]
+    dr.assert_close(run.column("load_factor")[inside], load_of(table, v), relative=5e-4)
+
+
+def test_path_ends_at_the_asked_displacement():
+    run = ring()
+    dr.assert_close(run.column("v")[-1], 0.6, relative=LOCATE)
+    assert run.results.path["label"].values[-1] == "EP"
+    assert run.results.complete
+
+
+def test_load_rises_to_the_limit_and_falls_after_it():
+    run = ring()
+    p, limit = run.column("load_factor"), run.only("LP").point
+    dr.assert_monotone(p[:limit], rising=True)
+    dr.assert_monotone(p[limit - 1:], rising=False)
+    dr.assert_monotone(run.column("v"), rising=True)
+    dr.assert_monotone(run.column("arc_length"), rising=True)
+
+
+def test_angle_history_is_smooth():
+    """Against the exact one: the same angles, and the same bends, to a hundredth of what one element would cause."""
+    run, table = ring(), dr.reference("ring_rigid_Rh100")
+    inside = on_table(run, table)
+    v, angle = run.column("v")[inside], dr.regions(run, "angle_start")[inside]
+    exact = angle_of(table, v)
+    dr.assert_close(angle, exact, absolute=ANGLE_LIMIT)
+    dr.assert_close(dr.bends(v, angle), dr.bends(v, exact), absolute=0.2 * ANGLE_LIMIT)
+
+
+def test_load_history_is_smooth():
+    run, table = ring(), dr.reference("ring_rigid_Rh100")
+    inside = on_table(run, table)
+    v, p = run.column("v")[inside], run.column("load_factor")[inside]
+    dr.assert_close(dr.bends(v, p), dr.bends(v, load_of(table, v)), absolute=1e-4 * CRITICAL_LOAD)
+
+
+def test_contact_reaches_the_bottom_at_every_point():
+    run = ring()
+    assert np.all(run.results.contact.count == 1)
+    dr.assert_close(np.abs(dr.regions(run, "angle_end")), np.full(run.results.n_points, 180.0), absolute=1e-9)
+
+
+def places(run, point):
+    """Where the candidates are at a point of the path."""
+    results = run.results
+    return (results.mesh.coordinates + results.field("displacement", point)[:, :2])[results.contact.candidates]
+
+
+@pytest.mark.parametrize("run", [ring, full], ids=lambda run: run.__name__)
+def test_reactions_act_on_the_cavity(run):
+    """Also that of the node that slides with the lift-off point: coordinates + displacement is where it acts."""
+    for point in run().results.field_points:
+        touching = run().results.field("reaction", point) > 0.0
+        assert np.any(touching) or point == 1
+        radius = np.hypot(*places(run(), point).T)
+        dr.assert_close(np.max(np.abs(radius - 1.0), where=touching, initial=0.0), 0.0, absolute=TOLERANCE)
+
+
+def test_reactions_carry_the_load():
+    """The rollers on the axis of symmetry hold nothing vertically: all of p pi R goes into the cavity."""
+    run = ring()
+    for point in run.results.field_points[1:]:
+        place, reaction = places(run, point), run.results.field("reaction", point)
+        vertical = np.sum(-reaction * place[:, 1] / np.hypot(place[:, 0], place[:, 1]))
+        dr.assert_close(vertical, np.pi * run.column("load_factor")[point - 1], relative=10 * TOLERANCE)
+        dr.assert_close(np.sum(reaction), run.results.contact.reaction_total[point - 1, 0], relative=1e-12)
+
+
+@pytest.mark.parametrize("run", [ring, full, winkler], ids=lambda run: run.__name__)
+def test_accuracy_block(run):
+    accuracy = run().results.accuracy
+    assert accuracy["residual"] <= TOLERANCE
+    assert accuracy["penetration"] <= TOLERANCE
+    assert accuracy["tension"] <= TOLERANCE
+    assert accuracy["complementarity"] <= TOLERANCE
+    # Sums over the nodes of what the residual allows at each.
+    assert accuracy["force_balance"] <= 10 * TOLERANCE
+    assert accuracy["moment_balance"] <= 10 * TOLERANCE
+
+
+# ---- convergence ----
+
+
+def test_ul2_converges_at_second_order():
+    errors = [critical(n, "UL2", "NODES").load_factor - CRITICAL_LOAD for n in (80, 160, 320, 640)]
+    dr.assert_mean_order(errors, 2)
+    assert abs(errors[-1]) < 2.5e-4 * CRITICAL_LOAD
+
+
+def test_nodal_reactions_keep_ge4_at_second_order():
+    """Reactions at nodes make the moment at the lift-off point wrong by r h^2/12, whatever the element."""
+    errors = [critical(n, points="NODES").load_factor - CRITICAL_LOAD for n in (80, 160, 320, 640)]
+    dr.assert_mean_order(errors, 2, below=0.5)
+    assert abs(errors[-1]) < 2.5e-5 * CRITICAL_LOAD
+
+
+def test_a_sliding_lift_off_point_restores_order_4():
+    limits = [critical(n) for n in (40, 80, 160, 320)]
+    dr.assert_mean_order([c.load_factor - CRITICAL_LOAD for c in limits], 4, below=0.5)
+    dr.assert_close(limits[-1].load_factor, CRITICAL_LOAD, relative=1e-6)
+    dr.assert_close(limits[-1].monitors["v"], CRITICAL_V, relative=1e-5)
+
+
+@pytest.mark.parametrize("element, elements", [("GE2", 640), ("GE6", 160), ("GE8", 160)])
+def test_other_orders_find_the_same_limit_point(element, elements):
+    """Order 2: (pi/640)^2 h^2 of the deformations in the buckled arc, about 2e-4; higher ones as the contact lets them."""
+    dr.assert_close(critical(elements, element).load_factor, CRITICAL_LOAD, relative=2e-4 if element == "GE2" else 1e-5)
+
+
+def test_paper_deck_ul2_ring():
+    """ring-ul2.inp, 320 elements: second order, the constant from the coarser meshes' 16 (h/R)^2."""
+    run = dr.run_deck(dr.example("ring-ul2"))
+    dr.assert_close(run.load("LP"), CRITICAL_LOAD, relative=16 * (np.pi / 320) ** 2)
+    table = dr.reference("ring_rigid_Rh100")
+    v = run.column("v")[1:]
+    inside = v >= table["v"][0]
+    dr.assert_close(run.column("load_factor")[1:][inside], load_of(table, v[inside]), relative=2e-2)
+
+
+# ---- the Winkler medium ----
+
+
+def test_winkler_critical_load():
+    dr.assert_close(winkler().load("LP"), WINKLER_LOAD, relative=1e-4)
+
+
+@pytest.mark.parametrize("load, rising, column", [(34, True, "phi_34"), (57, True, "phi_57"),
+                                                  (62, False, "phi_62"), (28, False, "phi_28")])
+def test_winkler_angles(load, rising, column):
+    angle, v = the_angle(winkler(), load, rising)
+    dr.assert_close(angle, ANGLES[column][1], absolute=0.1)
+    dr.assert_close(v, ANGLES[column.replace("phi", "v")][1], relative=5e-4)
+
+
+def test_winkler_angle_at_the_critical_load():
+    run = winkler()
+    dr.assert_close(dr.regions(run, "angle_start")[run.only("LP").point - 1], ANGLES["phi_cr"][1], absolute=0.1)
+
+
+def test_winkler_path():
+    run, table = winkler(), dr.reference("ring_winkler_k3.6e06")
+    inside = on_table(run, table)
+    v, p, limit = run.column("v"), run.column("load_factor"), run.only("LP").point
+    dr.assert_close(p[inside], load_of(table, v[inside]), relative=5e-4)
+    dr.assert_monotone(p[:limit], rising=True)
+    dr.assert_monotone(p[limit - 1:], rising=False)
+
+
+def test_winkler_angle_history():
+    """The exact one has gaps next to the contact end late on the path; the end nearest the apex is compared."""
+    run, table = winkler(), dr.reference("ring_winkler_k3.6e06")
+    inside = on_table(run, table)
+    v = run.column("v")[inside]
+    angle = np.nanmin(np.abs(run.results.contact.angle_start), axis=1)[inside]
+    dr.assert_close(angle, angle_of(table, v), absolute=0.1)
+
+
+# ---- the whole ring ----
+
+
+def test_full_ring_follows_the_path_of_the_half_ring():
+    """Same mesh, same equations: all located points agree to what *CONTROLS asks for (v by the slope of the path)."""
+    half, whole = ring(), full()
+    assert [c.label for c in whole.results.critical] == [c.label for c in half.results.critical]
+    dr.assert_close([c.load_factor for c in whole.results.critical], [c.load_factor for c in half.results.critical],
+                    relative=10 * LOCATE)
+    dr.assert_close([c.monitors["v"] for c in whole.results.critical], [c.monitors["v"] for c in half.results.critical],
+                    relative=1e-6)
+
+
+def test_full_ring_stays_symmetric():
+    """Newton leaves residuals of 1e-9 p, the whole ring gives way sideways by about R^3/(10 EI): 1e-9 * 81.6 / 10."""
+    run = full()
+    assert np.max(np.abs(run.column("sway"))) < 1e-8
+    first, second = dr.regions(run, "angle_start")[1:], dr.regions(run, "angle_end")[1:]
+    assert np.all(first * second < 0.0), "the contact does not lie on both sides of the apex"
+    dr.assert_close(np.abs(first), np.abs(second), absolute=1e-5)
+
+
+def test_full_ring_has_the_angles_of_the_half_ring():
+    half, whole = ring(), full()
+    of_half, of_whole = (np.abs(dr.regions(run, "angle_start")[[c.point - 1 for c in run.results.critical]])
+                         for run in (half, whole))
+    dr.assert_close(of_whole, of_half, absolute=1e-4)
+
+
+def test_full_ring_needs_nothing_at_its_tangential_support():
+    run = dr.run_deck(dr.changed(dr.example("ring-full"), ("*STEP", "*MONITOR, NAME=held\n2, RF1\n*STEP"),
+                                 ("ABOVE, 0.6", "ABOVE, 0.045")))
+    assert np.max(np.abs(run.column("held"))) < 1e-6 * CRITICAL_LOAD
