@@ -16,11 +16,12 @@ STRETCH = 1e-11
 
 
 @functools.cache
-def cantilever(element="GE4", elements=16, load=10.0):
-    """Tip values at a load P L^2/EI, computed with a firm tolerance."""
-    run = dr.run_deck(dr.changed(dr.example("cantilever"), ("TYPE=GE4", f"TYPE={element}"), ("1, 2, 16", f"1, 2, {elements}"),
-                                 ("1., 1E-3, 1.\n*CLOAD", "1., 1E-3, 1.\n*CONTROLS, TOLERANCE=1E-12\n*CLOAD"),
-                                 ("ABOVE, 10.", f"ABOVE, {load}")))
+def cantilever(element="GE4", elements=16, load=10, tolerance="1E-12", stiffness="1E12"):
+    """Tip values u, w, rotation at a load P L^2/EI; newly run with a firm tolerance."""
+    run = dr.run_deck(dr.changed(
+        dr.example("cantilever"), ("TYPE=GE4", f"TYPE={element}"), ("1, 2, 16", f"1, 2, {elements}"),
+        ("1., 1E-3, 1.\n", f"1., 1E-3, 1.\n*CONTROLS, TOLERANCE={tolerance}\n"), ("ABOVE, 10.", f"ABOVE, {load}"),
+        ("1E12, 1.", f"{stiffness}, 1.")))
     return np.array([run.column(name)[-1] for name in ("u", "w", "rotation")])
 
 
@@ -44,14 +45,21 @@ def test_cantilever_deck_follows_the_table():
 
 
 @pytest.mark.parametrize("element, order, elements", [("GE2", 2, (16, 32, 64)), ("GE4", 4, (8, 16, 32)),
-                                                      ("GE6", 6, (8, 16, 32)), ("GE8", 8, (4, 8, 16)),
-                                                      ("UL2", 2, (32, 64, 128))])
+                                                      ("GE6", 6, (4, 8, 16)), ("GE8", 8, (2, 4))])
 def test_order_at_the_nodes(element, order, elements):
     errors = [np.max(np.abs(cantilever(element, n, 4) - exact(4))) for n in elements]
-    dr.assert_order(errors, order, below=0.4, above=0.8 if order < 8 else 1.5)
+    assert errors[-1] > 10 * STRETCH, "too fine to show the order"
+    dr.assert_order(errors, order, below=0.7, above=1.0)
 
 
-@pytest.mark.parametrize("element, elements", [("GE6", 256), ("GE8", 64)])
+def test_order_of_ul2():
+    """Its normal force is EA times a difference of coordinates, so EA must be moderate; GE8 solves the same rod."""
+    same = cantilever("GE8", 64, 4, stiffness="1E5")
+    errors = [np.max(np.abs(cantilever("UL2", n, 4, "1E-9", "1E5") - same)) for n in (16, 32, 64)]
+    dr.assert_order(errors, 2, below=0.4, above=0.5)
+
+
+@pytest.mark.parametrize("element, elements", [("GE6", 64), ("GE8", 32), ("GE8", 64)])
 def test_down_to_rounding(element, elements):
     """What is left is the stretch by EA, and rounding: 1e-16 times the condition h^-2 and the root of the number of nodes."""
     floor = 2.0 * STRETCH + 1e-16 * elements**2.5
@@ -59,8 +67,8 @@ def test_down_to_rounding(element, elements):
 
 
 def test_very_many_elements_do_no_harm():
-    """Stored resultants do not lose EA eps: at 2000 elements of EA L^2/EI = 1E12 that would be 1e-4 of the load."""
-    dr.assert_close(cantilever("GE4", 2000), exact(), absolute=1e-7)
+    """Stored resultants do not lose EA eps, which would be 1e-4 of the load here; Newton stops at 1e-9."""
+    dr.assert_close(cantilever("GE4", 2000, tolerance="1E-9"), exact(), absolute=1e-8)
 
 
 def test_rollup_deck():
@@ -76,21 +84,22 @@ def test_rollup_deck():
 def test_rollup_follows_the_table(element):
     """The tip's rotation is exact; its place on the circle as the order lets it: angle pi/4 an element at 2 turns."""
     table = dr.reference("bench_b_rollup")
-    run = dr.run_deck(dr.changed(dr.example("rollup"), ("TYPE=GE4", f"TYPE={element}"), ("1., 1E-3, 1.", "0.125, 1E-3, 0.125"),
-                                 ("1, 2, 16", "1, 2, 64")))
-    rows = np.arange(16)
-    dr.assert_close(run.column("load_factor")[1:], table["ML_over_2piEI"][rows], relative=1e-12)
-    dr.assert_close(run.column("rotation")[1:], table["theta"][rows], absolute=1e-9)
-    # Gauss points of order p integrate cos over an element of h = 4 pi/64: h^p/(4 p!) or less, over a circle of radius 1/4 pi.
-    limit = {"GE2": 2e-3, "GE4": 2e-6, "GE6": 2e-9, "GE8": 1e-9}[element]
-    dr.assert_close(run.column("x")[1:], table["x"][rows], absolute=limit)
-    dr.assert_close(run.column("y")[1:], table["y"][rows], absolute=limit)
+    rows = np.flatnonzero((table["ML_over_2piEI"] < 2.0) & (table["ML_over_2piEI"] % 1.0 > 0.0))
+    loads = "".join(f"LOAD, {load:.15g}\n" for load in table["ML_over_2piEI"][rows])
+    run = dr.run_deck(dr.changed(dr.example("rollup"), ("TYPE=GE4", f"TYPE={element}"), ("1, 2, 16", "1, 2, 64"), ("*STOP", f"*LOCATE\n{loads}*STOP")))
+    points = [c.point - 1 for c in run.labelled("UZ")]
+    dr.assert_close(run.column("load_factor")[points], table["ML_over_2piEI"][rows], relative=1e-8)
+    dr.assert_close(run.column("rotation")[points], table["theta"][rows], relative=1e-8)
+    # LOCATE is 1e-8. Gauss points of order p integrate cos over an element of h = 4 pi/64: h^p/(4 p!) or less, over a circle of radius 1/4 pi.
+    limit = {"GE2": 2e-3, "GE4": 2e-6, "GE6": 1e-8, "GE8": 1e-8}[element]
+    dr.assert_close(run.column("x")[points], table["x"][rows], absolute=limit)
+    dr.assert_close(run.column("y")[points], table["y"][rows], absolute=limit)
 
 
 def test_section_forces_are_those_of_equilibrium():
     """The moment is P times the lever arm to the tip, normal and shear force the components of P, at both ends of all."""
-    results = dr.run_deck(dr.example("cantilever")).results
-    point = 11
+    run = dr.run_deck(dr.example("cantilever"))
+    results, point = run.results, run.results.n_points
     u = results.field("displacement", point)
     place = results.mesh.coordinates + u[:, :2]
     forces = results.field("section_forces", point)

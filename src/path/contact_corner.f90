@@ -10,7 +10,7 @@ module contact_corner
    use rod_state, only: state_t
    use linear_system, only: system_t, to_global
    use bordered_system, only: linearise
-   use path_control, only: control_t, set_tangent, is_arc_length
+   use path_control, only: control_t, set_tangent
    use corrector, only: increment_t, take_increment
    use contact_set, only: reaction_rate
    use contact_regions, only: region_of
@@ -121,7 +121,6 @@ contains
       end if
       direction = ahead%tangent
       direction_load = ahead%tangent_load
-      ok = is_arc_length(control%method)
    end subroutine leave_corner
 
    !> Reactions of active candidates and gaps of open ones: all positive while the set holds.

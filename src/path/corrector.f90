@@ -172,6 +172,8 @@ contains
       type(timers_t), intent(inout) :: timers
       real(wp), allocatable :: shift(:)
       logical, allocatable :: active(:)
+      ! After a change by many nodes at once the set must settle before its ends are worth following.
+      if (step%flipped) call drop_slides(system)
       call solve_contact_step(problem, state, system, rhs, frozen, step, timers)
       if (system%n_slides > 0 .and. .not. step%ok .and. .not. frozen) then
          call drop_slides(system)

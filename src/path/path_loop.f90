@@ -148,7 +148,7 @@ contains
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
-      type(state_t) :: corner
+      type(state_t) :: corner, beyond
       type(increment_t) :: report
       type(critical_t) :: critical
       real(wp) :: direction(3, problem%model%mesh%n_nodes), direction_load
@@ -156,16 +156,17 @@ contains
       logical :: ok
       if (problem%candidates%n == 0) return
       call find_corner(problem, run%state, run%control, corner, candidate, run%system, report, ok, timers)
-      if (ok) call leave_corner(problem, run%control, candidate, corner, run%system, direction, direction_load, ok, timers)
       if (.not. ok) then
          call linearise(problem, run%state, run%state, run%system, timers)
          return
       end if
+      beyond = corner
+      beyond%active(candidate) = .not. corner%active(candidate)
       ! One node more or less at the end of a region is the mesh's affair, not an event.
-      regions = size(find_regions(problem, run%state)) - size(find_regions(problem, corner))
-      if (regions < 0) critical%label = 'C+'
-      if (regions > 0) critical%label = 'C-'
-      critical%note = 'contact '//trim(merge('gained', 'lost  ', regions < 0))
+      regions = size(find_regions(problem, beyond)) - size(find_regions(problem, corner))
+      if (regions > 0) critical%label = 'C+'
+      if (regions < 0) critical%label = 'C-'
+      critical%note = 'contact '//trim(merge('gained', 'lost  ', regions > 0))
       call record(problem, run, corner, critical%label, report, recorder, outcome, timers)
       if (allocated(outcome%why)) return
       critical%step = problem%step
@@ -173,6 +174,11 @@ contains
       critical%load_factor = corner%load_factor
       run%arc_length = run%arc_length + path_length(problem, run%state, corner)
       run%state = corner
+      call leave_corner(problem, run%control, candidate, run%state, run%system, direction, direction_load, ok, timers)
+      if (.not. ok) then
+         outcome%why = 'the tangent is singular where the contact set changes'
+         return
+      end if
       run%direction = direction
       run%direction_load = direction_load
       run%probe = new_probe(problem, run%state, run%system, direction_load)
