@@ -67,8 +67,9 @@ def test_down_to_rounding(element, elements):
 
 
 def test_very_many_elements_do_no_harm():
-    """Stored resultants do not lose EA eps, which would be 1e-4 of the load here; Newton stops at 1e-9."""
-    dr.assert_close(cantilever("GE4", 2000, tolerance="1E-9"), exact(), absolute=1e-8)
+    """Stored resultants do not lose EA eps n, which would be 2e-5 of the load here; Newton stops at 1e-9."""
+    dr.assert_close(cantilever("GE4", 2000, tolerance="1E-9", stiffness="1E8"),
+                    cantilever("GE8", 32, stiffness="1E8"), absolute=1e-8)
 
 
 def test_rollup_deck():
@@ -97,7 +98,10 @@ def test_rollup_follows_the_table(element):
 
 
 def test_section_forces_are_those_of_equilibrium():
-    """The moment is P times the lever arm to the tip, normal and shear force the components of P, at both ends of all."""
+    """The moment is P times the lever arm to the tip, normal and shear force the components of P, at both ends of all.
+
+    Each node's balance is left open by up to 1e-9 P, so sums over 16 elements by 1e-8 P.
+    """
     run = dr.run_deck(dr.example("cantilever"))
     results, point = run.results, run.results.n_points
     u = results.field("displacement", point)
@@ -107,9 +111,9 @@ def test_section_forces_are_those_of_equilibrium():
     for end in (0, 1):
         node = results.mesh.elements[:, end]
         angle = u[node, 2]
-        dr.assert_close(forces[:, end, 2], 10.0 * (place[tip, 0] - place[node, 0]), absolute=1e-8)
-        dr.assert_close(forces[:, end, 0], 10.0 * np.sin(angle), absolute=1e-8)
-        dr.assert_close(forces[:, end, 1], 10.0 * np.cos(angle), absolute=1e-8)
+        dr.assert_close(forces[:, end, 2], 10.0 * (place[tip, 0] - place[node, 0]), absolute=1e-7)
+        dr.assert_close(forces[:, end, 0], 10.0 * np.sin(angle), absolute=1e-7)
+        dr.assert_close(forces[:, end, 1], 10.0 * np.cos(angle), absolute=1e-7)
 
 
 @pytest.mark.parametrize("deck", ["cantilever", "rollup"])

@@ -6,7 +6,8 @@
 !> through values and slopes at both nodes, changes sign.
 module contact_regions
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-   use kinds, only: wp, pi
+   use kinds, only: wp, degree
+   use model, only: obstacle_t
    use problem, only: problem_t
    use rod_state, only: state_t, node_position, candidate_gap
    use rod_geometry, only: element_geometry_t
@@ -74,6 +75,7 @@ contains
             associate (closed => problem%candidates%chain_length(region%contact))
                if (region%end < region%start) region%end = region%end + closed
             end associate
+            call unwrap(problem%model%obstacle(problem%candidates%obstacle(first)), region)
          end if
       end function follow
 
@@ -107,6 +109,22 @@ contains
          end associate
       end subroutine set_end
    end function find_regions
+
+   !> Adds full turns to the end angle so that both angles span what the length of the region does.
+   pure subroutine unwrap(obstacle, region)
+      type(obstacle_t), intent(in) :: obstacle
+      type(region_t), intent(inout) :: region
+      real(wp) :: span, best, candidate
+      integer :: turn
+      if (.not. obstacle%is_circle) return
+      span = (region%end - region%start) / obstacle%radius / degree
+      best = region%angle_end
+      do turn = -2, 2
+         candidate = region%angle_end + 360.0_wp * turn
+         if (abs(abs(candidate - region%angle_start) - span) < abs(abs(best - region%angle_start) - span)) best = candidate
+      end do
+      region%angle_end = best
+   end subroutine unwrap
 
    !> The candidates in contact as far as the mesh can tell.
    !>

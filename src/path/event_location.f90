@@ -7,7 +7,7 @@ module event_location
    use bordered_system, only: linearise
    use path_control, only: control_t
    use corrector, only: increment_t, take_increment
-   use path_events, only: event_t, probe_t, event_value, event_bifurcation
+   use path_events, only: event_t, probe_t, event_value, event_bifurcation, event_contact
    use path_run, only: run_t, probe_at
    use timing, only: timers_t
    implicit none
@@ -58,7 +58,9 @@ contains
          end if
          control%increment = fraction * run%control%increment
          call linearise(problem, run%state, run%state, run%system, timers)
-         call take_increment(problem, run%state, control, here, run%system, report, timers)
+         ! With the contact set of the start the function of a contact event is smooth through its zero.
+         call take_increment(problem, run%state, control, here, run%system, report, timers, &
+            & keep_contact=event%kind == event_contact)
          if (.not. report%converged) exit search
          probe = probe_at(problem, run, here)
          f = event_value(problem, event, here, probe)

@@ -1,0 +1,184 @@
+"""The command line with whole decks: exit codes, names of result files, what is printed and what is not."""
+import os
+import pathlib
+import subprocess
+
+import h5py
+import numpy as np
+import pytest
+
+import deck_runner as dr
+
+# Load control into the limit point of a shallow arch of two rods (Williams' toggle, without bending at the apex).
+TOGGLE = """*HEADING, JOB=toggle
+Half of a shallow toggle frame under load control
+*NODE
+1, 0., 0.
+2, 1., 0.05
+*LINE, ELSET=ROD
+1, 2, 8
+*BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS
+1E4, 1.
+*BOUNDARY
+1, ENCASTRE
+2, XSYMM
+*MONITOR, NAME=v
+2, U2, -1.
+*STEP
+*STATIC, METHOD=LOAD
+0.1, 1E-4, 0.1
+*CLOAD
+2, 2, -20.
+*STOP
+LOAD, ABOVE, 10.
+*END STEP
+"""
+BAD = "*HEADING\nbad\n*NODE\n1, 0., 0.\n*BOUNDARY\n9, 1\n"
+
+
+def without_job(text):
+    return dr.changed(text, ("*HEADING, JOB=cantilever", "*HEADING"))
+
+
+def test_0_complete():
+    run = dr.run_deck(dr.example("cantilever"), code=0)
+    assert run.results.status == "complete" and run.results.complete
+    assert run.stderr == ""
+
+
+def test_1_error_in_the_deck():
+    run = dr.run_deck(BAD, code=1)
+    assert run.files == ["deck.inp"] and run.stdout == ""
+    assert "node 9" in run.stderr
+
+
+@pytest.mark.parametrize("options", [["--wrong"], ["-o"], ["no-such-file.inp"], ["a.inp", "b.inp"],
+                                     ["--check", "-o", "x.h5"]])
+def test_1_error_in_the_command(options):
+    run = dr.run_deck(dr.example("cantilever"), *options, code=1, name=None)
+    assert run.files == [] and run.stdout == "" and run.stderr.startswith("unilat: ")
+
+
+def test_2_stopped_early():
+    """The path up to the limit point is in the file, which tells why it ends there, and so does standard error."""
+    run = dr.run_deck(TOGGLE, code=2)
+    results = run.results
+    assert results.status.startswith("stopped: ") and len(results.status) > len("stopped: ")
+    assert results.status in run.stderr and results.status[len("stopped: "):] in run.stdout
+    assert not results.complete and results.n_points >= 3
+    dr.assert_monotone(results.column("load_factor").values, rising=True)
+    for column in (*results.path.values(), *results.monitors.values()):
+        assert len(column.values) == results.n_points
+
+
+def test_load_control_ends_next_to_the_limit_point():
+    """Increments go down to 1E-4; displacement control passes the point and tells where it is."""
+    stopped = dr.run_deck(TOGGLE, code=2)
+    passed = dr.run_deck(dr.changed(TOGGLE, ("METHOD=LOAD\n0.1, 1E-4, 0.1", "METHOD=DISPLACEMENT, MONITOR=v\n0.002, 1E-6, 0.002"),
+                                    ("LOAD, ABOVE, 10.", "v, ABOVE, 0.05")))
+    highest = passed.labelled("LP")[0].load_factor
+    last = stopped.column("load_factor")[-1]
+    assert highest - 2e-4 <= last <= highest
+
+
+def test_2_points_used_up():
+    run = dr.run_deck(dr.changed(dr.example("cantilever"), ("*CLOAD", "*CONTROLS, POINTS=3\n*CLOAD")), code=2)
+    assert run.results.status.startswith("stopped: ")
+    assert run.results.n_points == 4     # the start and three more
+
+
+def test_2_nothing_holds_the_structure():
+    run = dr.run_deck(dr.changed(dr.example("cantilever"), ("1, ENCASTRE", "1, PINNED")), code=2)
+    assert "hold" in run.results.status
+
+
+def test_3_results_cannot_be_written():
+    run = dr.run_deck(dr.example("cantilever"), "-o", os.path.join("no", "such", "folder.h5"), code=3)
+    assert run.files == ["deck.inp"] and "no/such/folder.h5" in run.stderr
+
+
+def test_name_from_option():
+    assert dr.run_deck(dr.example("cantilever"), "-o", "other.h5").files == ["deck.inp", "other.h5"]
+
+
+def test_name_from_job():
+    assert dr.run_deck(dr.example("cantilever")).files == ["cantilever.h5", "deck.inp"]
+
+
+def test_name_from_deck():
+    assert dr.run_deck(without_job(dr.example("cantilever")), name="some.deck.inp").files == ["some.deck.h5", "some.deck.inp"]
+
+
+def test_standard_input():
+    run = dr.run_deck(dr.example("cantilever"), name=None)
+    assert run.files == ["cantilever.h5"]
+    same = dr.run_deck(dr.example("cantilever"))
+    assert np.array_equal(run.column("w"), same.column("w"))
+
+
+def test_standard_input_without_a_job():
+    assert dr.run_deck(without_job(dr.example("cantilever")), name=None).files == ["unilat.h5"]
+
+
+def test_check_computes_nothing():
+    run = dr.run_deck(dr.example("ring"), "--check", "--", name=None)
+    assert run.files == [] and run.stderr == ""
+    assert "160 GE4" in run.stdout and "LP" not in run.stdout.split()
+
+
+def test_check_of_a_deck_without_steps():
+    model = dr.example("cantilever").split("*STEP")[0]
+    assert dr.run_deck(model, "--check").files == ["deck.inp"]
+    dr.run_deck(model, code=1)
+
+
+def test_quiet():
+    run = dr.run_deck(dr.example("cantilever"), "--quiet")
+    assert run.stdout == "" and run.stderr == ""
+    assert run.results.n_points == 11
+    quiet_check = dr.run_deck(dr.example("cantilever"), "--quiet", "--check")
+    assert quiet_check.stdout == "" and quiet_check.files == ["deck.inp"]
+
+
+@pytest.mark.parametrize("option, words", [("--version", ["unilat", "compiler", "LAPACK", "HDF5"]),
+                                           ("--help", ["usage:", "-o FILE", "--check", "--quiet", "exit codes"])])
+def test_information(option, words):
+    run = dr.run_deck("", option, name=None)
+    assert all(word in run.stdout for word in words) and run.stderr == "" and run.files == []
+
+
+def test_an_older_result_file_is_replaced():
+    run = dr.run_deck(dr.example("cantilever"))
+    again = subprocess.run([os.environ["UNILAT"], "--quiet", "deck.inp"], cwd=run.folder.name, check=False)
+    assert again.returncode == 0 and run.files == ["cantilever.h5", "deck.inp"]
+    assert run.results.n_points == 11
+
+
+def test_the_file_holds_its_deck_and_where_it_comes_from():
+    run = dr.run_deck(dr.example("cantilever"))
+    results = run.results
+    assert results.deck.strip() == dr.example("cantilever").strip()
+    assert results.title == "Cantilever under a dead tip load" and results.program == "unilat"
+    version = dr.run_deck("", "--version", name=None).stdout.split("\n")[0]
+    assert version == f"unilat {results.version}"
+
+
+def test_every_dataset_tells_its_units():
+    run = dr.run_deck(dr.changed(dr.example("ring"), ("ABOVE, 0.6", "ABOVE, 0.002")))
+    with h5py.File(pathlib.Path(run.folder.name) / "ring.h5", "r") as file:
+        bare = []
+        file.visititems(lambda name, item: bare.append(name) if isinstance(item, h5py.Dataset)
+                        and not {"units", "description"} <= set(item.attrs) else None)
+    assert bare == []
+
+
+def test_listing_and_file_agree():
+    """Every point of the file has its row in the listing, with the same load."""
+    run = dr.run_deck(dr.example("column"))
+    rows = {}
+    for line in run.stdout.split("Critical points")[0].splitlines():
+        words = line.split()
+        if len(words) > 4 and words[0].isdigit():
+            rows[int(words[0])] = float(words[2 if words[1][0].isalpha() else 1])
+    assert sorted(rows) == list(range(1, run.results.n_points + 1))
+    dr.assert_close([rows[k] for k in sorted(rows)], run.column("load_factor"), relative=1e-8, absolute=1e-12)
