@@ -75,6 +75,16 @@ def changed(text: str, *changes: tuple[str, str]) -> str:
     return text
 
 
+def with_static(text: str, parameters: str, data: str) -> str:
+    """The text with other parameters and data on its only *STATIC card."""
+    lines = text.splitlines(keepends=True)
+    found = [k for k, line in enumerate(lines) if line.upper().startswith("*STATIC")]
+    assert len(found) == 1, f"{len(found)} *STATIC cards in the deck"
+    assert not lines[found[0] + 1].startswith("*"), "no data line follows *STATIC"
+    lines[found[0]:found[0] + 2] = [f"*STATIC, {parameters}\n{data}\n"]
+    return "".join(lines)
+
+
 def run_deck(text: str, *options: str, code: int = 0, name: str | None = "deck.inp") -> Run:
     """Runs a deck in a folder of its own and asks for the exit code.
 

@@ -18,7 +18,7 @@ Half of a shallow toggle frame under load control
 *LINE, ELSET=ROD
 1, 2, 8
 *BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS
-1E4, 1.
+1E4, 0.2
 *BOUNDARY
 1, ENCASTRE
 2, XSYMM
@@ -28,7 +28,7 @@ Half of a shallow toggle frame under load control
 *STATIC, METHOD=LOAD
 0.1, 1E-4, 0.1
 *CLOAD
-2, 2, -20.
+2, 2, -1.
 *STOP
 LOAD, ABOVE, 10.
 *END STEP

@@ -87,6 +87,12 @@ def test_changes_must_hit_exactly_once():
     fails(dr.changed, "a a", ("a", "c"))
 
 
+def test_the_static_card_is_replaced():
+    assert "*STATIC, METHOD=SPHERICAL\n2.\n*CLOAD" in dr.with_static(ROD, "METHOD=SPHERICAL", "2.")
+    fails(dr.with_static, ROD.replace("*STATIC", "*STOP"), "METHOD=LOAD", "1")
+    fails(dr.with_static, ROD + ROD, "METHOD=LOAD", "1")
+
+
 def test_a_run_has_the_results_of_its_deck():
     run = dr.run_deck(ROD)
     dr.assert_close(run.column("u"), [0.0, 0.1], absolute=1e-12)

@@ -19,8 +19,8 @@ def ring(static="METHOD=CYLINDRICAL", data="1., 1E-9, 0.02", points="NODES", ele
          stop="v, ABOVE, 0.1"):
     text = dr.example("ring").replace("POINTS=SLIDING", f"POINTS={points}")
     return dr.run_deck(dr.changed(
-        text, ("1, 2, 0., 0., 160", f"1, 2, 0., 0., {elements}"), ("TYPE=GE4", f"TYPE={element}"),
-        ("METHOD=CYLINDRICAL\n1., 1E-9, 0.02", f"{static}\n{data}"), ("v, ABOVE, 0.6", stop),
+        dr.with_static(text, static, data), ("1, 2, 0., 0., 160", f"1, 2, 0., 0., {elements}"), ("TYPE=GE4", f"TYPE={element}"),
+        ("v, ABOVE, 0.6", stop),
         ("LOAD, 34., 57., 62., 28.", "v, " + ", ".join(str(place) for place in PLACES))), code=code)
 
 
@@ -33,12 +33,18 @@ def points(run):
     return np.array([c.load_factor for c in found] + [limit.load_factor, limit.monitors["v"]])
 
 
-def assert_same_points(run, plain):
+# A lift-off point that slides takes one of two nodes with it, by where it comes from: two discrete solutions, each within
+# the error of the mesh, 2.6e-4 of the critical load with 60 elements (3 degrees each).
+MESH_LIMIT = {"NODES": 1e-6, "SLIDING": 4e-4}
+
+
+def assert_same_points(run, plain, contact="NODES"):
     one, two = points(run), points(plain)
-    dr.assert_close(one[:-1], two[:-1], relative=1e-6)
+    limit = MESH_LIMIT[contact]
+    dr.assert_close(one[:-1], two[:-1], relative=limit)
     dr.assert_close(one[-1], two[-1], relative=1e-4)
     angles = [dr.regions(r, "angle_start")[[c.point - 1 for c in r.labelled("UZ")]] for r in (run, plain)]
-    dr.assert_close(angles[0], angles[1], absolute=1e-3)
+    dr.assert_close(angles[0], angles[1], absolute=1e-3 if contact == "NODES" else 0.01 * 3.0)
 
 
 STRATEGIES = [("METHOD=SPHERICAL", "1., 1E-9, 0.02"), ("METHOD=LINEARISED", "1., 1E-9, 0.02"),
@@ -56,13 +62,13 @@ def test_ring_with_contact_at_nodes(static, data, element):
 
 @pytest.mark.parametrize("static, data", STRATEGIES, ids=[static for static, _ in STRATEGIES])
 def test_ring_with_sliding_contact(static, data):
-    assert_same_points(ring(static, data, points="SLIDING"), ring(points="SLIDING"))
+    assert_same_points(ring(static, data, points="SLIDING"), ring(points="SLIDING"), "SLIDING")
 
 
 @pytest.mark.parametrize("data", ["0.1, 1E-9, 0.002", "5., 1E-9, 0.05"])
 @pytest.mark.parametrize("contact", ["NODES", "SLIDING"])
 def test_length_of_the_increments(data, contact):
-    assert_same_points(ring(data=data, points=contact), ring(points=contact))
+    assert_same_points(ring(data=data, points=contact), ring(points=contact), contact)
 
 
 @pytest.mark.parametrize("loop", ["NEWTON", "PAPER"])
@@ -72,15 +78,16 @@ def test_load_control_stops_at_the_limit_point(loop, contact):
     run = ring(f"METHOD=LOAD, LOOP={loop}", "1., 1E-3, 5.", points=contact, code=2, stop="LOAD, ABOVE, 100.")
     assert run.results.status.startswith("stopped: ")
     limit, last = ring(points=contact).load("LP"), run.column("load_factor")[-1]
-    assert limit - 2e-3 <= last <= limit * (1.0 + 1e-6)
+    assert limit * (1.0 - MESH_LIMIT[contact]) - 2e-3 <= last <= limit * (1.0 + MESH_LIMIT[contact])
     dr.assert_close([c.load_factor for c in run.labelled("UZ")],
-                    [c.load_factor for c in ring(points=contact).labelled("UZ")][:len(run.labelled("UZ"))], relative=1e-6)
+                    [c.load_factor for c in ring(points=contact).labelled("UZ")][:len(run.labelled("UZ"))],
+                    relative=MESH_LIMIT[contact])
 
 
 def test_load_control_unloads_along_the_same_path():
     """Up to 70 and back to 20: without friction, and before the limit point, the way back is the way there."""
-    down = dr.changed(dr.example("ring"), ("METHOD=CYLINDRICAL\n1., 1E-9, 0.02", "METHOD=LOAD\n5., 1E-6, 5."),
-                      ("LOAD, 34., 57., 62., 28.", "LOAD, 20.25"), ("v, ABOVE, 0.6", "LOAD, ABOVE, 70."),
+    up = dr.with_static(dr.example("ring").replace("POINTS=SLIDING", "POINTS=NODES"), "METHOD=LOAD", "5., 1E-6, 5.")
+    down = dr.changed(up, ("LOAD, 34., 57., 62., 28.", "LOAD, 20.25"), ("v, ABOVE, 0.6", "LOAD, ABOVE, 70."),
                       ("*END STEP", "*END STEP\n*STEP\n*STATIC, METHOD=LOAD\n-5., 1E-6, 5.\n*DLOAD\nRING, PY, -1.\n"
                        "*LOCATE\nLOAD, -49.75\n*STOP\nLOAD, BELOW, -50.\n*END STEP"))
     there, back = dr.run_deck(down).labelled("UZ")
@@ -91,7 +98,7 @@ def test_load_control_unloads_along_the_same_path():
                                           ("METHOD=CYLINDRICAL, LOOP=PAPER", "0.1, 1E-9, 0.02"),
                                           ("METHOD=CYLINDRICAL, NEWTON=MODIFIED", "0.1, 1E-9, 0.02")])
 def test_column_beside_the_wall(static, data):
-    run = dr.run_deck(dr.changed(dr.example("column"), ("METHOD=CYLINDRICAL\n0.1, 1E-9, 0.02", f"{static}\n{data}")))
+    run = dr.run_deck(dr.with_static(dr.example("column"), static, data))
     plain = dr.run_deck(dr.example("column"))
     assert [c.label for c in run.results.critical] == [c.label for c in plain.results.critical]
     dr.assert_close([c.load_factor for c in run.results.critical], [c.load_factor for c in plain.results.critical],

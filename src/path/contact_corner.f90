@@ -13,7 +13,7 @@ module contact_corner
    use path_control, only: control_t, set_tangent
    use corrector, only: increment_t, take_increment
    use contact_set, only: reaction_rate
-   use contact_regions, only: region_of
+   use bracketing, only: bracket_t, new_bracket, bracket_guess, bracket_update
    use timing, only: timers_t
    implicit none
    private
@@ -36,8 +36,10 @@ contains
       type(state_t) :: beyond
       type(control_t) :: part
       real(wp), allocatable :: before(:), after(:)
-      real(wp) :: low, high, f_low, f_high, f, fraction, scale
-      integer :: try, c, side
+      type(bracket_t) :: bracket
+      real(wp) :: fraction
+      integer :: try, c
+      logical :: low_moved
 
       found = .false.
       candidate = 0
@@ -55,34 +57,19 @@ contains
       end do
       if (candidate == 0) return
 
-      low = 0.0_wp
-      high = 1.0_wp
-      f_low = before(candidate)
-      f_high = after(candidate)
-      scale = max(abs(f_low), abs(f_high))
-      side = 0
+      bracket = new_bracket(before(candidate), after(candidate))
       part = control
       corner = start
       do try = 1, max_tries
-         fraction = (low * f_high - high * f_low) / (f_high - f_low)
+         fraction = bracket_guess(bracket)
          part%increment = fraction * control%increment
          call take_increment(problem, start, part, corner, system, report, timers, keep_contact=.true.)
          if (.not. report%converged) return
          after = signs(problem, corner, system)
-         f = after(candidate)
-         found = abs(f) <= problem%model%step(problem%step)%locate_tolerance * scale .or. high - low <= epsilon(low)
+         found = abs(after(candidate)) <= problem%model%step(problem%step)%locate_tolerance * bracket%scale &
+            & .or. bracket%high - bracket%low <= epsilon(fraction)
          if (found) exit
-         if (f > 0.0_wp) then
-            low = fraction
-            f_low = f
-            if (side == -1) f_high = 0.5_wp * f_high
-            side = -1
-         else
-            high = fraction
-            f_high = f
-            if (side == 1) f_low = 0.5_wp * f_low
-            side = 1
-         end if
+         call bracket_update(bracket, fraction, after(candidate), low_moved)
          call linearise(problem, start, start, system, timers)
       end do
    end subroutine find_corner

@@ -9,6 +9,7 @@ module event_location
    use corrector, only: increment_t, take_increment
    use path_events, only: event_t, probe_t, event_value, event_bifurcation, event_contact
    use path_run, only: run_t, probe_at
+   use bracketing, only: bracket_t, new_bracket, bracket_guess, bracket_middle, bracket_update
    use timing, only: timers_t
    implicit none
    private
@@ -33,29 +34,22 @@ contains
       type(control_t) :: control
       type(state_t) :: here, below, above
       type(probe_t) :: probe
-      real(wp) :: low, high, f_low, f_high, f, scale
-      integer :: try, side
+      type(bracket_t) :: bracket
+      real(wp) :: f
+      integer :: try
+      logical :: counts, low_moved
+      counts = event%kind == event_bifurcation
       control = run%control
-      low = 0.0_wp
-      high = 1.0_wp
-      f_low = event%before
-      f_high = event%after
-      scale = max(abs(f_low), abs(f_high))
+      bracket = new_bracket(event%before, event%after)
       below = run%state
       above = trial
       place = trial
       fraction = 1.0_wp
-      located = abs(f_high) <= step%locate_tolerance * scale
-      side = 0
+      located = abs(event%after) <= step%locate_tolerance * bracket%scale
       search: do try = 1, max_tries
          if (located) exit search
-         if (event%kind == event_bifurcation .or. f_low * f_high >= 0.0_wp) then
-            fraction = 0.5_wp * (low + high)
-         else
-            fraction = (low * f_high - high * f_low) / (f_high - f_low)
-            ! Stay off the ends: a kink may pin the rule there.
-            fraction = min(max(fraction, low + 1.0e-3_wp * (high - low)), high - 1.0e-3_wp * (high - low))
-         end if
+         fraction = bracket_guess(bracket)
+         if (counts) fraction = bracket_middle(bracket)
          control%increment = fraction * run%control%increment
          call linearise(problem, run%state, run%state, run%system, timers)
          ! With the contact set of the start the function of a contact event is smooth through its zero.
@@ -65,30 +59,21 @@ contains
          probe = probe_at(problem, run, here)
          f = event_value(problem, event, here, probe)
          place = here
-         if (event%kind /= event_bifurcation) located = abs(f) <= step%locate_tolerance * scale
+         located = abs(f) <= step%locate_tolerance * bracket%scale .and. .not. counts
          if (located) exit search
-         if (f * f_low > 0.0_wp) then
-            low = fraction
-            f_low = f
+         call bracket_update(bracket, fraction, f, low_moved)
+         if (low_moved) then
             below = here
-            if (side == -1) f_high = 0.5_wp * f_high
-            side = -1
          else
-            high = fraction
-            f_high = f
             above = here
-            if (side == 1) f_low = 0.5_wp * f_low
-            side = 1
          end if
-         if (high - low <= step%locate_tolerance) then
+         if (bracket%high - bracket%low <= step%locate_tolerance) then
             place = above
-            fraction = high
+            fraction = bracket%high
             located = .true.
-            exit search
          end if
       end do search
       ! Where the contact set changes, pivot counts may jump without a bifurcation.
-      if (event%kind == event_bifurcation .and. located .and. size(below%active) > 0) &
-         & located = all(below%active .eqv. above%active)
+      if (counts .and. located .and. size(below%active) > 0) located = all(below%active .eqv. above%active)
    end subroutine locate
 end module event_location

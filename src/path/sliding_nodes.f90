@@ -2,8 +2,9 @@
 !>
 !> The node of a point contact follows the contact point along the rod, and so do the nodes at the ends of a contact
 !> region: no force ever hops from node to node. When such a node has moved over more than half an element the next one
-!> takes over at the same material point and the first one goes home; a node that lost its contact goes home, too. The state is carried over by the collocation polynomials and
-!> brought back to equilibrium; nothing but the discretisation changes.
+!> takes over at the same material point and the first one goes home; a node that lost its contact goes home, too. The
+!> state is carried over by the collocation polynomials and brought back to equilibrium; nothing but the discretisation
+!> changes.
 module sliding_nodes
    use kinds, only: wp
    use model, only: method_linearised
