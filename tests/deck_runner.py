@@ -97,7 +97,8 @@ def run_deck(text: str, *options: str, code: int = 0, name: str | None = "deck.i
         command.append(name)
     done = subprocess.run(command, input=text if name is None else "", capture_output=True, encoding="utf-8",
                           cwd=folder.name, timeout=240, check=False)
-    assert done.returncode == code, f"exit code {done.returncode} instead of {code}:\n{done.stdout[-1500:]}{done.stderr}"
+    assert done.returncode == code, (f"exit code {done.returncode} instead of {code}:\n"
+                                     f"{done.stdout[-1500:]}{done.stderr}")
     return Run(done.returncode, done.stdout, done.stderr, folder)
 
 
@@ -153,7 +154,7 @@ def assert_order(errors, order: float, below: float = 0.5, above: float = 1.0):
 
 
 def assert_mean_order(errors, order: float, below: float = 0.3, above: float = 0.7):
-    """As assert_order, over the whole row of meshes: for errors that jump with the place of a contact end in its element."""
+    """As assert_order, over the whole row of meshes: for errors that jump with the place of a contact end."""
     errors = np.abs(np.asarray(errors, float))
     assert errors.size >= 2 and np.all(np.isfinite(errors)), f"errors {errors}"
     rate = np.log2(errors[0] / errors[-1]) / (errors.size - 1)
@@ -169,7 +170,7 @@ def assert_monotone(values, rising: bool):
 
 
 def bends(x, y) -> np.ndarray:
-    """Distance of each inner point of a curve y(x) from the chord of its neighbours: what a jagged curve cannot hide."""
+    """Distance of each inner point of a curve y(x) from its neighbours' chord: what a jagged curve cannot hide."""
     x, y = np.asarray(x, float), np.asarray(y, float)
     share = (x[1:-1] - x[:-2]) / (x[2:] - x[:-2])
     return y[1:-1] - (1.0 - share) * y[:-2] - share * y[2:]

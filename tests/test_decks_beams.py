@@ -61,7 +61,7 @@ def test_order_of_ul2():
 
 @pytest.mark.parametrize("element, elements", [("GE6", 64), ("GE8", 32), ("GE8", 64)])
 def test_down_to_rounding(element, elements):
-    """What is left is the stretch by EA, and rounding: 1e-16 times the condition h^-2 and the root of the number of nodes."""
+    """What is left is the stretch by EA, and rounding: 1e-16 times the condition h^-2 and the root of n."""
     floor = 2.0 * STRETCH + 1e-16 * elements**2.5
     dr.assert_close(cantilever(element, elements), exact(), absolute=floor)
 
@@ -87,11 +87,13 @@ def test_rollup_follows_the_table(element):
     table = dr.reference("bench_b_rollup")
     rows = np.flatnonzero((table["ML_over_2piEI"] < 2.0) & (table["ML_over_2piEI"] % 1.0 > 0.0))
     loads = "".join(f"LOAD, {load:.15g}\n" for load in table["ML_over_2piEI"][rows])
-    run = dr.run_deck(dr.changed(dr.example("rollup"), ("TYPE=GE4", f"TYPE={element}"), ("1, 2, 16", "1, 2, 64"), ("*STOP", f"*LOCATE\n{loads}*STOP")))
+    run = dr.run_deck(dr.changed(dr.example("rollup"), ("TYPE=GE4", f"TYPE={element}"), ("1, 2, 16", "1, 2, 64"),
+                                 ("*STOP", f"*LOCATE\n{loads}*STOP")))
     points = [c.point - 1 for c in run.labelled("UZ")]
     dr.assert_close(run.column("load_factor")[points], table["ML_over_2piEI"][rows], relative=1e-8)
     dr.assert_close(run.column("rotation")[points], table["theta"][rows], relative=1e-8)
-    # LOCATE is 1e-8. Gauss points of order p integrate cos over an element of h = 4 pi/64: h^p/(4 p!) or less, over a circle of radius 1/4 pi.
+    # LOCATE is 1e-8. Gauss points of order p integrate cos over an element of h = 4 pi/64 to h^p/(4 p!) or better, over
+    # a circle of radius 1/4 pi.
     limit = {"GE2": 2e-3, "GE4": 2e-6, "GE6": 1e-8, "GE8": 1e-8}[element]
     dr.assert_close(run.column("x")[points], table["x"][rows], absolute=limit)
     dr.assert_close(run.column("y")[points], table["y"][rows], absolute=limit)
@@ -148,7 +150,8 @@ def test_euler_postbuckling():
     keep = table["alpha_deg"] >= 20
     angles = np.radians(table["alpha_deg"][keep][:6])
     deck = dr.changed(dr.example("cantilever"), ("METHOD=LOAD\n1., 1E-3, 1.", "METHOD=CYLINDRICAL\n0.1, 1E-9, 0.05"),
-                      ("TYPE=GE4", "TYPE=GE6"), ("2, 2, 1.\n*STOP\nLOAD, ABOVE, 10.", "2, 1, -2.4674011002723395\n2, 2, 1E-7\n*LOCATE\n"
+                      ("TYPE=GE4", "TYPE=GE6"), ("2, 2, 1.\n*STOP\nLOAD, ABOVE, 10.",
+                       "2, 1, -2.4674011002723395\n2, 2, 1E-7\n*LOCATE\n"
                        + "".join(f"rotation, {angle:.15g}\n" for angle in angles) + "*STOP\nrotation, ABOVE, 2.5"))
     points = dr.run_deck(deck).labelled("UZ")
     # The disturbance of 1e-7 P shifts the branch by about as much over the sine of the angle.

@@ -74,7 +74,7 @@ def test_2_stopped_early():
 def test_load_control_ends_next_to_the_limit_point():
     """Increments go down to 1E-4; displacement control passes the point and tells where it is."""
     stopped = dr.run_deck(TOGGLE, code=2)
-    passed = dr.run_deck(dr.changed(TOGGLE, ("METHOD=LOAD\n0.1, 1E-4, 0.1", "METHOD=DISPLACEMENT, MONITOR=v\n0.002, 1E-6, 0.002"),
+    passed = dr.run_deck(dr.changed(dr.with_static(TOGGLE, "METHOD=DISPLACEMENT, MONITOR=v", "0.002, 1E-6, 0.002"),
                                     ("LOAD, ABOVE, 10.", "v, ABOVE, 0.05")))
     highest = passed.labelled("LP")[0].load_factor
     last = stopped.column("load_factor")[-1]
@@ -88,7 +88,8 @@ def test_2_points_used_up():
 
 
 def test_2_nothing_holds_the_structure():
-    run = dr.run_deck(dr.changed(dr.example("cantilever"), ("1, ENCASTRE", "1, PINNED")), code=2)
+    run = dr.run_deck(dr.changed(dr.example("cantilever"), ("1, ENCASTRE", "1, PINNED"), ("1E12, 1.", "1E4, 1.")),
+                      code=2)
     assert "hold" in run.results.status
 
 
@@ -106,7 +107,8 @@ def test_name_from_job():
 
 
 def test_name_from_deck():
-    assert dr.run_deck(without_job(dr.example("cantilever")), name="some.deck.inp").files == ["some.deck.h5", "some.deck.inp"]
+    run = dr.run_deck(without_job(dr.example("cantilever")), name="some.deck.inp")
+    assert run.files == ["some.deck.h5", "some.deck.inp"]
 
 
 def test_standard_input():

@@ -19,7 +19,8 @@ def ring(static="METHOD=CYLINDRICAL", data="1., 1E-9, 0.02", points="NODES", ele
          stop="v, ABOVE, 0.1"):
     text = dr.example("ring").replace("POINTS=SLIDING", f"POINTS={points}")
     return dr.run_deck(dr.changed(
-        dr.with_static(text, static, data), ("1, 2, 0., 0., 160", f"1, 2, 0., 0., {elements}"), ("TYPE=GE4", f"TYPE={element}"),
+        dr.with_static(text, static, data), ("1, 2, 0., 0., 160", f"1, 2, 0., 0., {elements}"),
+        ("TYPE=GE4", f"TYPE={element}"),
         ("v, ABOVE, 0.6", stop),
         ("LOAD, 34., 57., 62., 28.", "v, " + ", ".join(str(place) for place in PLACES))), code=code)
 
@@ -33,8 +34,8 @@ def points(run):
     return np.array([c.load_factor for c in found] + [limit.load_factor, limit.monitors["v"]])
 
 
-# A lift-off point that slides takes one of two nodes with it, by where it comes from: two discrete solutions, each within
-# the error of the mesh, 2.6e-4 of the critical load with 60 elements (3 degrees each).
+# A lift-off point that slides takes one of two nodes with it, by where it comes from: two discrete solutions, each
+# within the error of the mesh, 2.6e-4 of the critical load with 60 elements (3 degrees each).
 MESH_LIMIT = {"NODES": 1e-6, "SLIDING": 4e-4}
 
 
@@ -42,13 +43,14 @@ def assert_same_points(run, plain, contact="NODES"):
     one, two = points(run), points(plain)
     limit = MESH_LIMIT[contact]
     dr.assert_close(one[:-1], two[:-1], relative=limit)
-    dr.assert_close(one[-1], two[-1], relative=1e-4)
+    dr.assert_close(one[-1], two[-1], relative=1e-4 if contact == "NODES" else 1e-3)
     angles = [dr.regions(r, "angle_start")[[c.point - 1 for c in r.labelled("UZ")]] for r in (run, plain)]
     dr.assert_close(angles[0], angles[1], absolute=1e-3 if contact == "NODES" else 0.01 * 3.0)
 
 
 STRATEGIES = [("METHOD=SPHERICAL", "1., 1E-9, 0.02"), ("METHOD=LINEARISED", "1., 1E-9, 0.02"),
-              ("METHOD=DISPLACEMENT, MONITOR=v", "1E-3, 1E-9, 2E-3"), ("METHOD=CYLINDRICAL, NEWTON=MODIFIED", "1., 1E-9, 0.02"),
+              ("METHOD=DISPLACEMENT, MONITOR=v", "1E-3, 1E-9, 2E-3"),
+              ("METHOD=CYLINDRICAL, NEWTON=MODIFIED", "1., 1E-9, 0.02"),
               ("METHOD=CYLINDRICAL, LOOP=PAPER", "1., 1E-9, 0.02"), ("METHOD=SPHERICAL, LOOP=PAPER", "1., 1E-9, 0.02"),
               ("METHOD=DISPLACEMENT, MONITOR=v, LOOP=PAPER", "1E-3, 1E-9, 2E-3"),
               ("METHOD=LINEARISED, NEWTON=MODIFIED, LOOP=PAPER", "1., 1E-9, 0.02")]
@@ -94,7 +96,8 @@ def test_load_control_unloads_along_the_same_path():
     dr.assert_close(back.monitors["v"], there.monitors["v"], relative=1e-6)
 
 
-@pytest.mark.parametrize("static, data", [("METHOD=SPHERICAL", "0.1, 1E-9, 0.02"), ("METHOD=LINEARISED", "0.1, 1E-9, 0.02"),
+@pytest.mark.parametrize("static, data", [("METHOD=SPHERICAL", "0.1, 1E-9, 0.02"),
+                                          ("METHOD=LINEARISED", "0.1, 1E-9, 0.02"),
                                           ("METHOD=CYLINDRICAL, LOOP=PAPER", "0.1, 1E-9, 0.02"),
                                           ("METHOD=CYLINDRICAL, NEWTON=MODIFIED", "0.1, 1E-9, 0.02")])
 def test_column_beside_the_wall(static, data):

@@ -9,14 +9,14 @@ module contact_regions
    use kinds, only: wp, degree
    use model, only: obstacle_t
    use problem, only: problem_t
-   use rod_state, only: state_t, node_position, candidate_gap
-   use rod_geometry, only: element_geometry_t
+   use rod_state, only: state_t, node_position
    use obstacle_geometry, only: contact_angle, contact_curvature
    use section_forces, only: local_forces, rod_direction
+   use gap_profile, only: gap_and_slope, natural_curvature
    use path_record, only: region_t
    implicit none
    private
-   public :: find_regions, resolved_contact, smallest_gap, candidate_coordinate, region_of
+   public :: find_regions, resolved_contact, candidate_coordinate, region_of
 
 contains
 
@@ -262,114 +262,12 @@ contains
       beyond = 0.5_wp * (low + high) * h
    end function winkler_overhang
 
-   !> Gap of a candidate and its derivative along the rod, seen from one end of an element.
-   subroutine gap_and_slope(problem, state, candidate, e, side, gap, slope)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate, e, side
-      real(wp), intent(out) :: gap, slope
-      real(wp) :: normal(2), bend, angle
-      call candidate_gap(problem, state, candidate, gap, normal, bend)
-      angle = rod_direction(problem, state, e, side)
-      slope = normal(1) * cos(angle) + normal(2) * sin(angle)
-   end subroutine gap_and_slope
-
    !> Hermite cubic on (0, 1).
    pure real(wp) function cubic(value, slope, tau)
       real(wp), intent(in) :: value(2), slope(2), tau
       cubic = value(1) + tau * (slope(1) + tau * ((3.0_wp * (value(2) - value(1)) - 2.0_wp * slope(1) - slope(2)) + &
          & tau * (2.0_wp * (value(1) - value(2)) + slope(1) + slope(2))))
    end function cubic
-
-   !> Smallest gap along the elements around a set of candidates, between the nodes too: on each element a quintic
-   !> through gap, slope and curvature at both ends.
-   real(wp) function smallest_gap(problem, state, marked) result(least)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      logical, intent(in) :: marked(:)     !! (candidates)
-      integer, parameter :: samples = 8
-      real(wp) :: gap(2), slope(2), bend(2), h, tau, step, value
-      integer :: c, next, e, k, i
-      least = huge(1.0_wp)
-      do c = 1, problem%candidates%n
-         next = problem%candidates%neighbour(2, c)
-         if (next == 0) then
-            if (.not. marked(c)) cycle
-            call candidate_gap(problem, state, c, value, slope, bend(1))
-            least = min(least, value)
-            cycle
-         end if
-         if (.not. (marked(c) .or. marked(next))) cycle
-         e = problem%candidates%element(2, c)
-         h = state%geometry%element(e)%length
-         call gap_and_slope(problem, state, c, e, 1, gap(1), slope(1))
-         call gap_and_slope(problem, state, next, e, 2, gap(2), slope(2))
-         bend(1) = gap_bend(problem, state, c, e, 1)
-         bend(2) = gap_bend(problem, state, next, e, 2)
-         k = 0
-         value = huge(1.0_wp)
-         do i = 0, samples
-            tau = real(i, wp) / samples
-            if (quintic(gap, slope * h, bend * h * h, tau) < value) then
-               value = quintic(gap, slope * h, bend * h * h, tau)
-               k = i
-            end if
-         end do
-         ! Golden-section would do; three-point parabolas converge faster and the function is smooth.
-         tau = real(k, wp) / samples
-         step = 0.5_wp / samples
-         do i = 1, 40
-            call parabola_step(gap, slope * h, bend * h * h, tau, step)
-         end do
-         least = min(least, gap(1), gap(2), quintic(gap, slope * h, bend * h * h, tau))
-      end do
-   end function smallest_gap
-
-   !> Moves tau towards the minimum of the quintic and halves the step.
-   pure subroutine parabola_step(value, slope, bend, tau, step)
-      real(wp), intent(in) :: value(2), slope(2), bend(2)
-      real(wp), intent(inout) :: tau, step
-      real(wp) :: f(3), curvature
-      f(1) = quintic(value, slope, bend, max(tau - step, 0.0_wp))
-      f(2) = quintic(value, slope, bend, tau)
-      f(3) = quintic(value, slope, bend, min(tau + step, 1.0_wp))
-      curvature = f(1) - 2.0_wp * f(2) + f(3)
-      if (curvature > 0.0_wp) tau = tau + min(max(0.5_wp * step * (f(1) - f(3)) / curvature, -step), step)
-      tau = min(max(tau, 0.0_wp), 1.0_wp)
-      step = max(0.5_wp * step, 1.0e-4_wp)
-   end subroutine parabola_step
-
-   !> Second derivative of the gap along the rod at one end of an element.
-   real(wp) function gap_bend(problem, state, candidate, e, side) result(second)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate, e, side
-      real(wp) :: local(3, 2), gap, normal(2), bend, angle, t(2), curvature
-      call candidate_gap(problem, state, candidate, gap, normal, bend)
-      call local_forces(problem, state, e, local)
-      angle = rod_direction(problem, state, e, side)
-      t = [cos(angle), sin(angle)]
-      curvature = natural_curvature(state%geometry%element(e)) + local(3, side) * problem%compliance(e)%bending
-      second = bend * (normal(2) * t(1) - normal(1) * t(2))**2 + curvature * (normal(2) * t(1) - normal(1) * t(2))
-   end function gap_bend
-
-   !> Mean stress-free curvature of an element.
-   pure real(wp) function natural_curvature(element)
-      type(element_geometry_t), intent(in) :: element
-      natural_curvature = (element%end_angle(2) - element%end_angle(1)) / element%length
-   end function natural_curvature
-
-   !> Hermite quintic on (0, 1).
-   pure real(wp) function quintic(value, slope, bend, tau)
-      real(wp), intent(in) :: value(2), slope(2), bend(2), tau
-      real(wp) :: d, p, c3, c4, c5
-      d = value(2) - value(1) - slope(1) - 0.5_wp * bend(1)
-      p = slope(2) - slope(1) - bend(1)
-      c3 = 10.0_wp * d - 4.0_wp * p + 0.5_wp * (bend(2) - bend(1))
-      c4 = -15.0_wp * d + 7.0_wp * p - (bend(2) - bend(1))
-      c5 = 6.0_wp * d - 3.0_wp * p + 0.5_wp * (bend(2) - bend(1))
-      quintic = value(1) + tau * (slope(1) + tau * (0.5_wp * bend(1) + tau * (c3 + tau * (c4 + tau * c5))))
-   end function quintic
 
    !> The candidates in contact that belong to the same region as `candidate`.
    function region_of(problem, active, candidate) result(member)

@@ -232,7 +232,7 @@ contains
       call param(t, 'NSET', kind_name, 'the candidates')
       call param(t, 'GAP', kind_real, 'added to the geometric gap; half the depth of the rod: negative', default='0')
       call param(t, 'POINTS', kind_word, 'SLIDING: contact points and the ends of contact regions may lie inside '// &
-         'elements (rigid obstacles, GE elements on generated curves); AUTO: SLIDING where that holds, else NODES', &
+         'elements (rigid obstacles, shear-rigid GE4 to GE8 on generated curves); AUTO: SLIDING where that holds, else NODES', &
          default='AUTO', words='AUTO|NODES|SLIDING')
 
       call card(t, 'MONITOR', in_model, 'A quantity of the path: offset + factor * mean displacement (U) or sum of '// &

@@ -174,9 +174,15 @@ contains
       candidate(contact%node) = .true.
       do e = 1, model%mesh%n_elements
          if (.not. all(candidate(model%mesh%node(:, e)))) cycle
-         if (model%mesh%family(e) == family_ge .and. model%mesh%curve(e) > 0) cycle
-         reason = 'GE elements on a *LINE, *ARC or *RING; element '//to_text(model%mesh%element_label(e))//' is not'
-         return
+         if (model%mesh%family(e) /= family_ge .or. model%mesh%curve(e) == 0) then
+            reason = 'GE elements on a *LINE, *ARC or *RING; element '//to_text(model%mesh%element_label(e))//' is not'
+         else if (model%mesh%stages(e) == 1) then
+            reason = 'elements of order 4 or higher; element '//to_text(model%mesh%element_label(e))//' is GE2'
+         else if (model%mesh%section(e) > 0) then
+            if (.not. model%section(model%mesh%section(e))%shear_rigid) reason = 'rods without shear flexibility; '// &
+               'element '//to_text(model%mesh%element_label(e))//' has it'
+         end if
+         if (reason /= '') return
       end do
    end function no_sliding
 

@@ -1,5 +1,6 @@
 !> Order of the nodes in the band: reverse Cuthill-McKee. A chain gets half bandwidth 5, a closed ring 11 or less.
 module numbering
+   use kinds, only: i8
    use model, only: mesh_t
    implicit none
    private
@@ -12,9 +13,11 @@ module numbering
 
 contains
 
-   !> Numbers the nodes of a mesh; unconnected parts follow each other.
-   function new_numbering(mesh) result(numbering)
+   !> Numbers the nodes of a mesh; unconnected parts follow each other. Supports come late: eliminating from the free end
+   !> towards the support keeps large pivots, the other way round they fall with the cube of the length.
+   function new_numbering(mesh, supported) result(numbering)
       type(mesh_t), intent(in) :: mesh
+      logical, intent(in) :: supported(:)    !! (nodes)
       type(numbering_t) :: numbering
       integer, allocatable :: start(:), neighbour(:), order(:), level(:)
       integer :: n, placed, node, e, spread
@@ -31,6 +34,10 @@ contains
       do node = 1, n
          numbering%position(order(node)) = n + 1 - node
       end do
+      if (count(supported) > 0) then
+         if (2 * sum(int(numbering%position, i8), mask=supported) < (n + 1_i8) * count(supported)) &
+            & numbering%position = n + 1 - numbering%position
+      end if
       spread = 0
       do e = 1, mesh%n_elements
          spread = max(spread, abs(numbering%position(mesh%node(1, e)) - numbering%position(mesh%node(2, e))))

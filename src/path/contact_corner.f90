@@ -1,9 +1,10 @@
-!> Corners of the path where the contact set changes and the path turns back on itself.
+!> Corners of the path where the contact set changes.
 !>
 !> Past a limit point the LCP of an increment may have no solution: along the tangent a contact has to open, but the path
 !> without it leaves in a direction with a negative component on that tangent, so no increment of given length exists.
-!> Then the corner itself is found (the contact set held, the offending reaction or gap brought to zero), the set is
-!> changed there, and the new tangent is pointed where the gap opens, or the reaction grows, instead of along the old one.
+!> And a sliding contact begins between the nodes, where no LCP looks. So the corner itself is found, the contact set
+!> held, the first offending reaction or gap brought to zero; the set is changed there, and the new tangent is pointed
+!> where the reaction grows, or the gap opens, instead of along the old one.
 module contact_corner
    use kinds, only: wp
    use problem, only: problem_t
@@ -12,22 +13,61 @@ module contact_corner
    use bordered_system, only: linearise
    use path_control, only: control_t, set_tangent
    use corrector, only: increment_t, take_increment
-   use contact_set, only: reaction_rate
+   use contact_set, only: reaction_rate, gap_tolerance
+   use gap_profile, only: least_gap_after
+   use sliding_nodes, only: move_node
    use bracketing, only: bracket_t, new_bracket, bracket_guess, bracket_update
    use timing, only: timers_t
    implicit none
    private
-   public :: find_corner, leave_corner
+   public :: corner_t, contact_begins, find_corner, leave_corner
+
+   !> Where the set changes: at a candidate, or on the element after it.
+   type :: corner_t
+      integer :: candidate = 0
+      logical :: inside = .false.       !! a contact begins inside the element after the candidate
+   end type corner_t
 
 contains
 
+   !> True when a converged state lies behind an obstacle between open nodes of a sliding contact, or has a contact that
+   !> `start` had no node near of.
+   logical function contact_begins(problem, start, state) result(begins)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: start, state
+      real(wp) :: least, tau
+      integer :: c, next
+      begins = .false.
+      do c = 1, problem%candidates%n
+         next = problem%candidates%neighbour(2, c)
+         if (next == 0 .or. .not. problem%model%contact(problem%candidates%contact(c))%sliding) cycle
+         if (start%active(c) .or. start%active(next)) cycle
+         if (state%active(c) .or. state%active(next)) then
+            begins = .not. any_active(problem%candidates%neighbour(1, c)) .and. &
+               & .not. any_active(problem%candidates%neighbour(2, next))
+         else
+            call least_gap_after(problem, state, c, least, tau)
+            begins = least < -10.0_wp * gap_tolerance * problem%size
+         end if
+         if (begins) return
+      end do
+
+   contains
+
+      pure logical function any_active(candidate)
+         integer, intent(in) :: candidate
+         any_active = .false.
+         if (candidate > 0) any_active = start%active(candidate)
+      end function any_active
+   end function contact_begins
+
    !> Looks for a corner within one increment of `start`. The system is assembled and factored at `start` on entry.
-   subroutine find_corner(problem, start, control, corner, candidate, system, report, found, timers)
+   subroutine find_corner(problem, start, control, place, corner, system, report, found, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
       type(control_t), intent(in) :: control
-      type(state_t), intent(out) :: corner     !! converged, contact set of `start`, the candidate's sign about to change
-      integer, intent(out) :: candidate        !! whose reaction or gap vanishes there
+      type(state_t), intent(out) :: place      !! converged, contact set of `start`, a sign about to change
+      type(corner_t), intent(out) :: corner    !! which one
       type(system_t), intent(inout) :: system  !! assembled and factored at the corner when found
       type(increment_t), intent(out) :: report
       logical, intent(out) :: found
@@ -38,64 +78,74 @@ contains
       real(wp), allocatable :: before(:), after(:)
       type(bracket_t) :: bracket
       real(wp) :: fraction
-      integer :: try, c
+      integer :: try, k, first
       logical :: low_moved
 
       found = .false.
-      candidate = 0
       call take_increment(problem, start, control, beyond, system, report, timers, keep_contact=.true.)
       if (.not. report%converged) return
-      after = signs(problem, beyond, system)
+      after = signs(problem, start%active, beyond, system)
       call linearise(problem, start, start, system, timers)
-      before = signs(problem, start, system)
+      before = signs(problem, start%active, start, system)
+      first = 0
       fraction = 1.0_wp
-      do c = 1, problem%candidates%n
-         if (after(c) >= 0.0_wp .or. before(c) < 0.0_wp) cycle
-         if (before(c) / (before(c) - after(c)) >= fraction) cycle
-         fraction = before(c) / (before(c) - after(c))
-         candidate = c
+      do k = 1, size(after)
+         if (after(k) >= 0.0_wp .or. before(k) < 0.0_wp) cycle
+         if (before(k) / (before(k) - after(k)) >= fraction) cycle
+         fraction = before(k) / (before(k) - after(k))
+         first = k
       end do
-      if (candidate == 0) return
+      if (first == 0) return
+      corner%inside = first > problem%candidates%n
+      corner%candidate = first
+      if (corner%inside) corner%candidate = first - problem%candidates%n
 
-      bracket = new_bracket(before(candidate), after(candidate))
+      bracket = new_bracket(before(first), after(first))
       part = control
-      corner = start
+      place = start
       do try = 1, max_tries
          fraction = bracket_guess(bracket)
          part%increment = fraction * control%increment
-         call take_increment(problem, start, part, corner, system, report, timers, keep_contact=.true.)
+         call take_increment(problem, start, part, place, system, report, timers, keep_contact=.true.)
          if (.not. report%converged) return
-         after = signs(problem, corner, system)
-         found = abs(after(candidate)) <= problem%model%step(problem%step)%locate_tolerance * bracket%scale &
+         after = signs(problem, start%active, place, system)
+         found = abs(after(first)) <= problem%model%step(problem%step)%locate_tolerance * bracket%scale &
             & .or. bracket%high - bracket%low <= epsilon(fraction)
+         ! The corner counts only if nothing else has changed its sign on the way.
          if (found) exit
-         call bracket_update(bracket, fraction, after(candidate), low_moved)
+         call bracket_update(bracket, fraction, after(first), low_moved)
          call linearise(problem, start, start, system, timers)
       end do
+      if (found) found = all(after >= -1.0e-6_wp .or. before < 0.0_wp)
    end subroutine find_corner
 
    !> Changes the set at a corner and returns the direction in which the path goes on.
-   subroutine leave_corner(problem, control, candidate, corner, system, direction, direction_load, ok, timers)
+   subroutine leave_corner(problem, control, corner, place, system, direction, direction_load, ok, timers)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
-      integer, intent(in) :: candidate
-      type(state_t), intent(inout) :: corner   !! its contact set is changed
-      type(system_t), intent(inout) :: system  !! assembled and factored with the new set
-      real(wp), intent(out) :: direction(:, :) !! (3, nodes) tangent, displacements
-      real(wp), intent(out) :: direction_load  !! tangent, load factor
+      type(corner_t), intent(in) :: corner
+      type(state_t), intent(inout) :: place    !! its contact set is changed
+      type(system_t), intent(inout) :: system  !! factored at `place` on entry, there with the new set on return
+      real(wp), intent(inout) :: direction(:, :) !! (3, nodes) tangent, displacements; of the old path on entry
+      real(wp), intent(inout) :: direction_load  !! its load factor
       logical, intent(out) :: ok
       type(timers_t), intent(inout) :: timers
       type(control_t) :: ahead
-      real(wp) :: du(3), rate, none(3, size(corner%u, 2))
-      corner%active(candidate) = .not. corner%active(candidate)
-      corner%reaction(candidate) = 0.0_wp
-      call linearise(problem, corner, corner, system, timers)
+      real(wp) :: du(3), rate, none(3, size(place%u, 2))
+      integer :: candidate
+      candidate = corner%candidate
+      ok = .true.
+      if (corner%inside) call touch_inside(candidate)
+      if (.not. ok) return
+      place%active(candidate) = .not. place%active(candidate)
+      place%reaction(candidate) = 0.0_wp
+      call linearise(problem, place, place, system, timers)
       ok = system%ok
       if (.not. ok) return
       ahead = control
       none = 0.0_wp
       call set_tangent(problem, system, none, 0.0_wp, ahead)
-      if (corner%active(candidate)) then
+      if (place%active(candidate)) then
          rate = reaction_rate(system, candidate)
       else
          du = to_global(problem, system, system%tangent, problem%candidates%node(candidate))
@@ -108,14 +158,56 @@ contains
       end if
       direction = ahead%tangent
       direction_load = ahead%tangent_load
+
+   contains
+
+      !> Brings the nearer node of the element to the point of first contact.
+      subroutine touch_inside(node_candidate)
+         integer, intent(inout) :: node_candidate
+         real(wp) :: least, tau, length
+         integer :: next
+         next = problem%candidates%neighbour(2, node_candidate)
+         call least_gap_after(problem, place, node_candidate, least, tau)
+         associate (s => place%geometry%element(problem%candidates%element(2, node_candidate))%s)
+            length = s(2) - s(1)
+         end associate
+         ! Its end nodes may be held; then the other one comes, or the contact begins at a held node itself.
+         if (problem%candidates%may_slide(next) .and. (tau > 0.5_wp .or. .not. problem%candidates%may_slide(node_candidate))) then
+            node_candidate = next
+            tau = tau - 1.0_wp
+         else if (.not. problem%candidates%may_slide(node_candidate)) then
+            if (tau > 0.5_wp) node_candidate = next
+            return
+         end if
+         call move_node(problem, control, direction, direction_load, node_candidate, tau * length, place, system, ok, timers)
+      end subroutine touch_inside
    end subroutine leave_corner
 
-   !> Reactions of active candidates and gaps of open ones: all positive while the set holds.
-   function signs(problem, state, system) result(value)
+   !> Reactions of active candidates, gaps of open ones, then smallest gaps inside elements of sliding contacts: all
+   !> positive while the set holds; candidates and elements that cannot tell are far positive.
+   function signs(problem, active, state, system) result(value)
       type(problem_t), intent(in) :: problem
+      logical, intent(in) :: active(:)
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      real(wp) :: value(problem%candidates%n)
-      value = merge(state%reaction / max(system%force_scale, tiny(1.0_wp)), system%gap / problem%size, state%active)
+      real(wp), allocatable :: value(:)
+      real(wp) :: tau
+      integer :: c, next, n
+      logical :: sliding
+      n = problem%candidates%n
+      allocate (value(2 * n), source=huge(1.0_wp))
+      do c = 1, n
+         sliding = problem%model%contact(problem%candidates%contact(c))%sliding
+         next = problem%candidates%neighbour(2, c)
+         if (active(c)) then
+            value(c) = state%reaction(c) / max(system%force_scale, tiny(1.0_wp))
+         else if (.not. sliding) then
+            value(c) = system%gap(c) / problem%size
+         end if
+         if (.not. sliding .or. next == 0) cycle
+         if (active(c) .or. active(next)) cycle
+         call least_gap_after(problem, state, c, value(n + c), tau)
+         value(n + c) = value(n + c) / problem%size
+      end do
    end function signs
 end module contact_corner

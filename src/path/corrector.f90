@@ -12,7 +12,7 @@ module corrector
    use timing, only: timers_t, count_up, counter_newton
    implicit none
    private
-   public :: increment_t, take_increment, settle
+   public :: increment_t, take_increment, settle, contact_holds
 
    !> What an increment cost and whether it succeeded.
    type :: increment_t
@@ -72,10 +72,11 @@ contains
    end subroutine take_increment
 
    !> Restores equilibrium without moving along the path: for a state whose nodes were moved along the rod.
-   subroutine settle(problem, base, control, state, system, report, timers)
+   subroutine settle(problem, base, control, keep_contact, state, system, report, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: base
       type(control_t), intent(in) :: control     !! its tangent must be set; the correction is kept normal to it
+      logical, intent(in) :: keep_contact        !! whatever the signs say
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system
       type(increment_t), intent(out) :: report
@@ -85,7 +86,7 @@ contains
          report%message = 'the tangent is singular'
          return
       end if
-      call iterate(problem, state, control, state, system, 0.0_wp, .false., report, timers)
+      call iterate(problem, state, control, state, system, 0.0_wp, keep_contact, report, timers)
    end subroutine settle
 
    !> Newton from a linearised state: solve, add, linearise, until everything holds.
@@ -142,7 +143,7 @@ contains
             end if
             refactor = .true.
          end if
-         if (iteration > 4 .and. report%residual > 1.0e3_wp * best) then
+         if (iteration > 4 .and. report%residual * 1.0e-3_wp > best) then
             report%message = 'Newton diverged'
             return
          end if

@@ -4,6 +4,7 @@ module event_location
    use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t
+   use linear_system, only: system_t
    use bordered_system, only: linearise
    use path_control, only: control_t
    use corrector, only: increment_t, take_increment
@@ -37,8 +38,9 @@ contains
       type(bracket_t) :: bracket
       real(wp) :: f
       integer :: try
-      logical :: counts, low_moved
+      logical :: counts, held, low_moved
       counts = event%kind == event_bifurcation
+      held = event%kind == event_contact
       control = run%control
       bracket = new_bracket(event%before, event%after)
       below = run%state
@@ -54,7 +56,14 @@ contains
          call linearise(problem, run%state, run%state, run%system, timers)
          ! With the contact set of the start the function of a contact event is smooth through its zero.
          call take_increment(problem, run%state, control, here, run%system, report, timers, &
-            & keep_contact=event%kind == event_contact)
+            & keep_contact=held)
+         if (held .and. report%converged) then
+            ! Other candidates may have changed sides meanwhile; then the LCP has to take part.
+            if (.not. holds_elsewhere(problem, run%system, event%marked, here)) then
+               held = .false.
+               cycle search
+            end if
+         end if
          if (.not. report%converged) exit search
          probe = probe_at(problem, run, here)
          f = event_value(problem, event, here, probe)
@@ -76,4 +85,15 @@ contains
       ! Where the contact set changes, pivot counts may jump without a bifurcation.
       if (counts .and. located .and. size(below%active) > 0) located = all(below%active .eqv. above%active)
    end subroutine locate
+
+   !> Signs of the gaps and reactions of all but some candidates.
+   pure logical function holds_elsewhere(problem, system, marked, state) result(holds)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system       !! assembled at `state`
+      logical, intent(in) :: marked(:)           !! (candidates) that do not count
+      type(state_t), intent(in) :: state
+      real(wp), parameter :: tolerance = 1.0e-8_wp
+      holds = .not. any(.not. marked .and. merge(state%reaction < -tolerance * system%force_scale, &
+         & system%gap < -tolerance * problem%size, state%active))
+   end function holds_elsewhere
 end module event_location

@@ -7,7 +7,8 @@ module path_events
    use rod_state, only: state_t
    use linear_system, only: system_t
    use monitors, only: monitor_values
-   use contact_regions, only: smallest_gap, region_of, resolved_contact
+   use contact_regions, only: region_of, resolved_contact
+   use gap_profile, only: smallest_gap
    implicit none
    private
    public :: probe_t, event_t, new_probe, detect_events, event_value

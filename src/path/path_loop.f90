@@ -3,10 +3,11 @@ module path_loop
    use kinds, only: wp
    use errors, only: error_t
    use model, only: step_t
-   use problem, only: problem_t
+   use problem, only: problem_t, unknown_name
    use rod_state, only: state_t, new_state
    use linear_system, only: new_system
    use bordered_system, only: linearise
+   use band_matrix, only: weakest_pivot
    use path_control, only: is_arc_length, set_tangent, path_length
    use corrector, only: increment_t, take_increment
    use path_run, only: run_t, probe_at
@@ -14,7 +15,7 @@ module path_loop
       & shorten_to_reach, stop_met
    use path_events, only: probe_t, event_t, new_probe, detect_events, event_stop, event_bifurcation
    use event_location, only: locate
-   use contact_corner, only: find_corner, leave_corner
+   use contact_corner, only: corner_t, contact_begins, find_corner, leave_corner
    use contact_regions, only: find_regions
    use sliding_nodes, only: rehome_nodes
    use point_report, only: report_point
@@ -70,15 +71,24 @@ contains
       type(run_t), intent(inout) :: run
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
+      character(*), parameter :: unheld = 'supports and touching obstacles do not hold the structure'
+      real(wp), parameter :: mechanism = 1.0e-15_wp !! share of a diagonal entry that is rounding
+      real(wp) :: ratio
+      integer :: weakest
       run%step_points = 0
       call linearise(problem, run%state, run%state, run%system, timers)
       if (.not. run%system%ok) then
-         outcome%why = 'the tangent at the start is singular: supports and touching obstacles do not hold the structure'
+         outcome%why = 'the tangent at the start is singular: '//unheld
          return
       end if
-      if (problem%step == 1 .and. run%system%negative_pivots > 0) then
-         outcome%why = 'the stress-free start is not stable: supports and touching obstacles do not hold the structure'
-         return
+      if (problem%step == 1) then
+         call weakest_pivot(run%system%k, run%system%fixed, run%system%factor, weakest, ratio)
+         if (.not. run%system%factor%positive) then
+            outcome%why = 'the stress-free start is not stable: '//unheld
+         else if (weakest > 0 .and. ratio < mechanism) then
+            outcome%why = 'nothing resists '//unknown_name(problem, weakest)//' at the start: '//unheld
+         end if
+         if (allocated(outcome%why)) return
       end if
       run%probe = new_probe(problem, run%state, run%system, 0.0_wp)
    end subroutine begin_step
@@ -93,7 +103,7 @@ contains
       type(timers_t), intent(inout) :: timers
       type(state_t) :: trial
       type(increment_t) :: report
-      logical :: finished, scaled, limited
+      logical :: finished, scaled, limited, turned
       integer :: cuts
       real(wp) :: full
 
@@ -122,13 +132,20 @@ contains
             end if
             call count_up(timers, counter_cut)
             call linearise(problem, run%state, run%state, run%system, timers)
-            if (cuts < cuts_before_corner .or. .not. is_arc_length(run%control%method)) cycle points
-            call turn_corner(problem, run, recorder, outcome, timers)
-            if (allocated(outcome%why)) return
+            if (cuts < cuts_before_corner) cycle points
+            call turn_corner(problem, step, run, recorder, turned, finished, outcome, timers)
+            if (finished .or. allocated(outcome%why)) return
             cycle points
          end if
          cuts = 0
-         call accept(problem, step, run, trial, report, recorder, finished, outcome, timers)
+         if (contact_begins(problem, run%state, trial)) then
+            call linearise(problem, run%state, run%state, run%system, timers)
+            call turn_corner(problem, step, run, recorder, turned, finished, outcome, timers)
+            if (finished .or. allocated(outcome%why)) return
+            if (turned) cycle points
+            call linearise(problem, trial, run%state, run%system, timers)
+         end if
+         call accept(problem, step, run, trial, '  ', report, recorder, finished, outcome, timers)
          if (finished .or. allocated(outcome%why)) return
          if (is_arc_length(step%method) .and. .not. is_arc_length(run%control%method)) then
             call begin_arc_length(problem, step, run, scaled)
@@ -141,64 +158,56 @@ contains
       end do points
    end subroutine follow_step
 
-   !> Tries whether the path turns at a change of the contact set just ahead; if so, goes to the corner and around it.
-   subroutine turn_corner(problem, run, recorder, outcome, timers)
-      type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
+   !> Tries whether the contact set changes at a corner just ahead; if so, goes there and around it.
+   subroutine turn_corner(problem, step, run, recorder, turned, finished, outcome, timers)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run          !! its system is factored at the last point, on return too
       class(recorder_t), intent(inout) :: recorder
+      logical, intent(out) :: turned             !! the path stands at the corner, with its new contact set
+      logical, intent(out) :: finished           !! the step ended before
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
-      type(state_t) :: corner, beyond
+      type(state_t) :: place, beyond
+      type(corner_t) :: corner
       type(increment_t) :: report
-      type(critical_t) :: critical
-      real(wp) :: direction(3, problem%model%mesh%n_nodes), direction_load
-      integer :: candidate, regions
-      logical :: ok
-      if (problem%candidates%n == 0) return
-      call find_corner(problem, run%state, run%control, corner, candidate, run%system, report, ok, timers)
-      if (.not. ok) then
+      character(2) :: label
+      integer :: regions
+      finished = .false.
+      turned = .false.
+      if (problem%candidates%n == 0 .or. .not. is_arc_length(run%control%method)) return
+      call find_corner(problem, run%state, run%control, place, corner, run%system, report, turned, timers)
+      if (.not. turned) then
          call linearise(problem, run%state, run%state, run%system, timers)
          return
       end if
-      beyond = corner
-      beyond%active(candidate) = .not. corner%active(candidate)
+      beyond = place
+      beyond%active(corner%candidate) = .not. place%active(corner%candidate)
       ! One node more or less at the end of a region is the mesh's affair, not an event.
-      regions = size(find_regions(problem, beyond)) - size(find_regions(problem, corner))
-      if (regions > 0) critical%label = 'C+'
-      if (regions < 0) critical%label = 'C-'
-      critical%note = 'contact '//trim(merge('gained', 'lost  ', regions > 0))
-      call record(problem, run, corner, critical%label, report, recorder, outcome, timers)
-      if (allocated(outcome%why)) return
-      critical%step = problem%step
-      critical%point = run%points
-      critical%load_factor = corner%load_factor
-      run%arc_length = run%arc_length + path_length(problem, run%state, corner)
-      run%state = corner
-      call leave_corner(problem, run%control, candidate, run%state, run%system, direction, direction_load, ok, timers)
-      if (.not. ok) then
-         outcome%why = 'the tangent is singular where the contact set changes'
-         return
-      end if
-      run%direction = direction
-      run%direction_load = direction_load
-      run%probe = new_probe(problem, run%state, run%system, direction_load)
-      critical%monitor = run%probe%monitor
-      if (regions /= 0) call hand_over(recorder, critical, outcome, timers)
-      run%step_points = run%step_points + 1
+      regions = size(find_regions(problem, beyond)) - size(find_regions(problem, place))
+      label = ''
+      if (regions > 0) label = 'C+'
+      if (regions < 0) label = 'C-'
+      call accept(problem, step, run, place, label, report, recorder, finished, outcome, timers)
+      if (finished .or. allocated(outcome%why)) return
+      call leave_corner(problem, run%control, corner, run%state, run%system, run%direction, run%direction_load, turned, timers)
+      if (.not. turned) outcome%why = 'no way on from where the contact set changes'
+      run%probe = new_probe(problem, run%state, run%system, run%direction_load)
    end subroutine turn_corner
 
    !> Looks for events up to a converged trial point, records them and the point, and goes there.
-   subroutine accept(problem, step, run, trial, report, recorder, finished, outcome, timers)
+   subroutine accept(problem, step, run, trial, label, report, recorder, finished, outcome, timers)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
       type(state_t), intent(inout) :: trial
+      character(2), intent(in) :: label          !! C+ or C- when the point is known to be one
       type(increment_t), intent(in) :: report
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
-      type(event_t), allocatable :: events(:)
+      type(event_t), allocatable :: events(:), missed(:)
       type(probe_t) :: probe
       type(state_t), allocatable :: places(:)
       type(increment_t), allocatable :: reports(:)
@@ -207,6 +216,7 @@ contains
       integer :: i, k
 
       finished = .false.
+      allocate (missed(0))
       probe = probe_at(problem, run, trial)
       if (run%step_points == 0) run%probe%load_rate = probe%load_rate
       call detect_events(problem, step, run%probe, probe, run%state, trial, events)
@@ -221,6 +231,10 @@ contains
          fraction(k) = huge(1.0_wp)
          ! A jump of the pivot count where the contact set changes is no bifurcation.
          if (.not. located(k) .and. events(k)%kind == event_bifurcation) cycle
+         if (.not. located(k) .and. events(k)%kind /= event_stop) then
+            missed = [missed, events(k)]
+            cycle
+         end if
          call linearise(problem, places(k), places(k), run%system, timers)
          call record(problem, run, places(k), events(k)%label, reports(k), recorder, outcome, timers)
          if (allocated(outcome%why)) return
@@ -238,8 +252,14 @@ contains
       if (size(events) > 0) call linearise(problem, trial, trial, run%system, timers)
       probe = probe_at(problem, run, trial)
       finished = stop_met(step, probe)
-      call record(problem, run, trial, merge('EP', '  ', finished), report, recorder, outcome, timers)
+      call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers)
       if (allocated(outcome%why)) return
+      do i = 1, size(missed)
+         call announce(missed(i)%label, missed(i)%note, trial, probe, .false.)
+         if (allocated(outcome%why)) return
+      end do
+      if (label == 'C+') call announce(label, 'contact gained', trial, probe, .true.)
+      if (label == 'C-') call announce(label, 'contact lost', trial, probe, .true.)
       if (finished) call announce('EP', 'end of the step', trial, probe, .true.)
       if (allocated(outcome%why)) return
       run%step_points = run%step_points + 1
@@ -248,7 +268,8 @@ contains
       run%arc_length = run%arc_length + path_length(problem, run%state, trial)
       run%state = trial
       run%probe = probe
-      call rehome_nodes(problem, run%control, run%direction, run%direction_load, run%state, run%system, timers)
+      if (label == '') call rehome_nodes(problem, run%control, run%direction, run%direction_load, run%state, run%system, &
+         & timers)
 
    contains
 

@@ -39,7 +39,11 @@ contains
          end if
          if (step%field_every == 0) return
          if (mod(number, step%field_every) /= 0) return
-         if (step%field_displacement) point%displacement = state%u
+         if (step%field_displacement) then
+            point%displacement = state%u
+            ! Of a node that slides along the rod: what takes the mesh's node to where it is now.
+            point%displacement(1:2, :) = state%u(1:2, :) + (state%geometry%x - problem%model%mesh%x)
+         end if
          if (step%field_section_forces) then
             allocate (point%section_forces(3, 2, problem%model%mesh%n_elements))
             do e = 1, problem%model%mesh%n_elements

@@ -20,7 +20,7 @@ module sliding_nodes
    use timing, only: timers_t
    implicit none
    private
-   public :: rehome_nodes
+   public :: rehome_nodes, move_node
 
    real(wp), parameter :: reach = 0.6_wp !! of an element: a node hands over beyond it
 
@@ -35,11 +35,9 @@ contains
       type(system_t), intent(inout) :: system    !! factored at `state` on entry and on return
       type(timers_t), intent(inout) :: timers
       type(state_t) :: moved
-      type(control_t) :: hold
-      type(increment_t) :: report
       real(wp) :: offset, home, target
       integer :: c, side, other, inner
-      logical :: changed
+      logical :: changed, done
 
       if (.not. any(problem%candidates%may_slide)) return
       moved = state
@@ -53,13 +51,13 @@ contains
             home = problem%model%mesh%s(2, element(side)) - problem%model%mesh%s(1, element(side))
             other = problem%candidates%neighbour(side, c)
             inner = problem%candidates%neighbour(3 - side, c)
+            target = 0.0_wp
             if (state%active(c) .and. .not. (state%active(other) .and. state%active(inner))) then
                if (abs(offset) < reach * home) cycle
                if (.not. problem%candidates%may_slide(other)) cycle
                target = state%geometry%element(element(1))%s(2) - problem%model%mesh%s(2, problem%candidates%element(1, other))
                if (abs(state%geometry%element(problem%candidates%element(1, other))%s(2) - &
                   & problem%model%mesh%s(2, problem%candidates%element(1, other))) > 0.0_wp) cycle
-               call slide_node(problem%model, problem%tableau, moved%geometry, problem%candidates%element(:, other), target)
                ! Growing region: its old end node stays behind in contact. Shrinking or a single point: it opens.
                moved%active(c) = .not. state%active(other) .and. state%active(inner)
                moved%active(other) = .true.
@@ -67,11 +65,49 @@ contains
                if (.not. moved%active(c)) moved%reaction(c) = 0.0_wp
             end if
             call slide_node(problem%model, problem%tableau, moved%geometry, element, -offset)
+            if (abs(target) > 0.0_wp) call slide_node(problem%model, problem%tableau, moved%geometry, &
+               & problem%candidates%element(:, other), target)
             changed = .true.
          end associate
       end do
       if (.not. changed) return
 
+      ! Should it fail the node goes on sliding; when its element runs out, the increment says so.
+      call take_over(problem, control, direction, direction_load, .false., moved, state, system, done, timers)
+   end subroutine rehome_nodes
+
+   !> Moves the node of an open candidate along the rod to where a contact is about to begin.
+   subroutine move_node(problem, control, direction, direction_load, candidate, shift, state, system, ok, timers)
+      type(problem_t), intent(in) :: problem
+      type(control_t), intent(in) :: control
+      real(wp), intent(in) :: direction(:, :), direction_load
+      integer, intent(in) :: candidate
+      real(wp), intent(in) :: shift              !! of nominal coordinate, less than an element
+      type(state_t), intent(inout) :: state
+      type(system_t), intent(inout) :: system    !! factored at `state` on entry and on return
+      logical, intent(out) :: ok                 !! false: the state is as it was
+      type(timers_t), intent(inout) :: timers
+      type(state_t) :: moved
+      ok = .true.
+      if (.not. abs(shift) > 0.0_wp) return
+      moved = state
+      call slide_node(problem%model, problem%tableau, moved%geometry, problem%candidates%element(:, candidate), shift)
+      call take_over(problem, control, direction, direction_load, .true., moved, state, system, ok, timers)
+   end subroutine move_node
+
+   !> Carries the solution over to the moved nodes of `moved`, restores equilibrium, and makes it the state if that works.
+   subroutine take_over(problem, control, direction, direction_load, keep_contact, moved, state, system, ok, timers)
+      type(problem_t), intent(in) :: problem
+      type(control_t), intent(in) :: control
+      real(wp), intent(in) :: direction(:, :), direction_load
+      logical, intent(in) :: keep_contact
+      type(state_t), intent(inout) :: moved
+      type(state_t), intent(inout) :: state
+      type(system_t), intent(inout) :: system
+      logical, intent(out) :: ok
+      type(timers_t), intent(inout) :: timers
+      type(control_t) :: hold
+      type(increment_t) :: report
       call carry_over(problem, state, moved)
       hold = control
       hold%increment = 0.0_wp
@@ -79,14 +115,14 @@ contains
          hold%method = method_linearised
          call set_tangent(problem, system, direction, direction_load, hold)
       end if
-      call settle(problem, moved, hold, moved, system, report, timers)
-      if (report%converged) then
+      call settle(problem, moved, hold, keep_contact, moved, system, report, timers)
+      ok = report%converged
+      if (ok) then
          state = moved
-         return
+      else
+         call linearise(problem, state, state, system, timers)
       end if
-      ! Left as it was: the node goes on sliding; should its element run out, the increment says so.
-      call linearise(problem, state, state, system, timers)
-   end subroutine rehome_nodes
+   end subroutine take_over
 
    !> Displacements and stored resultants of `moved` from the solution `from` on the old element ends.
    subroutine carry_over(problem, from, moved)
