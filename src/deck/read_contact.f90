@@ -85,6 +85,7 @@ contains
          contact%sliding = parameter_word(deck, card, 'POINTS') /= 'NODES'
          if (contact%obstacle > 0 .and. .not. names%mesh_incomplete) then
             call check_candidates(deck, names, model, diagnostics, card, contact, touched(contact%obstacle, :))
+            call check_directions(deck, model, diagnostics, card, contact)
             if (contact%sliding) then
                reason = no_sliding(model, contact)
                contact%sliding = reason == ''
@@ -157,6 +158,33 @@ contains
       read (buffer, *) short
       string = to_text(short)
    end function rounded
+
+   !> Along a contact the elements must run one way: arc lengths and regions count along them.
+   subroutine check_directions(deck, model, diagnostics, card, contact)
+      type(deck_t), intent(in) :: deck
+      type(model_t), intent(in) :: model
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer, intent(in) :: card
+      type(contact_t), intent(in) :: contact
+      logical :: candidate(model%mesh%n_nodes)
+      integer :: starting(model%mesh%n_nodes), ending(model%mesh%n_nodes), e, node
+      candidate = .false.
+      candidate(contact%node) = .true.
+      starting = 0
+      ending = 0
+      do e = 1, model%mesh%n_elements
+         if (.not. all(candidate(model%mesh%node(:, e)))) cycle
+         starting(model%mesh%node(1, e)) = starting(model%mesh%node(1, e)) + 1
+         ending(model%mesh%node(2, e)) = ending(model%mesh%node(2, e)) + 1
+      end do
+      do node = 1, model%mesh%n_nodes
+         if (max(starting(node), ending(node)) /= 2 .or. min(starting(node), ending(node)) /= 0) cycle
+         call complain(deck, diagnostics, card, value_place(deck, card, 'NSET'), &
+            'two elements run against each other at node '//to_text(model%mesh%node_label(node))// &
+            '; along a contact all elements must have one direction')
+         return
+      end do
+   end subroutine check_directions
 
    !> What a contact lacks for sliding points; '' when it has a rigid obstacle, and GE elements on generated curves.
    function no_sliding(model, contact) result(reason)

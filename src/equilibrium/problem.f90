@@ -2,7 +2,6 @@
 module problem
    use kinds, only: wp
    use model, only: model_t, load_t, family_ge, new_load
-   use text, only: to_text
    use numbering, only: numbering_t, new_numbering
    use gauss_tableau, only: tableau_t, max_stages, new_tableau
    use ge_element, only: ge_stiffness_t, ge_compliance, ge_size
@@ -11,7 +10,7 @@ module problem
    use candidates, only: candidates_t, new_candidates
    implicit none
    private
-   public :: problem_t, new_problem, structure_size, dof, unknown_name
+   public :: problem_t, new_problem, structure_size, dof
 
    type :: problem_t
       type(model_t) :: model
@@ -86,26 +85,4 @@ contains
       integer, intent(in) :: node, component
       dof = 3 * (problem%numbering%position(node) - 1) + component
    end function dof
-
-   !> An unknown of the band in words, for messages.
-   function unknown_name(problem, unknown) result(name)
-      type(problem_t), intent(in) :: problem
-      integer, intent(in) :: unknown
-      character(:), allocatable :: name
-      character(11), parameter :: component(3) = ['motion in x', 'motion in y', 'rotation   ']
-      integer :: node
-      node = node_at(problem, (unknown + 2) / 3)
-      name = trim(component(unknown - 3 * ((unknown - 1) / 3)))//' of node '// &
-         & to_text(problem%model%mesh%node_label(node))
-   end function unknown_name
-
-   !> The node at a place in the band.
-   pure integer function node_at(problem, position) result(node)
-      type(problem_t), intent(in) :: problem
-      integer, intent(in) :: position
-      do node = 1, size(problem%numbering%position)
-         if (problem%numbering%position(node) == position) return
-      end do
-      node = 1
-   end function node_at
 end module problem

@@ -4,7 +4,7 @@ module band_matrix
    use lapack, only: dpbtrf, dpbtrs, dgbtrf, dgbtrs, dsbmv
    implicit none
    private
-   public :: band_t, factor_t, new_band, band_times, factorise, weakest_pivot, solve_factored
+   public :: band_t, factor_t, new_band, band_times, factorise, solve_factored
 
    !> Lower band storage of LAPACK: a(1 + i - j, j) = A(i, j), j <= i <= j + kd.
    type :: band_t
@@ -63,26 +63,6 @@ contains
       call dgbtrf(band%n, band%n, band%kd, band%kd, factor%lu, 3 * band%kd + 1, factor%pivot, info)
       factor%usable = info == 0
    end subroutine factorise
-
-   !> The pivot that elimination left the least of, as a part of its diagonal entry: rounding level means a mechanism.
-   subroutine weakest_pivot(band, fixed, factor, unknown, ratio)
-      type(band_t), intent(in) :: band
-      logical, intent(in) :: fixed(:)
-      type(factor_t), intent(in) :: factor     !! of this band
-      integer, intent(out) :: unknown          !! where; 0 when the matrix is not positive definite
-      real(wp), intent(out) :: ratio           !! 0 to 1
-      integer :: j
-      unknown = 0
-      ratio = 0.0_wp
-      if (.not. factor%positive) return
-      ratio = 2.0_wp
-      do j = 1, band%n
-         if (fixed(j)) cycle
-         if (factor%cholesky(1, j)**2 / band%a(1, j) >= ratio) cycle
-         ratio = factor%cholesky(1, j)**2 / band%a(1, j)
-         unknown = j
-      end do
-   end subroutine weakest_pivot
 
    !> Copies A with identity rows and columns at the fixed unknowns.
    subroutine copy_masked(band, fixed, a)

@@ -3,11 +3,11 @@ module path_loop
    use kinds, only: wp
    use errors, only: error_t
    use model, only: step_t
-   use problem, only: problem_t, unknown_name
+   use problem, only: problem_t
    use rod_state, only: state_t, new_state
    use linear_system, only: new_system
    use bordered_system, only: linearise
-   use band_matrix, only: weakest_pivot
+   use support_check, only: unheld_part
    use path_control, only: is_arc_length, set_tangent, path_length
    use corrector, only: increment_t, take_increment
    use path_run, only: run_t, probe_at
@@ -72,26 +72,40 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
       character(*), parameter :: unheld = 'supports and touching obstacles do not hold the structure'
-      real(wp), parameter :: mechanism = 1.0e-15_wp !! share of a diagonal entry that is rounding
-      real(wp) :: ratio
-      integer :: weakest
+      character(:), allocatable :: part
       run%step_points = 0
+      if (problem%step == 1) then
+         part = unheld_part(problem, run%state)
+         if (part /= '') then
+            outcome%why = part//': '//unheld
+            return
+         end if
+         call free_monitor(problem, run%state)
+      end if
       call linearise(problem, run%state, run%state, run%system, timers)
       if (.not. run%system%ok) then
          outcome%why = 'the tangent at the start is singular: '//unheld
          return
       end if
-      if (problem%step == 1) then
-         call weakest_pivot(run%system%k, run%system%fixed, run%system%factor, weakest, ratio)
-         if (.not. run%system%factor%positive) then
-            outcome%why = 'the stress-free start is not stable: '//unheld
-         else if (weakest > 0 .and. ratio < mechanism) then
-            outcome%why = 'nothing resists '//unknown_name(problem, weakest)//' at the start: '//unheld
-         end if
-         if (allocated(outcome%why)) return
+      if (problem%step == 1 .and. run%system%negative_pivots > 0) then
+         outcome%why = 'the stress-free start is not stable: '//unheld
+         return
       end if
       run%probe = new_probe(problem, run%state, run%system, 0.0_wp)
    end subroutine begin_step
+
+   !> Displacement control of a node that only touches an obstacle at the stress-free start: the contact, which carries
+   !> nothing yet, must not hold what is to be moved.
+   subroutine free_monitor(problem, state)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(inout) :: state
+      integer :: c, m
+      m = problem%model%step(problem%step)%monitor
+      if (m == 0) return
+      do c = 1, problem%candidates%n
+         if (any(problem%model%monitor(m)%node == problem%candidates%node(c))) state%active(c) = .false.
+      end do
+   end subroutine free_monitor
 
    !> One *STEP from its first increment to its stop condition.
    subroutine follow_step(problem, step, run, recorder, outcome, timers)
