@@ -131,7 +131,7 @@ contains
          end if
          if (is_arc_length(run%control%method)) &
             & call set_tangent(problem, run%system, run%direction, run%direction_load, run%control)
-         call shorten_to_stop(problem, step, run)
+         call shorten_to_stop(step, run)
          full = run%control%increment
          call shorten_to_reach(problem, run)
          limited = abs(run%control%increment) < abs(full)

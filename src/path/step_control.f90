@@ -69,8 +69,7 @@ contains
    end function smallest
 
    !> Load and displacement control end exactly on their stop value.
-   subroutine shorten_to_stop(problem, step, run)
-      type(problem_t), intent(in) :: problem
+   subroutine shorten_to_stop(step, run)
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
       real(wp) :: now, left
