@@ -271,10 +271,9 @@ contains
       call card(t, 'END STEP', in_step, 'Ends a step.')
 
       call card(t, 'STATIC', in_step, 'How the path is followed; required in every step.', once=.true.)
-      call param(t, 'METHOD', kind_word, 'what is prescribed in an increment: the load factor, a monitor, or the '// &
-         'arc '// &
-         'length (cylindrical, spherical, linearised)', default='CYLINDRICAL', &
-         words='LOAD|DISPLACEMENT|CYLINDRICAL|SPHERICAL|LINEARISED')
+      call param(t, 'METHOD', kind_word, 'what an increment prescribes: the load factor, a monitor, or an arc length', &
+         default='CYLINDRICAL', &
+         words='LOAD|DISPLACEMENT|CYLINDRICAL|SPHERICAL|LINEARISED|MINIMUM RESIDUAL')
       call param(t, 'MONITOR', kind_name, 'the displacement that is prescribed', only='METHOD=DISPLACEMENT')
       call param(t, 'NEWTON', kind_word, 'tangent of every iteration, or of the first one', default='FULL', &
          words='FULL|MODIFIED')

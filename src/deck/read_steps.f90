@@ -3,7 +3,7 @@ module read_steps
    use kinds, only: wp
    use text, only: to_text, parse_integer, parse_real
    use model, only: model_t, step_t, quantity_reaction, method_load, method_displacement, method_cylindrical, &
-      method_spherical, method_linearised
+      method_spherical, method_linearised, method_minimum_residual
    use diagnostics, only: diagnostics_t
    use deck_cards, only: deck_t, complain
    use card_values, only: given, default_text, parameter_text, parameter_word, parameter_integer, parameter_real, &
@@ -94,6 +94,8 @@ contains
          step%method = method_spherical
       case ('LINEARISED')
          step%method = method_linearised
+      case ('MINIMUM RESIDUAL')
+         step%method = method_minimum_residual
       end select
       step%full_newton = parameter_word(deck, card, 'NEWTON') == 'FULL'
       step%paper_loop = parameter_word(deck, card, 'LOOP') == 'PAPER'

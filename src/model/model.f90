@@ -11,7 +11,8 @@ module model
    public :: family_ul2, family_ge
    public :: shape_none, shape_sine, shape_cosine, shape_clamped, shape_nodal
    public :: quantity_displacement, quantity_reaction
-   public :: method_load, method_displacement, method_cylindrical, method_spherical, method_linearised
+   public :: method_load, method_displacement, method_cylindrical, method_spherical, method_linearised, &
+      & method_minimum_residual
    public :: new_load
 
    ! Element families (the deck says UL2, GE2, GE4, GE6, GE8).
@@ -25,7 +26,7 @@ module model
 
    ! Increment strategies (named in the deck by words).
    integer, parameter :: method_load = 1, method_displacement = 2, method_cylindrical = 3, &
-      & method_spherical = 4, method_linearised = 5
+      & method_spherical = 4, method_linearised = 5, method_minimum_residual = 6
 
    !> A nominal (perfect) stress-free curve: straight when curvature = 0, else a circular arc.
    type :: curve_t

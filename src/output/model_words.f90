@@ -2,7 +2,7 @@
 module model_words
    use kinds, only: wp
    use model, only: mesh_t, monitor_t, obstacle_t, family_ul2, quantity_displacement, &
-      & method_load, method_displacement, method_cylindrical, method_spherical
+      & method_load, method_displacement, method_cylindrical, method_spherical, method_minimum_residual
    use text, only: to_text
    implicit none
    private
@@ -73,6 +73,8 @@ contains
          name = 'SPHERICAL'
       case default
          name = 'LINEARISED'
+      case (method_minimum_residual)
+         name = 'MINIMUM RESIDUAL'
       end select
    end function method_name
 

@@ -8,12 +8,13 @@
 !> displacement: monitor = start + increment                                   (Batoz & Dhatt 1979)
 !> cylindrical:  |du| = increment                                              (Crisfield 1981)
 !> spherical:    |du|^2 + (load_scale dl)^2 = increment^2                      (Crisfield 1981)
+!> minimum residual: the first correction of a step as linearised, each later one as short as possible   (Chan 1988)
 !> linearised:   the plane normal to the tangent at distance `increment`       (Riks 1979)
 !> The quadratic ones are linearised at every iterate, so they meet the same points as root-finding versions.
 module path_control
    use kinds, only: wp
    use model, only: monitor_t, quantity_displacement, method_load, method_displacement, method_cylindrical, &
-      & method_spherical, method_linearised
+      & method_spherical, method_linearised, method_minimum_residual
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t, to_global
@@ -36,14 +37,15 @@ contains
    !> True for the strategies whose increment is an arc length.
    pure logical function is_arc_length(method)
       integer, intent(in) :: method
-      is_arc_length = any(method == [method_cylindrical, method_spherical, method_linearised])
+      is_arc_length = any(method == [method_cylindrical, method_spherical, method_linearised, &
+         & method_minimum_residual])
    end function is_arc_length
 
    !> Weight of the load factor in the arc length.
    pure real(wp) function load_weight(control)
       type(control_t), intent(in) :: control
       load_weight = 0.0_wp
-      if (control%method /= method_cylindrical) load_weight = control%load_scale**2
+      if (.not. any(control%method == [method_cylindrical, method_minimum_residual])) load_weight = control%load_scale**2
    end function load_weight
 
    !> <a, b> of the displacement parts.
@@ -106,7 +108,15 @@ contains
       case default
          row = state%u - start%u
          travelled = metric(problem, row, row) + load_weight(control) * dl**2
-         if (control%method == method_linearised .or. travelled <= 0.0_wp) then
+         if (control%method == method_minimum_residual .and. travelled > 0.0_wp) then
+            ! The shortest correction is the one normal to the load's own displacements.
+            rhs = 0.0_wp
+            do i = 1, size(row, 2)
+               row(:, i) = problem%weight(i) * to_global(problem, system, system%tangent, i)
+               row(3, i) = 0.0_wp
+            end do
+            call set_path_row(problem, system, row, 0.0_wp)
+         else if (control%method == method_linearised .or. travelled <= 0.0_wp) then
             rhs = control%increment - metric(problem, control%tangent, row) &
                & - load_weight(control) * control%tangent_load * dl
             do i = 1, size(row, 2)
@@ -142,7 +152,9 @@ contains
          control_error = abs(control%increment - sum(row * (state%u - start%u))) / scale
       case default
          row = state%u - start%u
-         if (control%method == method_linearised) then
+         if (control%method == method_minimum_residual) then
+            control_error = 0.0_wp
+         else if (control%method == method_linearised) then
             control_error = abs(control%increment - metric(problem, control%tangent, row) - &
                & load_weight(control) * control%tangent_load * dl) / scale
          else
