@@ -162,8 +162,12 @@ def test_labels_and_order(seed, turned_round):
     labels = random.choice(np.arange(10, 5000), ELEMENTS + 1, replace=False)
     labels[0], labels[-1] = 1, 2
     flipped = random.random(ELEMENTS) < 0.5 if turned_round else np.zeros(ELEMENTS, bool)
-    mesh = labelled_mesh(random.random(ELEMENTS + 1), labels, flipped)
-    assert_same(dr.run_deck(scene(mesh=mesh)))
+    deck = scene(mesh=labelled_mesh(random.random(ELEMENTS + 1), labels, flipped))
+    if turned_round:
+        refused = dr.run_deck(deck, code=1)
+        assert "two elements run against each other" in refused.stderr
+    else:
+        assert_same(dr.run_deck(deck))
 
 
 def test_two_steps_of_half_the_load_make_one_of_all():

@@ -101,7 +101,10 @@ def test_load_control_unloads_along_the_same_path():
                                           ("METHOD=CYLINDRICAL, LOOP=PAPER", "0.1, 1E-9, 0.02"),
                                           ("METHOD=CYLINDRICAL, NEWTON=MODIFIED", "0.1, 1E-9, 0.02")])
 def test_column_beside_the_wall(static, data):
-    run = dr.run_deck(dr.with_static(dr.example("column"), static, data))
+    deck = dr.with_static(dr.example("column"), static, data)
+    if "MODIFIED" in static:  # more iterations are its nature: the manual asks for a larger DESIRED
+        deck = dr.changed(deck, ("*CLOAD", "*CONTROLS, DESIRED=10\n*CLOAD"))
+    run = dr.run_deck(deck)
     plain = dr.run_deck(dr.example("column"))
     assert [c.label for c in run.results.critical] == [c.label for c in plain.results.critical]
     dr.assert_close([c.load_factor for c in run.results.critical], [c.load_factor for c in plain.results.critical],

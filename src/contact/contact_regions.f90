@@ -18,6 +18,8 @@ module contact_regions
    private
    public :: find_regions, resolved_contact, candidate_coordinate, region_of
 
+   real(wp), parameter :: unresolved = 8.0_wp !! elements: shorter open stretches do not divide a region
+
 contains
 
    !> All regions of all contacts, in the order of the candidates.
@@ -129,7 +131,7 @@ contains
    !> The candidates in contact as far as the mesh can tell.
    !>
    !> Reactions at nodes make a rod on a rigid obstacle wave a little between and next to them, so that some nodes lift
-   !> off by a gap far below the mesh's resolution. An open stretch between two contacts that is no longer than four of
+   !> off by a gap far below the mesh's resolution. An open stretch between two contacts that is no longer than eight of
    !> the elements around it counts as contact.
    function resolved_contact(problem, state) result(touching)
       type(problem_t), intent(in) :: problem
@@ -154,12 +156,12 @@ contains
             widest = max(widest, state%geometry%element(e)%length)
             k = problem%candidates%neighbour(2, k)
             steps = steps + 1
-            if (state%active(k) .or. span > 4.0_wp * widest) exit
+            if (state%active(k) .or. span > unresolved * widest) exit
          end do
          if (.not. state%active(k) .or. steps < 2 .or. k == c) cycle
          e = problem%candidates%element(2, k)
          if (e > 0) widest = max(widest, state%geometry%element(e)%length)
-         if (span > 4.0_wp * widest) cycle
+         if (span > unresolved * widest) cycle
          k = problem%candidates%neighbour(2, c)
          do while (.not. state%active(k))
             touching(k) = .true.

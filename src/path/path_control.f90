@@ -21,7 +21,7 @@ module path_control
    use bordered_system, only: set_path_row
    implicit none
    private
-   public :: control_t, control_row, control_error, is_arc_length, set_tangent, monitor_rate, path_length, metric
+   public :: control_t, control_row, control_error, is_arc_length, set_tangent, monitor_change, path_length, metric
 
    type :: control_t
       integer :: method = method_load
@@ -163,21 +163,22 @@ contains
       end select
    end function control_error
 
-   !> Derivative of the controlled monitor by the load factor along the path.
-   real(wp) function monitor_rate(problem, control, system)
+   !> Change of a displacement monitor under nodal increments x.
+   real(wp) function monitor_change(problem, monitor, system, x) result(change)
       type(problem_t), intent(in) :: problem
-      type(control_t), intent(in) :: control
+      integer, intent(in) :: monitor           !! index into model%monitor
       type(system_t), intent(in) :: system
+      real(wp), intent(in) :: x(:)             !! (n) node axes; system%tangent gives the derivative by the load factor
       real(wp) :: row(3, problem%model%mesh%n_nodes)
       integer :: node
       row = 0.0_wp
-      call monitor_row(problem%model%monitor(control%monitor), row)
-      monitor_rate = 0.0_wp
+      call monitor_row(problem%model%monitor(monitor), row)
+      change = 0.0_wp
       do node = 1, size(row, 2)
-         if (any(abs(row(:, node)) > 0.0_wp)) monitor_rate = monitor_rate + &
-            & dot_product(row(:, node), to_global(problem, system, system%tangent, node))
+         if (any(abs(row(:, node)) > 0.0_wp)) change = change + &
+            & dot_product(row(:, node), to_global(problem, system, x, node))
       end do
-   end function monitor_rate
+   end function monitor_change
 
    !> Gradient of a displacement monitor.
    pure subroutine monitor_row(monitor, row)

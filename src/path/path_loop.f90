@@ -2,7 +2,7 @@
 module path_loop
    use kinds, only: wp
    use errors, only: error_t
-   use model, only: step_t
+   use model, only: step_t, method_displacement
    use problem, only: problem_t
    use rod_state, only: state_t, new_state
    use linear_system, only: new_system
@@ -11,6 +11,7 @@ module path_loop
    use path_control, only: is_arc_length, set_tangent, path_length
    use corrector, only: increment_t, take_increment
    use path_run, only: run_t, probe_at
+   use first_contact, only: presume_contact
    use step_control, only: start_control, begin_arc_length, next_increment, smallest, shorten_to_stop, &
       & shorten_to_reach, stop_met
    use path_events, only: probe_t, event_t, new_probe, detect_events, event_stop, event_bifurcation
@@ -80,7 +81,6 @@ contains
             outcome%why = part//': '//unheld
             return
          end if
-         call free_monitor(problem, run%state)
       end if
       call linearise(problem, run%state, run%state, run%system, timers)
       if (.not. run%system%ok) then
@@ -91,21 +91,12 @@ contains
          outcome%why = 'the stress-free start is not stable: '//unheld
          return
       end if
+      associate (step => problem%model%step(problem%step))
+         if (problem%step == 1 .and. step%method == method_displacement) &
+            & call presume_contact(problem, step%monitor, step%increment, run%state, run%system, timers)
+      end associate
       run%probe = new_probe(problem, run%state, run%system, 0.0_wp)
    end subroutine begin_step
-
-   !> Displacement control of a node that only touches an obstacle at the stress-free start: the contact, which carries
-   !> nothing yet, must not hold what is to be moved.
-   subroutine free_monitor(problem, state)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(inout) :: state
-      integer :: c, m
-      m = problem%model%step(problem%step)%monitor
-      if (m == 0) return
-      do c = 1, problem%candidates%n
-         if (any(problem%model%monitor(m)%node == problem%candidates%node(c))) state%active(c) = .false.
-      end do
-   end subroutine free_monitor
 
    !> One *STEP from its first increment to its stop condition.
    subroutine follow_step(problem, step, run, recorder, outcome, timers)
@@ -133,7 +124,8 @@ contains
             & call set_tangent(problem, run%system, run%direction, run%direction_load, run%control)
          call shorten_to_stop(step, run)
          full = run%control%increment
-         call shorten_to_reach(problem, run)
+         ! At the stress-free start no reaction marks where a contact ends.
+         if (run%step_points > 0 .or. problem%step > 1) call shorten_to_reach(problem, run)
          limited = abs(run%control%increment) < abs(full)
          call take_increment(problem, run%state, run%control, trial, run%system, report, timers)
          if (.not. report%converged) then

@@ -4,7 +4,7 @@ module step_control
    use model, only: step_t, method_load, method_displacement, method_cylindrical
    use problem, only: problem_t
    use contact_slides, only: slide_fraction
-   use path_control, only: control_t, is_arc_length, metric, monitor_rate
+   use path_control, only: control_t, is_arc_length, metric, monitor_change
    use path_events, only: probe_t
    use path_run, only: run_t
    implicit none
@@ -99,7 +99,8 @@ contains
       case (method_load)
          load = run%control%increment
       case (method_displacement)
-         load = run%control%increment / monitor_rate(problem, run%control, run%system)
+         load = run%control%increment / monitor_change(problem, run%control%monitor, run%system, &
+            & run%system%tangent)
       case default
          load = run%control%increment * run%control%tangent_load
       end select
