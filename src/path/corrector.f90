@@ -49,7 +49,7 @@ contains
       if (present(keep_contact)) frozen = keep_contact
       call control_row(problem, control, start, state, system, rhs)
       if (frozen .or. .not. problem%model%step(problem%step)%paper_loop) then
-         call iterate(problem, start, control, state, system, rhs, frozen, report, timers)
+         call iterate(problem, start, control, state, system, rhs, frozen, .not. frozen, report, timers)
          return
       end if
       ! The paper's Fig. 2: LCP at the predictor, equilibrium with the set frozen, compare, repeat.
@@ -62,7 +62,7 @@ contains
          call linearise(problem, state, start, system, timers)
          if (.not. system%ok) exit
          call control_row(problem, control, start, state, system, rhs)
-         call iterate(problem, start, control, state, system, rhs, .true., report, timers)
+         call iterate(problem, start, control, state, system, rhs, .true., .true., report, timers)
          if (.not. report%converged) return
          if (contact_holds(problem, state, system)) return
          report%converged = .false.
@@ -86,18 +86,19 @@ contains
          report%message = 'the tangent is singular'
          return
       end if
-      call iterate(problem, state, control, state, system, 0.0_wp, keep_contact, report, timers)
+      call iterate(problem, state, control, state, system, 0.0_wp, keep_contact, .not. keep_contact, report, timers)
    end subroutine settle
 
    !> Newton from a linearised state: solve, add, linearise, until everything holds.
-   subroutine iterate(problem, start, control, state, system, first_rhs, frozen, report, timers)
+   subroutine iterate(problem, start, control, state, system, first_rhs, frozen, movable, report, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
       type(control_t), intent(in) :: control
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system
       real(wp), intent(in) :: first_rhs
-      logical, intent(in) :: frozen
+      logical, intent(in) :: frozen            !! the contact set stays
+      logical, intent(in) :: movable           !! but contact points may pass from node to node
       type(increment_t), intent(inout) :: report
       type(timers_t), intent(inout) :: timers
       type(state_t) :: origin
@@ -111,7 +112,8 @@ contains
       rhs = first_rhs
       best = huge(1.0_wp)
       newton: do iteration = 1, problem%model%step(problem%step)%max_iterations
-         call solve_step(problem, state, system, rhs, frozen, iteration <= shifting_iterations, step, report, timers)
+         call solve_step(problem, state, system, rhs, frozen, movable .and. iteration <= shifting_iterations, step, &
+            & report, timers)
          if (allocated(report%message)) return
          refactor = problem%model%step(problem%step)%full_newton .or. any(step%active .neqv. state%active)
          if (step%flipped) then
@@ -183,7 +185,7 @@ contains
       if (step%ok .and. .not. frozen .and. early) call close_short_gaps(problem, step%active)
       if (step%ok) then
          if (.not. slides_fit(problem, state, system, step%y)) then
-            step%ok = early .and. .not. frozen
+            step%ok = early
             step%message = 'a contact point moved further than its elements reach'
             if (.not. step%ok) then
                report%message = step%message
