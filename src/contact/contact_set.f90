@@ -26,6 +26,8 @@ module contact_set
    real(wp), parameter :: lcp_tolerance = 1.0e-10_wp      !! accepted componentwise error of an LCP's answer
    integer, parameter :: largest_lcp = 400                !! more candidates in doubt are flipped without an LCP
    integer, parameter :: max_rounds = 20
+   character(*), parameter :: singular_border = 'the bordered system is singular: the structure cannot follow what the '// &
+      & 'increment prescribes; another METHOD may (SPHERICAL)'
 
    !> A solved increment and the contact set it leads to.
    type :: contact_step_t
@@ -73,7 +75,7 @@ contains
       end if
       result%ok = ok
       if (.not. ok) then
-         result%message = 'the bordered system is singular'
+         result%message = singular_border
          return
       end if
       if (problem%candidates%n == 0) return
@@ -138,13 +140,18 @@ contains
    end function reaction_change
 
    !> Derivative of the reaction of an active candidate along the path, by the load factor.
-   pure real(wp) function reaction_rate(system, candidate)
+   pure real(wp) function reaction_rate(problem, system, candidate)
+      type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
       real(wp) :: y(1 + system%n_slides)
       y(1) = 1.0_wp
       y(2:) = system%slide_rate
-      reaction_rate = reaction_change(system, candidate, system%tangent, y)
+      if (system%unknown(candidate) > 0) then
+         reaction_rate = reaction_change(system, candidate, system%tangent, y)
+      else
+         reaction_rate = -system%spring(candidate) * gap_change(problem, system, candidate, system%tangent, y)
+      end if
    end function reaction_rate
 
    !> Finds the contact set that the prediction is consistent with.
@@ -193,6 +200,11 @@ contains
          in_doubt(doubt) = .true.
          n = size(doubt)
          if (n == old) exit rounds
+         if (n > 2 * largest_lcp) then
+            result%ok = .false.
+            result%message = 'the contact set changes at too many candidates at once'
+            return
+         end if
          call grow(x, n)
          call grow(y, n)
          call grow_square(m, n)
@@ -200,7 +212,7 @@ contains
             call solve_column(doubt(k), x(:, k), y(:, k), ok)
             if (.not. ok) then
                result%ok = .false.
-               result%message = 'the bordered system is singular'
+               result%message = singular_border
                return
             end if
          end do
@@ -227,7 +239,7 @@ contains
          if (outcome /= lcp_solved) then
             call count_up(timers, counter_lcp_failed)
             result%ok = .false.
-            result%message = 'the contact LCP ended with: '//outcome_name(outcome)
+            result%message = 'no contact state meets the increment (Lemke: '//outcome_name(outcome)//')'
             return
          end if
          if (lcp_error(m, q, z) > lcp_tolerance) then
@@ -332,11 +344,11 @@ contains
       end do
    end function violated
 
-   !> A candidate on a fully supported node cannot react.
+   !> A support may take all that an obstacle could push (see may_react).
    pure logical function can_act(system, candidate)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
-      can_act = abs(system%slope(candidate)) > 0.0_wp .or. system%spring(candidate) > 0.0_wp
+      can_act = abs(system%slope(candidate)) > 0.0_wp
    end function can_act
 
    !> Makes room for n columns.

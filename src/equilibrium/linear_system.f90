@@ -6,7 +6,7 @@ module linear_system
    use kinds, only: wp
    use model, only: family_ge
    use problem, only: problem_t, dof
-   use rod_state, only: state_t, element_displacement, element_load, candidate_gap
+   use rod_state, only: state_t, element_displacement, element_load, candidate_gap, may_react
    use rod_geometry, only: element_geometry_t
    use ge_element, only: ge_evaluate, ge_load_t, ge_columns
    use ul2_element, only: ul2_evaluate
@@ -53,6 +53,7 @@ module linear_system
       real(wp) :: force_residual = 0.0_wp       !! relative, from the stored resultants
       real(wp) :: defect_residual = 0.0_wp      !! internal: rotations [rad], positions over the size
       real(wp) :: force_scale = 0.0_wp
+      real(wp) :: round_off = 0.0_wp            !! of force_residual, from stiff springs and UL2 elements
       logical :: ok = .true.                    !! false: an element or the matrix was singular
    end type system_t
 
@@ -81,8 +82,7 @@ contains
          allocate (system%unknown(list%n), source=0)
          allocate (system%spring(list%n), source=0.0_wp)
          do c = 1, list%n
-            ! A fully supported node cannot react.
-            system%slope(c) = merge(0.0_wp, 1.0_wp, all(problem%model%fixed(1:2, list%node(c))))
+            system%slope(c) = 1.0_wp
             associate (obstacle => problem%model%obstacle(list%obstacle(c)))
                if (.not. obstacle%rigid) system%spring(c) = obstacle%modulus * list%tributary(c)
             end associate
@@ -117,6 +117,7 @@ contains
       call timing_start(timers, phase_assembly)
       do c = 1, problem%candidates%n
          call candidate_gap(problem, state, c, system%gap(c), system%normal(:, c), system%bend(c))
+         if (.not. state%active(c)) system%slope(c) = merge(1.0_wp, 0.0_wp, may_react(problem, c, system%normal(:, c)))
       end do
       call set_constraints(problem, state, system)
       call sum_elements(problem, system)
@@ -308,7 +309,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
-      real(wp) :: worst, scale
+      real(wp) :: worst, scale, noise, moved
       integer :: e, i, d, node
       system%raw = system%residual
       scale = problem%force_floor
@@ -335,6 +336,14 @@ contains
          end do
       end do
       system%force_scale = scale
+      ! UL2 takes N from displacements, a foundation its reaction from a gap: no better than their rounding times stiffness.
+      noise = maxval([0.0_wp, system%spring]) * problem%size
+      moved = max(maxval(abs(state%u(1:2, :))), maxval(abs(state%u(3, :))) * problem%size)
+      do e = 1, problem%model%mesh%n_elements
+         if (problem%model%mesh%family(e) == family_ge) cycle
+         noise = max(noise, moved / (problem%compliance(e)%axial * state%geometry%element(e)%length))
+      end do
+      system%round_off = 2.0_wp * epsilon(noise) * noise / scale
       system%force_residual = worst / scale
    end subroutine measure_residual
 

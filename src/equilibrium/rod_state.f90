@@ -7,7 +7,7 @@ module rod_state
    use ge_element, only: ge_load_t
    implicit none
    private
-   public :: state_t, new_state, element_displacement, element_load, node_position, candidate_gap
+   public :: state_t, new_state, element_displacement, element_load, node_position, candidate_gap, may_react
 
    type :: state_t
       real(wp) :: load_factor = 0.0_wp
@@ -33,8 +33,7 @@ contains
       state%geometry = new_geometry(problem%model, problem%tableau)
       do c = 1, problem%candidates%n
          call candidate_gap(problem, state, c, gap, normal, bend)
-         state%active(c) = gap <= 1.0e-10_wp * problem%size .and. &
-            & .not. all(problem%model%fixed(1:2, problem%candidates%node(c)))
+         state%active(c) = gap <= 1.0e-10_wp * problem%size .and. may_react(problem, c, normal)
       end do
    end function new_state
 
@@ -80,4 +79,15 @@ contains
          & node_position(state, problem%candidates%node(candidate)), gap, normal, bend)
       gap = gap + problem%candidates%gap_offset(candidate)
    end subroutine candidate_gap
+
+   !> False where a support of the node takes all that an obstacle of this normal could push.
+   pure logical function may_react(problem, candidate, normal)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: candidate
+      real(wp), intent(in) :: normal(2)
+      real(wp), parameter :: grazing = 1.0e-6_wp
+      associate (fixed => problem%model%fixed(1:2, problem%candidates%node(candidate)))
+         may_react = any(.not. fixed .and. abs(normal) > grazing)
+      end associate
+   end function may_react
 end module rod_state

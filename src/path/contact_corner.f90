@@ -146,7 +146,7 @@ contains
       none = 0.0_wp
       call set_tangent(problem, system, none, 0.0_wp, ahead)
       if (place%active(candidate)) then
-         rate = reaction_rate(system, candidate)
+         rate = reaction_rate(problem, system, candidate)
       else
          du = to_global(problem, system, system%tangent, problem%candidates%node(candidate))
          rate = dot_product(system%normal(:, candidate), du(1:2))
@@ -164,6 +164,7 @@ contains
       !> Brings the nearer node of the element to the point of first contact.
       subroutine touch_inside(node_candidate)
          integer, intent(inout) :: node_candidate
+         real(wp), parameter :: at_node = 0.05_wp !! of an element
          real(wp) :: least, tau, length
          integer :: next
          next = problem%candidates%neighbour(2, node_candidate)
@@ -171,14 +172,13 @@ contains
          associate (s => place%geometry%element(problem%candidates%element(2, node_candidate))%s)
             length = s(2) - s(1)
          end associate
-         ! Its end nodes may be held; then the other one comes, or the contact begins at a held node itself.
-         if (problem%candidates%may_slide(next) .and. (tau > 0.5_wp .or. .not. problem%candidates%may_slide(node_candidate))) then
+         ! At a node, or next to it, that node is the contact, held or not. Elsewhere the nearer one that can comes.
+         if (tau > 1.0_wp - at_node .or. (tau > 0.5_wp .and. problem%candidates%may_slide(next)) .or. &
+            & (tau > at_node .and. .not. problem%candidates%may_slide(node_candidate))) then
             node_candidate = next
             tau = tau - 1.0_wp
-         else if (.not. problem%candidates%may_slide(node_candidate)) then
-            if (tau > 0.5_wp) node_candidate = next
-            return
          end if
+         if (.not. problem%candidates%may_slide(node_candidate)) return
          call move_node(problem, control, direction, direction_load, node_candidate, tau * length, place, system, ok, timers)
       end subroutine touch_inside
    end subroutine leave_corner

@@ -134,7 +134,7 @@ contains
             report%message = 'Newton diverged'
             return
          end if
-         if (.not. step%flipped .and. report%residual <= tolerance .and. &
+         if (.not. step%flipped .and. report%residual <= max(tolerance, system%round_off) .and. &
             & control_error(problem, control, origin, state) <= max(tolerance, 1.0e-9_wp)) then
             if (frozen .or. contact_holds(problem, state, system)) then
                call factor_system(problem, state, system, timers)

@@ -63,9 +63,10 @@ contains
    subroutine set_tangent(problem, system, direction, direction_load, control)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: direction(:, :), direction_load !! last increment: displacements and load factor
+      real(wp), intent(in) :: direction(:, :), direction_load !! last increment: displacements and load factor;
+      !! the load factor alone decides where the displacements are zero
       type(control_t), intent(inout) :: control
-      real(wp) :: norm
+      real(wp) :: norm, along
       integer :: node
       if (.not. allocated(control%tangent)) allocate (control%tangent(3, size(direction, 2)))
       do node = 1, size(direction, 2)
@@ -77,8 +78,9 @@ contains
          control%tangent = control%tangent / norm
          control%tangent_load = 1.0_wp / norm
       end if
-      if (metric(problem, control%tangent, direction) + load_weight(control) * control%tangent_load * direction_load &
-         & < 0.0_wp) then
+      along = metric(problem, control%tangent, direction) + load_weight(control) * control%tangent_load * direction_load
+      if (.not. abs(along) > 0.0_wp) along = control%tangent_load * direction_load
+      if (along < 0.0_wp) then
          control%tangent = -control%tangent
          control%tangent_load = -control%tangent_load
       end if

@@ -16,6 +16,7 @@ module path_loop
       & shorten_to_reach, stop_met
    use path_events, only: probe_t, event_t, new_probe, detect_events, event_stop, event_bifurcation
    use event_location, only: locate
+   use contact_set, only: reaction_rate
    use contact_corner, only: corner_t, contact_begins, find_corner, leave_corner
    use contact_regions, only: find_regions
    use sliding_nodes, only: rehome_nodes
@@ -154,7 +155,7 @@ contains
          call accept(problem, step, run, trial, '  ', report, recorder, finished, outcome, timers)
          if (finished .or. allocated(outcome%why)) return
          if (is_arc_length(step%method) .and. .not. is_arc_length(run%control%method)) then
-            call begin_arc_length(problem, step, run, scaled)
+            call begin_arc_length(step, run, scaled)
             if (.not. scaled) outcome%why = 'the first increment moved nothing: the arc length has no scale'
             if (.not. scaled) return
             cycle points
@@ -218,6 +219,7 @@ contains
       type(state_t), allocatable :: places(:)
       type(increment_t), allocatable :: reports(:)
       real(wp), allocatable :: fraction(:)
+      real(wp) :: rate
       logical, allocatable :: located(:)
       integer :: i, k
 
@@ -257,7 +259,7 @@ contains
       end do
       if (size(events) > 0) call linearise(problem, trial, trial, run%system, timers)
       probe = probe_at(problem, run, trial)
-      finished = stop_met(step, probe)
+      finished = stop_met(step, run%probe, probe)
       call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers)
       if (allocated(outcome%why)) return
       do i = 1, size(missed)
@@ -269,8 +271,20 @@ contains
       if (finished) call announce('EP', 'end of the step', trial, probe, .true.)
       if (allocated(outcome%why)) return
       run%step_points = run%step_points + 1
+      run%last_length = path_length(problem, run%state, trial)
+      run%last_load = trial%load_factor - run%state%load_factor
       run%direction = trial%u - run%state%u
       run%direction_load = trial%load_factor - run%state%load_factor
+      do i = 1, size(events)
+         ! A contact that was met on the way may turn the path; it goes on where the new reaction grows.
+         if (events(i)%label /= 'C+') cycle
+         rate = 0.0_wp
+         do k = 1, size(trial%active)
+            if (events(i)%marked(k) .and. trial%active(k)) rate = rate + reaction_rate(problem, run%system, k)
+         end do
+         run%direction = 0.0_wp
+         if (abs(rate) > 0.0_wp) run%direction_load = sign(1.0_wp, rate)
+      end do
       run%arc_length = run%arc_length + path_length(problem, run%state, trial)
       run%state = trial
       run%probe = probe

@@ -20,6 +20,7 @@ module path_run
       real(wp) :: arc_length = 0.0_wp            !! travelled since the start of the run
       integer :: points = 0                      !! recorded so far, all steps
       integer :: step_points = 0                 !! accepted in this step
+      real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! of the last increment: arc length, load factor
       real(wp), allocatable :: direction(:, :)   !! last increment of the displacements
       real(wp) :: direction_load = 0.0_wp        !! and of the load factor
    end type run_t

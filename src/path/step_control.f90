@@ -4,7 +4,7 @@ module step_control
    use model, only: step_t, method_load, method_displacement, method_cylindrical
    use problem, only: problem_t
    use contact_slides, only: slide_fraction
-   use path_control, only: control_t, is_arc_length, metric, monitor_change
+   use path_control, only: control_t, is_arc_length, monitor_change
    use path_events, only: probe_t
    use path_run, only: run_t
    implicit none
@@ -32,17 +32,18 @@ contains
    end subroutine start_control
 
    !> Switches from the first, load-controlled increment to the arc length it made.
-   subroutine begin_arc_length(problem, step, run, scaled)
-      type(problem_t), intent(in) :: problem
+   subroutine begin_arc_length(step, run, scaled)
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
       logical, intent(out) :: scaled            !! false: nothing moved, the arc length has no scale
       real(wp) :: length
-      length = sqrt(metric(problem, run%direction, run%direction))
-      scaled = length > 0.0_wp .and. abs(run%direction_load) > 0.0_wp
+      length = run%last_length
+      scaled = length > 0.0_wp .and. abs(run%last_load) > 0.0_wp
       if (.not. scaled) return
+      ! The path goes on the way the load went, whatever a contact met on the way makes of the displacements.
+      run%direction = 0.0_wp
       run%control%method = step%method
-      run%control%load_scale = length / abs(run%direction_load)
+      run%control%load_scale = length / abs(run%last_load)
       run%control%increment = length
       if (step%method /= method_cylindrical) run%control%increment = sqrt(2.0_wp) * length
       run%control%increment = min(run%control%increment, step%largest)
@@ -54,7 +55,11 @@ contains
       integer, intent(in) :: iterations         !! of the increment just made
       type(control_t), intent(inout) :: control
       real(wp) :: ratio
-      ratio = sqrt(real(step%desired_iterations, wp) / max(iterations, 1))
+      integer :: desired
+      desired = step%desired_iterations
+      ! Modified Newton converges linearly: many iterations are its nature, not a sign of too long increments.
+      if (.not. step%full_newton) desired = max(desired, (2 * step%max_iterations) / 3)
+      ratio = sqrt(real(desired, wp) / max(iterations, 1))
       control%increment = control%increment * min(max(ratio, shrinkage), growth)
       if (abs(control%increment) > step%largest) control%increment = sign(step%largest, control%increment)
    end subroutine next_increment
@@ -84,7 +89,7 @@ contains
       do i = 1, size(step%stop)
          if (step%stop(i)%monitor /= watched) cycle
          left = step%stop(i)%value - now
-         if (left * run%control%increment <= 0.0_wp) cycle
+         if (left * run%control%increment <= 0.0_wp .or. (step%stop(i)%rising .neqv. left > 0.0_wp)) cycle
          if (abs(run%control%increment) >= abs(left)) run%control%increment = left
       end do
    end subroutine shorten_to_stop
@@ -109,17 +114,20 @@ contains
    end subroutine shorten_to_reach
 
    !> Load and displacement control arrive at their stop value itself, where no sign changes any more.
-   pure logical function stop_met(step, probe)
+   pure logical function stop_met(step, before, now)
       type(step_t), intent(in) :: step
-      type(probe_t), intent(in) :: probe
-      real(wp) :: value
+      type(probe_t), intent(in) :: before, now  !! at the last point and at this one
+      real(wp) :: value, from
       integer :: i
       stop_met = .false.
       if (is_arc_length(step%method)) return
       do i = 1, size(step%stop)
-         value = probe%load_factor
-         if (step%stop(i)%monitor > 0) value = probe%monitor(step%stop(i)%monitor)
-         stop_met = stop_met .or. abs(value - step%stop(i)%value) <= 1.0e-11_wp * abs(step%stop(i)%value)
+         value = now%load_factor
+         from = before%load_factor
+         if (step%stop(i)%monitor > 0) value = now%monitor(step%stop(i)%monitor)
+         if (step%stop(i)%monitor > 0) from = before%monitor(step%stop(i)%monitor)
+         stop_met = stop_met .or. (abs(value - step%stop(i)%value) <= 1.0e-11_wp * abs(step%stop(i)%value) .and. &
+            & (value > from .eqv. step%stop(i)%rising))
       end do
    end function stop_met
 end module step_control
