@@ -10,6 +10,7 @@ module contact_regions
    use model, only: obstacle_t
    use problem, only: problem_t
    use rod_state, only: state_t, node_position
+   use reference_curve, only: curve_length
    use obstacle_geometry, only: contact_angle, contact_curvature
    use section_forces, only: local_forces, rod_direction
    use gap_profile, only: gap_and_slope, natural_curvature
@@ -76,6 +77,10 @@ contains
             call set_end(last, 2, region%end, region%angle_end)
             associate (closed => problem%candidates%chain_length(region%contact))
                if (region%end < region%start) region%end = region%end + closed
+               if (problem%candidates%neighbour(2, last) == first) then
+                  region%end = region%start + closed
+                  region%angle_end = region%angle_start
+               end if
             end associate
             call unwrap(problem%model%obstacle(problem%candidates%obstacle(first)), region)
          end if
@@ -121,7 +126,7 @@ contains
       if (.not. obstacle%is_circle) return
       span = (region%end - region%start) / obstacle%radius / degree
       best = region%angle_end
-      do turn = -2, 2
+      do turn = 2, -2, -1
          candidate = region%angle_end + 360.0_wp * turn
          if (abs(abs(candidate - region%angle_start) - span) < abs(abs(best - region%angle_start) - span)) best = candidate
       end do
@@ -175,12 +180,12 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      integer :: e, before
+      integer :: e
       s = problem%candidates%s(candidate)
       if (.not. problem%candidates%may_slide(candidate)) return
       e = problem%candidates%element(1, candidate)
-      before = problem%candidates%neighbour(1, candidate)
-      s = problem%candidates%s(before) + state%geometry%element(e)%length
+      s = s + curve_length(problem%model%curve(problem%model%mesh%curve(e)), problem%model%imperfection, &
+         & problem%model%mesh%s(2, e), state%geometry%element(e)%s(2))
    end function candidate_coordinate
 
    !> Signed distance from the last candidate in contact to the end of the contact, outwards positive.

@@ -81,13 +81,13 @@ contains
       end associate
    end function element_geometry
 
-   !> Stress-free position and tangent of end `side` (1, 2) of an element that lies on a curve.
-   pure subroutine node_reference(model, geometry, e, side, x, angle)
+   !> Stress-free position, tangent and speed of end `side` (1, 2) of an element that lies on a curve.
+   pure subroutine node_reference(model, geometry, e, side, x, angle, speed)
       type(model_t), intent(in) :: model
       type(geometry_t), intent(in) :: geometry
       integer, intent(in) :: e, side
       real(wp), intent(out) :: x(2), angle
-      real(wp) :: speed
+      real(wp), intent(out) :: speed             !! true length per nominal length
       call curve_point(model%curve(model%mesh%curve(e)), model%imperfection, geometry%element(e)%s(side), x, angle, speed)
    end subroutine node_reference
 

@@ -39,13 +39,6 @@ contains
          scale = max(scale, maxval(abs(first(1:2))), maxval(abs(second(1:2))), abs(first(3)) / size_, abs(second(3)) / size_)
          force = element_load_sum(problem, state, e)
          total = total + force
-         ! A lumped element puts half of its load straight on each node.
-         if (problem%model%mesh%family(e) /= family_ge) then
-            do i = 1, 2
-               node = problem%model%mesh%node(i, e)
-               support(1:2, node) = support(1:2, node) - 0.5_wp * force(1:2)
-            end do
-         end if
       end do elements
       nodes: do node = 1, problem%model%mesh%n_nodes
          x = node_position(state, node)

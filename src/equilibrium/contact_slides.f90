@@ -69,7 +69,7 @@ contains
       integer, intent(in) :: k
       type(element_geometry_t) :: pair(2)
       real(wp) :: f(6, 2, 2), raw(6), ek(6, 6), fl(6), op(size(state%z, 1), ge_columns, 2, 2), defect(2)
-      real(wp) :: step, x(2), reference, t0(2), t(2), n(2), across(2), turning(2), angle, angles(2)
+      real(wp) :: step, x(2), reference, speed, t0(2), t(2), n(2), across(2), turning(2), angle, angles(2)
       integer :: c, node, i, side, e, d, end_node, j, z
       logical :: ok
       c = system%slide(k)
@@ -98,8 +98,8 @@ contains
       end do
       ! Tangency: the gap's slope along the rod, n.t, vanishes.
       e = problem%candidates%element(1, c)
-      call node_reference(problem%model, state%geometry, e, 2, x, reference)
-      t0 = [cos(reference), sin(reference)]
+      call node_reference(problem%model, state%geometry, e, 2, x, reference, speed)
+      t0 = speed * [cos(reference), sin(reference)]
       angle = reference + state%u(3, node)
       t = [cos(angle), sin(angle)]
       n = system%normal(:, c)

@@ -158,7 +158,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
-      integer :: node, i, c, d
+      integer :: node, i, c, d, other
       real(wp) :: target
       system%fixed = .false.
       system%value = 0.0_wp
@@ -197,6 +197,11 @@ contains
             system%unknown(c) = d
             system%fixed(d) = .true.
             system%value(d) = -system%gap(c) / system%slope(c)
+            if (.not. any(fixed(1:2, node))) cycle
+            ! A support that moves takes the gap along.
+            other = dof(problem, node, 3 - i)
+            system%value(d) = system%value(d) - system%normal(3 - i, c) * system%value(other) / system%slope(c)
+            system%rate(d) = -system%normal(3 - i, c) * system%rate(other) / system%slope(c)
          end do
       end associate
    end subroutine set_constraints

@@ -4,7 +4,7 @@ module section_forces
    use model, only: family_ge
    use problem, only: problem_t
    use rod_state, only: state_t, element_displacement, element_load
-   use ge_element, only: ge_end_forces
+   use ge_element, only: ge_end_forces, ge_load_t
    implicit none
    private
    public :: end_forces, local_forces, rod_direction
@@ -18,7 +18,8 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(out) :: first(3), second(3)
-      real(wp) :: u(6), d(2), l, shear
+      real(wp) :: u(6), d(2), l, shear, half(2)
+      type(ge_load_t) :: load
       u = element_displacement(problem, state, e)
       if (problem%model%mesh%family(e) == family_ge) then
          call ge_end_forces(problem%tableau(problem%model%mesh%stages(e)), state%geometry%element(e)%length, &
@@ -31,6 +32,11 @@ contains
          shear = -(state%z(2, e) + state%z(3, e)) / l
          first = [state%z(1, e) * d(1) - shear * d(2), state%z(1, e) * d(2) + shear * d(1), -state%z(2, e)]
          second = [first(1:2), state%z(3, e)]
+         ! Its loads are lumped: half of them acts between each end and the node.
+         load = element_load(problem, state, e)
+         half = 0.5_wp * (state%geometry%element(e)%length * load%line + load%pressure * l * [-d(2), d(1)])
+         first(1:2) = first(1:2) + half
+         second(1:2) = second(1:2) - half
       end if
    end subroutine end_forces
 

@@ -125,7 +125,8 @@ contains
          if (j + kd <= factor%n) call load_column(j + kd, kd + 1)
          d = window(1, 1)
          if (d < 0.0_wp) count_negative = count_negative + 1
-         if (abs(d) <= 0.0_wp) d = tiny(d)
+         ! A zero pivot counts as a positive one of rounding size.
+         if (abs(d) <= 0.0_wp) d = max(epsilon(d) * maxval(abs(window(:, 1))), tiny(d))
          last = min(kd, factor%n - j)
          do i = 1, last
             ratio = window(1 + i, 1) / d

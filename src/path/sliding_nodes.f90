@@ -129,7 +129,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from
       type(state_t), intent(inout) :: moved    !! its geometry is the new one
-      real(wp) :: position(2), rotation, resultant(3), x(2), angle, s, h
+      real(wp) :: position(2), rotation, resultant(3), x(2), angle, speed, s, h
       integer :: e, i, node, c, stages
       do e = 1, problem%model%mesh%n_elements
          if (all(abs(moved%geometry%element(e)%s - from%geometry%element(e)%s) <= 0.0_wp)) cycle
@@ -140,7 +140,7 @@ contains
             call old_solution(problem, from, e, moved%geometry%element(e)%s(i), position, rotation, resultant)
             if (i == 1) moved%z(1:3, e) = resultant
             if (abs(moved%geometry%element(e)%s(i) - from%geometry%element(e)%s(i)) <= 0.0_wp) cycle
-            call node_reference(problem%model, moved%geometry, e, i, x, angle)
+            call node_reference(problem%model, moved%geometry, e, i, x, angle, speed)
             moved%u(1:2, node) = position - x
             moved%u(3, node) = rotation
          end do
