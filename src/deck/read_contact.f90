@@ -128,6 +128,8 @@ contains
          least = gap + contact%gap
          deepest = node
       end do
+      call check_imperfect()
+      call check_size()
       if (deepest == 0 .or. least >= -penetration_tolerance * extent) return
       if (names%obstacle%incomplete) return ! its place may be wrong
       hint = 'the order of its points'
@@ -135,6 +137,43 @@ contains
       call wrong('node '//label(deepest)//' begins '//rounded(-least)//' behind the obstacle; check '//hint//', or GAP')
 
    contains
+
+      !> An imperfection must not push nodes into a rigid obstacle: nothing could be stress-free then.
+      subroutine check_imperfect()
+         integer :: k, worst
+         real(wp) :: deepest_gap
+         if (.not. model%obstacle(contact%obstacle)%rigid .or. least < -penetration_tolerance * extent) return
+         deepest_gap = -penetration_tolerance * extent
+         worst = 0
+         do k = 1, size(contact%node)
+            call obstacle_gap(model%obstacle(contact%obstacle), model%mesh%x(:, contact%node(k)), gap, normal, bend)
+            if (gap + contact%gap >= deepest_gap) cycle
+            deepest_gap = gap + contact%gap
+            worst = contact%node(k)
+         end do
+         if (worst > 0) call wrong('the imperfection puts node '//label(worst)//' '//rounded(-deepest_gap)// &
+            ' behind the obstacle; leave it room with GAP')
+      end subroutine check_imperfect
+
+      !> Contact is looked for at nodes and along elements that see the obstacle: it must not be smaller than they are.
+      subroutine check_size()
+         logical :: candidate(model%mesh%n_nodes)
+         integer :: e
+         real(wp) :: length
+         associate (obstacle => model%obstacle(contact%obstacle))
+            if (.not. obstacle%is_circle .or. obstacle%inside) return
+            candidate = .false.
+            candidate(contact%node) = .true.
+            do e = 1, model%mesh%n_elements
+               if (.not. all(candidate(model%mesh%node(:, e)))) cycle
+               length = norm2(model%mesh%x(:, model%mesh%node(2, e)) - model%mesh%x(:, model%mesh%node(1, e)))
+               if (length <= obstacle%radius) cycle
+               call wrong('element '//to_text(model%mesh%element_label(e))//' is longer than the radius of the '// &
+                  'obstacle, which could pass between its nodes; use more elements')
+               return
+            end do
+         end associate
+      end subroutine check_size
 
       subroutine wrong(message)
          character(*), intent(in) :: message

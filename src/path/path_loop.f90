@@ -323,8 +323,7 @@ contains
       type(timers_t), intent(inout) :: timers
       type(point_t) :: point
       type(error_t), allocatable :: error
-      point = report_point(problem, state, run%system, run%points)
-      point%label = label
+      point = report_point(problem, state, run%system, run%points, label)
       point%iterations = report%iterations
       point%residual = max(report%residual, run%system%force_residual)
       point%lcp_size = report%lcp_size

@@ -15,15 +15,17 @@ module point_report
 contains
 
    !> What the results keep of a converged state; label, iterations and the like are the path loop's.
-   function report_point(problem, state, system, number) result(point)
+   function report_point(problem, state, system, number, label) result(point)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
       integer, intent(in) :: number            !! points recorded before this one: decides whether fields are due
+      character(*), intent(in) :: label        !! points with a label always get their fields
       type(point_t) :: point
       integer :: c, e
       associate (step => problem%model%step(problem%step))
          point%step = problem%step
+         point%label = label
          point%load_factor = state%load_factor
          point%negative_pivots = system%negative_pivots
          point%active_contacts = count(state%active)
@@ -38,7 +40,7 @@ contains
             end do
          end if
          if (step%field_every == 0) return
-         if (mod(number, step%field_every) /= 0) return
+         if (mod(number, step%field_every) /= 0 .and. label == '') return
          if (step%field_displacement) then
             point%displacement = state%u
             ! Of a node that slides along the rod: what takes the mesh's node to where it is now.
