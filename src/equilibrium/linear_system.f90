@@ -16,6 +16,8 @@ module linear_system
    private
    public :: system_t, new_system, assemble, evaluate_element, turn_pair, to_global, row_times
 
+   real(wp), parameter :: worst_round_off = 1.0e-6_wp !! a residual above it is no equilibrium, whatever its reason
+
    type :: system_t
       integer :: n = 0                          !! unknowns of the band
       type(band_t) :: k                         !! tangent, node axes, nothing eliminated
@@ -346,9 +348,11 @@ contains
       moved = max(maxval(abs(state%u(1:2, :))), maxval(abs(state%u(3, :))) * problem%size)
       do e = 1, problem%model%mesh%n_elements
          if (problem%model%mesh%family(e) == family_ge) cycle
-         noise = max(noise, moved / (problem%compliance(e)%axial * state%geometry%element(e)%length))
+         associate (h => state%geometry%element(e)%length, flexible => problem%compliance(e))
+            noise = max(noise, moved / (flexible%axial * h), moved * 12.0_wp / (flexible%bending * h**3))
+         end associate
       end do
-      system%round_off = 2.0_wp * epsilon(noise) * noise / scale
+      system%round_off = min(2.0_wp * epsilon(noise) * noise / scale, worst_round_off)
       system%force_residual = worst / scale
    end subroutine measure_residual
 
