@@ -78,7 +78,8 @@ contains
       model%section(1)%ea = 100.0_wp
       model%section(1)%ei = 1.0_wp
       model%step(1)%load = new_load(model%mesh%n_nodes, n)
-      allocate (model%step(1)%stop(0), model%step(1)%locate(0))
+      allocate (model%step(1)%stop(0), model%step(1)%locate(0), model%step(1)%turning(0), model%step(1)%branch(0), &
+         & model%step(1)%limit_curve(0), model%step(1)%mode_offset(0))
    end function chain_model
 
    !> Gives an open chain one sine imperfection and moves its nodes.

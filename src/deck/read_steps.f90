@@ -71,7 +71,7 @@ contains
       call parse_integer(default_text(deck, 'CONTROLS', 'ITERATIONS'), step%max_iterations, ok)
       call parse_integer(default_text(deck, 'CONTROLS', 'DESIRED'), step%desired_iterations, ok)
       call parse_integer(default_text(deck, 'CONTROLS', 'POINTS'), step%max_points, ok)
-      allocate (step%stop(0), step%locate(0))
+      allocate (step%stop(0), step%locate(0), step%turning(0), step%branch(0), step%limit_curve(0), step%mode_offset(0))
    end subroutine begin_step
 
    !> *STATIC: method, monitor, increments.
@@ -97,7 +97,14 @@ contains
       case ('MINIMUM RESIDUAL')
          step%method = method_minimum_residual
       end select
-      step%full_newton = parameter_word(deck, card, 'NEWTON') == 'FULL'
+      select case (parameter_word(deck, card, 'NEWTON'))
+      case ('FULL')
+         step%tangent_updates = huge(1)
+      case ('MODIFIED')
+         step%tangent_updates = 0
+      case ('ONCE')
+         step%tangent_updates = 1
+      end select
       step%paper_loop = parameter_word(deck, card, 'LOOP') == 'PAPER'
       if (given(deck, card, 'MONITOR')) then
          call find_named(deck, names%monitor, diagnostics, card, value_place(deck, card, 'MONITOR'), 'monitor', &

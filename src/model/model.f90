@@ -7,12 +7,13 @@ module model
    implicit none
    private
    public :: model_t, mesh_t, curve_t, imperfection_t, section_t, node_set_t, load_t, obstacle_t, contact_t
-   public :: monitor_t, step_t, threshold_t
+   public :: monitor_t, step_t, threshold_t, branch_t, mode_offset_t, limit_curve_t
    public :: family_ul2, family_ge
    public :: shape_none, shape_sine, shape_cosine, shape_clamped, shape_nodal
    public :: quantity_displacement, quantity_reaction
    public :: method_load, method_displacement, method_cylindrical, method_spherical, method_linearised, &
-      & method_minimum_residual
+      & method_minimum_residual, method_variable_load, method_generalised
+   public :: parameter_modulus, parameter_gap, parameter_imperfection, parameter_ea, parameter_ei, parameter_constant_load
    public :: new_load
 
    ! Element families (the deck says UL2, GE2, GE4, GE6, GE8).
@@ -26,7 +27,12 @@ module model
 
    ! Increment strategies (named in the deck by words).
    integer, parameter :: method_load = 1, method_displacement = 2, method_cylindrical = 3, &
-      & method_spherical = 4, method_linearised = 5, method_minimum_residual = 6
+      & method_spherical = 4, method_linearised = 5, method_minimum_residual = 6, method_variable_load = 7, &
+      & method_generalised = 8
+
+   ! What a limit curve varies (named in the deck by words); see limit_curve_t.
+   integer, parameter :: parameter_modulus = 1, parameter_gap = 2, parameter_imperfection = 3, parameter_ea = 4, &
+      & parameter_ei = 5, parameter_constant_load = 6
 
    !> A nominal (perfect) stress-free curve: straight when curvature = 0, else a circular arc.
    type :: curve_t
@@ -123,6 +129,42 @@ module model
       logical :: rising = .true.                !! stop only: passes upwards (ABOVE) or downwards (BELOW)
    end type threshold_t
 
+   !> A path that leaves another one at a bifurcation.
+   type :: branch_t
+      character(name_length) :: name = ''
+      integer :: of = 0                         !! 0: leaves the step's own path, else index into step%branch (smaller than its own)
+      integer :: bifurcation = 1                !! at the k-th BP of that path within the step
+      integer :: mode = 1                       !! along this null vector (multiple bifurcations have several)
+      integer :: side = 1                       !! 1 along the null vector, -1 against it
+      integer :: max_points = 0
+      real(wp) :: increment = 0.0_wp            !! arc length of the first increment; 0: as on the path it leaves
+      type(threshold_t), allocatable :: stop(:)
+   end type branch_t
+
+   !> A buckling mode as stress-free offset: normal component of the mode, scaled to `amplitude` where it is largest.
+   type :: mode_offset_t
+      integer :: step = 0                       !! the buckling step that finds it, an earlier one
+      integer :: mode = 0
+      real(wp) :: amplitude = 0.0_wp            !! its sign counts
+      integer, allocatable :: element(:)        !! one chain of generated curves, in order
+   end type mode_offset_t
+
+   !> "Follow the k-th limit point of this step while a second parameter varies."
+   type :: limit_curve_t
+      character(name_length) :: name = ''
+      integer :: limit_point = 1                !! the k-th LP of the step's own path
+      integer :: parameter = parameter_modulus
+      integer :: obstacle = 0                   !! modulus, gap (that of all its contacts): index into model%obstacle
+      character(name_length) :: set = ''        !! imperfection (factor on its amplitudes), EA, EI: the element set of its card
+      integer, allocatable :: element(:)        !! and the elements of that set
+      logical :: logarithmic = .false.          !! increments are decades
+      logical :: to_rigid = .false.             !! modulus: at the end the obstacle is made rigid for one more point
+      real(wp) :: increment = 0.0_wp            !! first one, its sign counts
+      real(wp) :: last = 0.0_wp                 !! value of the parameter at which the curve ends
+      real(wp) :: largest = 0.0_wp              !! increment
+      integer :: max_points = 0
+   end type limit_curve_t
+
    !> One *STEP: constant loads are what the steps before left behind.
    type :: step_t
       character(name_length) :: name = ''
@@ -131,7 +173,8 @@ module model
       integer :: monitor = 0                    !! displacement control: index into model%monitor
       real(wp) :: increment = 0.0_wp            !! first increment of the load factor (displacement control: of the monitor)
       real(wp) :: smallest = 0.0_wp, largest = 0.0_wp !! limits of the increment; arc-length methods: of the arc length [-]
-      logical :: full_newton = .true.
+      integer :: n_modes = 0                    !! > 0: a buckling step, which finds so many modes and follows no path
+      integer :: tangent_updates = huge(1)      !! of an increment after its predictor: huge full Newton, 0 modified, 1 updated once
       logical :: paper_loop = .false.           !! contact by the loop of the paper's Fig. 2
       real(wp) :: tolerance = 0.0_wp            !! relative residual (defaults are in the card table only)
       real(wp) :: locate_tolerance = 0.0_wp     !! relative, of located events
@@ -140,6 +183,10 @@ module model
       integer :: max_points = 0
       type(threshold_t), allocatable :: stop(:)
       type(threshold_t), allocatable :: locate(:)
+      integer, allocatable :: turning(:)        !! monitors whose turning points are located
+      type(branch_t), allocatable :: branch(:)
+      type(limit_curve_t), allocatable :: limit_curve(:)
+      type(mode_offset_t), allocatable :: mode_offset(:) !! not empty: the step starts from the stress-free structure with these
       integer :: field_every = 0                !! store fields at every n-th point, 0: never
       logical :: field_displacement = .false., field_section_forces = .false.
       logical :: field_reaction = .false., field_gap = .false.

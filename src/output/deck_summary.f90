@@ -161,7 +161,8 @@ contains
          text = text//', arc length '
       end if
       text = text//brief(step%smallest)//' to '//brief(step%largest)
-      if (.not. step%full_newton) text = text//', modified Newton'
+      if (step%tangent_updates == 0) text = text//', modified Newton'
+      if (step%tangent_updates == 1) text = text//', Newton with the tangent updated once'
       if (step%paper_loop) text = text//', loop of the paper'
       text = text//', tolerance '//brief(step%tolerance)
       call line(unit, 'step '//whole(number), text)

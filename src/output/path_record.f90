@@ -1,11 +1,11 @@
 !> What the path loop hands to the listing and to the result file: one record a point, one a critical point.
 module path_record
-   use kinds, only: wp
+   use kinds, only: wp, name_length
    use errors, only: error_t
    use timing, only: timers_t
    implicit none
    private
-   public :: point_t, region_t, critical_t, accuracy_t, recorder_t
+   public :: point_t, region_t, critical_t, accuracy_t, branch_start_t, buckling_t, limit_point_t, recorder_t
 
    !> One connected stretch of contact. A point contact has start = end.
    type :: region_t
@@ -17,7 +17,7 @@ module path_record
    !> One accepted equilibrium point.
    type :: point_t
       integer :: step = 0                     !! 1, 2, ... as in the deck
-      character(2) :: label = ''              !! blank, or LP, BP, C+, C-, UZ, EP
+      character(2) :: label = ''              !! blank, or LP, BP, TP, C+, C-, UZ, EP
       real(wp) :: load_factor = 0.0_wp
       real(wp) :: arc_length = 0.0_wp         !! sum of the dimensionless arc lengths from the start
       integer :: iterations = 0
@@ -44,7 +44,42 @@ module path_record
       logical :: located = .true.             !! false: bracketed, but not found to the tolerance
       real(wp), allocatable :: monitor(:)
       character(:), allocatable :: note       !! in words, for the listing
+      real(wp), allocatable :: null_vector(:, :, :) !! (3, n_nodes, multiplicity) BP only: largest displacement 1
    end type critical_t
+
+   !> Where the points that follow belong.
+   type :: branch_start_t
+      integer :: branch = 0                   !! number in the result file, from 1; 0: back on the path of the steps
+      character(name_length) :: name = ''
+      integer :: step = 0                     !! step of the deck
+      integer :: of = 0                       !! the branch it leaves, 0: the path of the steps
+      integer :: bifurcation = 0              !! the k-th BP of that path within the step
+      integer :: mode = 0                     !! which null vector
+      integer :: side = 0                     !! 1 along it, -1 against it
+      integer :: point = 0                    !! that BP's row in the other path, from 1
+   end type branch_start_t
+
+   !> What a buckling step found.
+   type :: buckling_t
+      integer :: step = 0
+      real(wp), allocatable :: load_factor(:) !! (modes) of the step's loads, the smallest size first
+      real(wp), allocatable :: residual(:)    !! (modes) relative, of the eigenvalue problem, measured anew
+      real(wp), allocatable :: mode(:, :, :)  !! (3, n_nodes, modes) largest displacement 1
+   end type buckling_t
+
+   !> One limit point of a limit curve.
+   type :: limit_point_t
+      integer :: step = 0
+      integer :: curve = 0                    !! index into step%limit_curve
+      real(wp) :: parameter = 0.0_wp
+      logical :: rigid = .false.              !! the obstacle was rigid (parameter: infinity)
+      real(wp) :: load_factor = 0.0_wp
+      integer :: iterations = 0               !! Newton iterations of all its corrections
+      real(wp) :: residual = 0.0_wp           !! relative, of equilibrium
+      real(wp) :: load_rate = 0.0_wp          !! d(load factor)/d(arc length), zero at the limit point, over its starting value
+      real(wp), allocatable :: monitor(:)
+      character(2) :: label = ''              !! blank, TP where the parameter turns back, EP end
+   end type limit_point_t
 
    !> Worst values over all accepted points, measured by routines that share nothing with the solver.
    type :: accuracy_t
@@ -60,6 +95,9 @@ module path_record
    contains
       procedure(take_point), deferred :: point
       procedure(take_critical), deferred :: critical
+      procedure(take_branch), deferred :: branch
+      procedure(take_buckling), deferred :: buckling
+      procedure(take_limit_point), deferred :: limit_point
    end type recorder_t
 
    abstract interface
@@ -80,5 +118,32 @@ module path_record
          type(timers_t), intent(inout) :: timers
          type(error_t), allocatable, intent(out) :: error
       end subroutine take_critical
+
+      !> Another path begins: all points and critical points from now on belong to it. The bifurcation itself comes first.
+      subroutine take_branch(self, start, timers, error)
+         import :: recorder_t, branch_start_t, timers_t, error_t
+         class(recorder_t), intent(inout) :: self
+         type(branch_start_t), intent(in) :: start
+         type(timers_t), intent(inout) :: timers
+         type(error_t), allocatable, intent(out) :: error
+      end subroutine take_branch
+
+      !> A buckling step is done.
+      subroutine take_buckling(self, buckling, timers, error)
+         import :: recorder_t, buckling_t, timers_t, error_t
+         class(recorder_t), intent(inout) :: self
+         type(buckling_t), intent(in) :: buckling
+         type(timers_t), intent(inout) :: timers
+         type(error_t), allocatable, intent(out) :: error
+      end subroutine take_buckling
+
+      !> A point of a limit curve was found.
+      subroutine take_limit_point(self, limit_point, timers, error)
+         import :: recorder_t, limit_point_t, timers_t, error_t
+         class(recorder_t), intent(inout) :: self
+         type(limit_point_t), intent(in) :: limit_point
+         type(timers_t), intent(inout) :: timers
+         type(error_t), allocatable, intent(out) :: error
+      end subroutine take_limit_point
    end interface
 end module path_record

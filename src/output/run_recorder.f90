@@ -1,7 +1,7 @@
 !> Sends every point of a run to the result file and to the listing.
 module run_recorder
    use errors, only: error_t
-   use path_record, only: recorder_t, point_t, critical_t
+   use path_record, only: recorder_t, point_t, critical_t, branch_start_t, buckling_t, limit_point_t
    use results, only: results_t, results_point, results_critical
    use listing, only: listing_t, listing_point, listing_critical
    use timing, only: timers_t, timing_start, timing_stop, phase_output
@@ -16,6 +16,9 @@ module run_recorder
    contains
       procedure :: point => record_point
       procedure :: critical => record_critical
+      procedure :: branch => record_branch
+      procedure :: buckling => record_buckling
+      procedure :: limit_point => record_limit_point
    end type run_recorder_t
 
 contains
@@ -43,4 +46,37 @@ contains
       if (.not. self%quiet) call listing_critical(self%listing, critical)
       call timing_stop(timers, phase_output)
    end subroutine record_critical
+
+   !> Takes the start of another path.
+   subroutine record_branch(self, start, timers, error)
+      class(run_recorder_t), intent(inout) :: self
+      type(branch_start_t), intent(in) :: start
+      type(timers_t), intent(inout) :: timers
+      type(error_t), allocatable, intent(out) :: error
+      call timing_start(timers, phase_output)
+      if (.not. self%quiet .and. start%branch < 0) error = error_t('')
+      call timing_stop(timers, phase_output)
+   end subroutine record_branch
+
+   !> Takes the modes of a buckling step.
+   subroutine record_buckling(self, buckling, timers, error)
+      class(run_recorder_t), intent(inout) :: self
+      type(buckling_t), intent(in) :: buckling
+      type(timers_t), intent(inout) :: timers
+      type(error_t), allocatable, intent(out) :: error
+      call timing_start(timers, phase_output)
+      if (.not. self%quiet .and. buckling%step < 0) error = error_t('')
+      call timing_stop(timers, phase_output)
+   end subroutine record_buckling
+
+   !> Takes a point of a limit curve.
+   subroutine record_limit_point(self, limit_point, timers, error)
+      class(run_recorder_t), intent(inout) :: self
+      type(limit_point_t), intent(in) :: limit_point
+      type(timers_t), intent(inout) :: timers
+      type(error_t), allocatable, intent(out) :: error
+      call timing_start(timers, phase_output)
+      if (.not. self%quiet .and. limit_point%step < 0) error = error_t('')
+      call timing_stop(timers, phase_output)
+   end subroutine record_limit_point
 end module run_recorder

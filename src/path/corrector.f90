@@ -115,7 +115,7 @@ contains
          call solve_step(problem, state, system, rhs, frozen, movable .and. iteration <= shifting_iterations, step, &
             & report, timers)
          if (allocated(report%message)) return
-         refactor = problem%model%step(problem%step)%full_newton .or. any(step%active .neqv. state%active)
+         refactor = iteration <= problem%model%step(problem%step)%tangent_updates .or. any(step%active .neqv. state%active)
          if (step%flipped) then
             state%active = step%active
             state%reaction = step%reaction

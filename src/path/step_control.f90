@@ -58,7 +58,7 @@ contains
       integer :: desired
       desired = step%desired_iterations
       ! Modified Newton converges linearly: many iterations are its nature, not a sign of too long increments.
-      if (.not. step%full_newton) desired = max(desired, (2 * step%max_iterations) / 3)
+      if (step%tangent_updates < huge(1)) desired = max(desired, (2 * step%max_iterations) / 3)
       ratio = sqrt(real(desired, wp) / max(iterations, 1))
       control%increment = control%increment * min(max(ratio, shrinkage), growth)
       if (abs(control%increment) > step%largest) control%increment = sign(step%largest, control%increment)
