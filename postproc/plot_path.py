@@ -1,16 +1,19 @@
 #!/usr/bin/env python3
-"""Draw a load path: any path quantity or monitor against any other."""
+"""Draw load paths and their branches: any path quantity or monitor against any other."""
 
 from __future__ import annotations
 
 import plot_style as style  # before matplotlib's own modules: it chooses the backend
 from matplotlib.lines import Line2D
 
+from unilat_results import Branch, Column, Path, Results
+
 DESCRIPTION = """\
 Draw a path of equilibrium points of one or more result files: any path quantity or monitor against any other,
-the load factor over the first monitor when nothing else is asked. Stable parts (no negative pivot of the tangent)
-are solid, unstable ones dashed; critical points are marked by their labels: LP limit point, BP bifurcation,
-C+ contact gained, C- contact lost, UZ user value, EP end."""
+the load factor over the first monitor when nothing else is asked. Branches are drawn with the path that they leave: a
+bifurcation diagram. Stable parts (no negative pivot of the tangent) are solid, unstable ones dashed; critical points
+are marked by their labels, LP and BP with their load factor: LP limit point, BP bifurcation, TP turning point of a
+monitor, C+ contact gained, C- contact lost, UZ user value, EP end."""
 
 EXAMPLES = """\
 examples:
@@ -18,8 +21,11 @@ examples:
   plot_path.py ring.h5 --x v --y load_factor --reference ring.csv --ref-x v --ref-y p --ref-name exact
   plot_path.py coarse.h5 fine.h5 --name "40 elements" --name "320 elements" -o ring.pdf
   plot_path.py column.h5 --x mid --x-scale 50 --x-label '$y/d$' --y-scale 0.02533 --mark LP,C+,C- --values
+  plot_path.py arch.h5 --x u --branches none
   plot_path.py ring.h5 --list
 """
+
+MOST_NAMED = 6     # branches with a colour and a legend entry of their own
 
 
 def main(argv=None) -> int:
@@ -28,8 +34,10 @@ def main(argv=None) -> int:
     parser.add_argument("--x", metavar="NAME", help="quantity along x (default: the first monitor, else point)")
     parser.add_argument("--y", metavar="NAME", default="load_factor", help="quantity along y (default load_factor)")
     parser.add_argument("--list", action="store_true", help="list the quantities of the files and stop")
-    style.add_marks(parser, "LP,BP,C+,C-,UZ")
-    parser.add_argument("--values", action="store_true", help="write the value of y beside the labels")
+    parser.add_argument("--branches", choices=("all", "none"), default="all",
+                        help="draw the branches of the path, too (default), or the path of the steps alone")
+    style.add_marks(parser, "LP,BP,TP,C+,C-,UZ")
+    parser.add_argument("--values", action="store_true", help="write the value of y beside all labels")
     parser.add_argument("--points", action="store_true", help="show every computed point as a dot")
     style.add_axes(parser)
     style.add_reference(parser)
@@ -41,34 +49,81 @@ def main(argv=None) -> int:
 
     figure, axes = style.new_figure(args, args.height)
     references = style.draw_references(axes, args)
-    texts, handles, unstable, columns = [], [], False, None
+    diagram = Diagram(axes, args)
+    handles = []
     for k, (results, name) in enumerate(zip(everything, style.names(args, everything))):
-        x = style.numbers(results, args.x or next(iter(results.monitors), "point"))
-        y = style.numbers(results, args.y)
-        columns = columns or (x, y)
+        branches = list(results.branches.values()) if args.branches == "all" else []
+        branches = [branch for branch in branches if branch.n_points > 0]
+        colours = colour_names(branches) if len(everything) == 1 else {}
         colour = style.COLOURS[k % len(style.COLOURS)]
-        breaks = "load_factor" in (x.name, y.name)
-        unstable |= style.draw_path(axes, results, args.x_scale * x.values, args.y_scale * y.values, colour, breaks)
-        if args.points:
-            axes.plot(args.x_scale * x.values, args.y_scale * y.values, ".", color=colour, markersize=2.6, zorder=5)
-
-        def place(critical, results=results, x=x, y=y):
-            return (args.x_scale * style.critical_value(results, critical, x),
-                    args.y_scale * style.critical_value(results, critical, y))
-
-        texts += style.draw_marks(axes, results, args.mark, place, colour,
-                                  (lambda critical, place=place: place(critical)[1]) if args.values else None)
-        handles.append(Line2D([], [], color=colour, label=name))
-    if len(everything) == 1 and not references:
-        handles = [Line2D([], [], color=style.COLOURS[0], label="stable")] if unstable else []
-    if unstable:
-        colour = style.COLOURS[0] if len(everything) == 1 else style.INK
+        diagram.draw(results, results, colour)
+        for branch in branches:
+            other = style.COLOURS[1] if len(everything) == 1 else colour
+            diagram.draw(results, branch, colours.get(branch.name, other))
+        alone = len(everything) == 1 and not references and not args.name
+        handles.append(Line2D([], [], color=colour, label="main path" if alone and branches else name))
+        handles += [Line2D([], [], color=shade, label=style.escape(title)) for title, shade in colours.items()]
+        if branches and len(everything) == 1 and not colours:
+            handles.append(Line2D([], [], color=style.COLOURS[1], label="branches"))
+    if len(handles) == 1 and not references:
+        handles = [Line2D([], [], color=style.COLOURS[0], label="stable")] if diagram.unstable else []
+    if diagram.unstable:
+        colour = style.COLOURS[0] if len(handles) <= 1 else style.INK
         handles.append(Line2D([], [], color=colour, linestyle=style.UNSTABLE, label="unstable"))
-    style.finish_axes(axes, args, style.column_label(columns[0], args.x_scale),
-                      style.column_label(columns[1], args.y_scale))
+    style.finish_axes(axes, args, style.column_label(diagram.x, args.x_scale),
+                      style.column_label(diagram.y, args.y_scale))
     style.legend(axes, handles + references, loc="best")
-    style.place_labels(axes, texts)
+    style.place_labels(axes, diagram.texts)
     return style.save(figure, args, everything, "path")
+
+
+class Diagram:
+    """The curves of one picture, and the labels that are still to be placed."""
+
+    def __init__(self, axes, args):
+        self.axes, self.args, self.unstable, self.texts = axes, args, False, []
+        self.x: Column | None = None       # of the first path drawn
+        self.y: Column | None = None
+
+    def draw(self, results: Results, path: Path, colour: str):
+        """The path of the steps of a file, or one of its branches, with marks."""
+        args = self.args
+        x_name = args.x or next(iter(results.monitors), "point")
+        x, y = style.numbers(path, x_name), style.numbers(path, args.y)
+        self.x, self.y = self.x or x, self.y or y
+        root = None
+        if isinstance(path, Branch):
+            parent, row = results.path_number(path.of), path.point - 1
+            if 0 <= row < parent.n_points and x.name != "point" and y.name != "point":
+                root = tuple(scale * style.numbers(parent, name).values[row]
+                             for scale, name in ((args.x_scale, x_name), (args.y_scale, args.y)))
+        self.unstable |= style.draw_path(self.axes, path, args.x_scale * x.values, args.y_scale * y.values, colour,
+                                         "load_factor" in (x.name, y.name), root=root)
+        if args.points:
+            self.axes.plot(args.x_scale * x.values, args.y_scale * y.values, ".", color=colour, markersize=2.6,
+                           zorder=5)
+
+        def place(critical):
+            return (args.x_scale * style.critical_value(path, critical, x),
+                    args.y_scale * style.critical_value(path, critical, y))
+
+        def value(critical):
+            if args.values:
+                return place(critical)[1]
+            if critical.label not in ("LP", "BP"):
+                return None
+            factor = {x.name: args.x_scale, y.name: args.y_scale}.get("load_factor", 1.0)
+            return factor * critical.load_factor
+
+        self.texts += style.draw_marks(self.axes, path, args.mark, place, colour, value)
+
+
+def colour_names(branches: list[Branch]) -> dict[str, str]:
+    """A colour for every name of branches (both sides have the same); none at all when they are too many."""
+    names = list(dict.fromkeys(branch.name for branch in branches))
+    if len(names) > MOST_NAMED:
+        return {}
+    return {name: style.COLOURS[(k + 1) % len(style.COLOURS)] for k, name in enumerate(names)}
 
 
 def list_quantities(everything) -> int:
@@ -77,6 +132,10 @@ def list_quantities(everything) -> int:
         for name in results.column_names():
             column = results.column(name)
             print(f"   {name:<20} {column.units:<10} {column.description}".rstrip())
+        for branch in results.branches.values():
+            side = "plus" if branch.side > 0 else "minus"
+            print(f"   branch {branch.number:<13} {branch.name}, {side}: {branch.n_points} points from point "
+                  f"{branch.point} of {f'branch {branch.of}' if branch.of else 'the path'}")
     return 0
 
 

@@ -9,12 +9,12 @@ import numpy as np
 
 import plot_style as style  # before matplotlib's own modules: it chooses the backend
 import matplotlib.pyplot as plt
-from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
+from obstacle_drawing import draw_obstacle
 from rod_shape import Shape, contact_curves
-from unilat_results import Obstacle, Results, ResultsError
+from unilat_results import Path, ResultsError
 
 DESCRIPTION = """\
 Draw deformed shapes at chosen points of the path; the deck must have asked for *FIELD OUTPUT with DISPLACEMENT.
@@ -28,23 +28,25 @@ examples:
   plot_shape.py ring.h5 --label LP --mirror x=0  the limit point, the half ring completed
   plot_shape.py ring.h5 --rows 1,20,57 --caption v
   plot_shape.py column.h5 --evenly 4 --stretch-y 10 -o column.pdf
+  plot_shape.py arch.h5 --branch 2 --evenly 3    along the second branch
   plot_shape.py rigid.h5 winkler.h5 --label LP --width 180
 """
 
 # From pale to dark: the order of the shapes is seen without colour, too.
 PALE, DARK = np.array([0.64, 0.76, 0.87]), np.array([0.03, 0.15, 0.35])
-STRESS_FREE = {"color": "#666666", "linewidth": 0.6, "linestyle": (0, (5, 3))}
 LEGEND_WIDTH = 27.0     # [mm] beside a panel
 
 
 def main(argv=None) -> int:
     parser = style.Parser(description=DESCRIPTION, epilog=EXAMPLES)
     style.add_files(parser)
+    parser.add_argument("--branch", type=branch_number, default=0, metavar="K",
+                        help="shapes of branch K instead of the path of the steps")
     chosen = parser.add_argument_group("points to draw (together, when several are given; default --evenly 5)")
     chosen.add_argument("--rows", type=row_list, default=[], metavar="N,N,...",
                         help="numbers of points, from 1 as in the listing; -1 is the last stored one")
     chosen.add_argument("--label", type=style.mark_list, default=[], metavar="LABELS",
-                        help="points with these labels: some of LP,BP,C+,C-,UZ,EP, or all")
+                        help=f"points with these labels: some of {','.join(style.MARKERS)}, or all")
     chosen.add_argument("--evenly", type=count, metavar="N",
                         help="N points evenly spaced along the path, first and last included")
     parser.add_argument("--caption", metavar="NAME", default="load_factor",
@@ -63,7 +65,8 @@ def main(argv=None) -> int:
     args = parser.parse_args(argv)
     everything = style.load(args)
 
-    pictures = [Picture(results, choose(results, args), args) for results in everything]
+    paths = [results.path_number(args.branch) for results in everything]
+    pictures = [Picture(path, choose(path, args), args) for path in paths]
     low = np.min([picture.low for picture in pictures], axis=0)
     high = np.max([picture.high for picture in pictures], axis=0)
     margin = 0.05 * max((high - low) * (1.0, args.stretch_y)) * np.array((1.0, 1.0 / args.stretch_y))
@@ -92,7 +95,7 @@ def main(argv=None) -> int:
 class Picture:
     """The shapes of one file."""
 
-    def __init__(self, results: Results, points: list[int], args):
+    def __init__(self, results: Path, points: list[int], args):
         self.results, self.points, self.args = results, points, args
         self.shapes = [Shape(results.mesh, results.field("displacement", point), args.scale) for point in points]
         self.stress_free = Shape(results.mesh)
@@ -108,7 +111,7 @@ class Picture:
             draw_obstacle(axes, obstacle, limits, args.stretch_y)
         if not args.no_stress_free:
             for curve in self._mirrored(self.stress_free.curves()):
-                axes.plot(*curve.T, zorder=2, **STRESS_FREE)
+                axes.plot(*curve.T, zorder=2, **style.STRESS_FREE)
         caption = style.numbers(results, args.caption)
         labels = {critical.point: critical.label.replace("-", "\N{MINUS SIGN}") for critical in results.critical}
         touching = False
@@ -129,7 +132,7 @@ class Picture:
         if touching:
             self.handles.append(Line2D([], [], color=style.CONTACT, linewidth=1.9, label="contact"))
         if not args.no_stress_free:
-            self.handles.append(Line2D([], [], label="stress-free", **STRESS_FREE))
+            self.handles.append(Line2D([], [], label="stress-free", **style.STRESS_FREE))
         self.caption = style.column_label(caption, args.caption_scale)
 
     def _mirrored(self, curves: list[np.ndarray]) -> list[np.ndarray]:
@@ -142,7 +145,7 @@ class Picture:
         return list(curves) + images
 
 
-def choose(results: Results, args) -> list[int]:
+def choose(results: Path, args) -> list[int]:
     """Numbers of the points to draw, in the order of the path."""
     stored = results.points_with("displacement") if "displacement" in results.field_names else np.zeros(0, dtype=int)
     if stored.size == 0:
@@ -163,7 +166,7 @@ def choose(results: Results, args) -> list[int]:
     return sorted(set(points))
 
 
-def evenly(results: Results, stored: np.ndarray, number: int) -> list[int]:
+def evenly(results: Path, stored: np.ndarray, number: int) -> list[int]:
     """Stored points at about equal distances of arc length (of the row, should the file have none)."""
     arc = results.path["arc_length"].values[stored - 1] if "arc_length" in results.path else np.zeros(len(stored))
     if len(stored) > 1 and not np.all(np.diff(arc) > 0.0):
@@ -220,50 +223,6 @@ class Layout:
                     columnspacing=1.4, **place)
 
 
-def draw_obstacle(axes, obstacle: Obstacle, limits: np.ndarray, stretch: float):
-    """The surface as a line, its solid side hatched with short strokes."""
-    unit = np.array((1.0, stretch))     # data to picture
-    size = max((limits[1] - limits[0]) * unit)
-    surface, solid = (line_surface if obstacle.kind == "line" else circle_surface)(obstacle, limits)
-    picture = surface * unit
-    along = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(picture, axis=0).T))))
-    spacing = along[-1] / max(round(along[-1] / (0.018 * size)), 1)
-    at = np.arange(0.5 * spacing, along[-1], spacing)
-    feet, tangent = (np.column_stack([np.interp(at, along, values[:, k]) for k in (0, 1)])
-                     for values in (picture, np.gradient(picture, along, axis=0)))
-    tangent /= np.hypot(*tangent.T)[:, None]
-    inwards = solid * np.column_stack((-tangent[:, 1], tangent[:, 0]))
-    tips = feet + 0.02 * size * (inwards - tangent)
-    axes.add_collection(LineCollection(np.stack((feet / unit, tips / unit), axis=1), colors=style.INK, linewidths=0.45,
-                                       zorder=1), autolim=False)
-    axes.plot(*surface.T, color=style.INK, linewidth=0.9, zorder=1.5, solid_capstyle="butt")
-
-
-def line_surface(obstacle: Obstacle, limits: np.ndarray):
-    """The line as far as the picture reaches, and the side (+1 left, -1 right) that is solid."""
-    first, second = obstacle.points
-    direction = (second - first) / np.hypot(*(second - first))
-    reach = (corners(limits) - first) @ direction
-    return first + np.outer((reach.min(), reach.max()), direction), -1.0
-
-
-def circle_surface(obstacle: Obstacle, limits: np.ndarray):
-    """The circle, or of one much larger than the picture the arc before it; and its solid side."""
-    span = np.array((0.0, 2.0 * np.pi))
-    if obstacle.radius > 3.0 * max(limits[1] - limits[0]):
-        arms = corners(limits) - obstacle.centre
-        middle = np.arctan2(*arms.mean(axis=0)[::-1])
-        angles = (np.arctan2(arms[:, 1], arms[:, 0]) - middle + np.pi) % (2.0 * np.pi) - np.pi
-        span = middle + np.array((angles.min(), angles.max()))
-    angle = np.linspace(*span, 721)
-    points = obstacle.centre + obstacle.radius * np.column_stack((np.cos(angle), np.sin(angle)))
-    return points, 1.0 if obstacle.side == "outside" else -1.0
-
-
-def corners(limits: np.ndarray) -> np.ndarray:
-    return np.array([(x, y) for x in limits[:, 0] for y in limits[:, 1]])
-
-
 def finish(axes, args, limits: np.ndarray, first: bool):
     """Limits, ticks and labels; equal scales get equal ticks. The panel has the shape that makes them equal."""
     axes.set_xlim(limits[:, 0])
@@ -284,6 +243,12 @@ def row_list(text: str) -> list[int]:
         return [int(word) for word in text.split(",") if word.strip()]
     except ValueError:
         raise argparse.ArgumentTypeError(f"'{text}' is not a list of point numbers such as 1,20,57") from None
+
+
+def branch_number(text: str) -> int:
+    if not text.isdigit() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"'{text}' is not the number of a branch (from 1)")
+    return int(text)
 
 
 def count(text: str) -> int:

@@ -16,7 +16,8 @@ import numpy as np  # noqa: E402
 from matplotlib.lines import Line2D  # noqa: E402
 from matplotlib.mathtext import MathTextParser  # noqa: E402
 
-from unilat_results import Column, Critical, Results, ResultsError, read_results, read_table  # noqa: E402
+from reference_table import read_table  # noqa: E402
+from unilat_results import Column, Critical, LimitCurve, Path, Results, ResultsError, read_results  # noqa: E402
 
 # Okabe and Ito's colours, told apart with any colour vision; the pale ones are left out.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -24,8 +25,9 @@ INK = "#1a1a1a"
 REFERENCE = "#9a9a9a"
 CONTACT = "#D55E00"
 FORMATS = ("png", "pdf", "svg")
-MARKERS = {"LP": "o", "BP": "D", "C+": "^", "C-": "v", "UZ": "x", "EP": "s"}
+MARKERS = {"LP": "o", "BP": "D", "TP": "p", "C+": "^", "C-": "v", "UZ": "x", "EP": "s"}
 UNSTABLE = (0, (4.5, 1.8))
+STRESS_FREE = {"color": "#666666", "linewidth": 0.6, "linestyle": (0, (5, 3))}
 WORDS = {"degree": "degrees", "radian": "radians", "second": "seconds"}
 MILLIMETRE = 1.0 / 25.4    # inches
 MOST_LABELS = 8            # more points of one kind than this are marked without text
@@ -101,7 +103,7 @@ def add_reference(parser: Parser):
 
 def add_marks(parser: Parser, default: str):
     parser.add_argument("--mark", metavar="LABELS", type=mark_list, default=mark_list(default),
-                        help="critical points to mark: some of LP,BP,C+,C-,UZ,EP, or all, or none "
+                        help=f"critical points to mark: some of {','.join(MARKERS)}, or all, or none "
                              f"(default {default}); hollow: bracketed, not located")
 
 
@@ -141,11 +143,11 @@ def mark_list(text: str) -> list[str]:
     return words
 
 
-def load(args) -> list[Results]:
-    """Read every result file; each must hold a point."""
+def load(args, points: bool = True) -> list[Results]:
+    """Read every result file; each must hold a point, unless `points` are not asked for."""
     everything = [read_results(name) for name in args.files]
     for results in everything:
-        if results.n_points == 0:
+        if points and results.n_points == 0:
             raise ResultsError(f"{results.filename}: holds no points yet (status: {results.status})")
     return everything
 
@@ -157,15 +159,15 @@ def names(args, everything: list[Results]) -> list[str]:
     return given
 
 
-def numbers(results: Results, name: str) -> Column:
-    """A path quantity that can be drawn."""
+def numbers(results: Path | LimitCurve, name: str) -> Column:
+    """A quantity that can be drawn."""
     column = results.column(name)
     if column.values.dtype.kind not in "biuf":
         raise ResultsError(f"{results.filename}: '{name}' is text, not numbers")
     return column
 
 
-def critical_value(results: Results, critical: Critical, column: Column) -> float:
+def critical_value(results: Path, critical: Critical, column: Column) -> float:
     """The quantity at a critical point; NaN when the file does not tell."""
     if 1 <= critical.point <= results.n_points:
         return float(column.values[critical.point - 1])
@@ -247,7 +249,7 @@ def finish_axes(axes, args, x_label: str, y_label: str):
         axes.set_title(args.title)
 
 
-def stretches(results: Results, breaks: bool) -> list[tuple[np.ndarray, bool]]:
+def stretches(results: Path, breaks: bool) -> list[tuple[np.ndarray, bool]]:
     """The path cut into rows of one stability: (rows, stable), neighbours sharing their end row.
 
     The part between two points is stable when both have no negative pivot. A located limit or bifurcation point is
@@ -272,12 +274,21 @@ def stretches(results: Results, breaks: bool) -> list[tuple[np.ndarray, bool]]:
     return [(np.array(rows), stable) for rows, stable in pieces]
 
 
-def draw_path(axes, results: Results, x: np.ndarray, y: np.ndarray, colour: str, breaks: bool, first: int = 0) -> bool:
+def draw_path(axes, results: Path, x: np.ndarray, y: np.ndarray, colour: str, breaks: bool, first: int = 0,
+              root: tuple[float, float] | None = None) -> bool:
     """A curve along the path, stable parts solid, unstable ones dashed; True when there is an unstable part.
 
-    `first` is the row of x[0]: the curve may be there for a part of the path only.
+    `first` is the row of x[0]: the curve may be there for a part of the path only. `root` is where a branch leaves the
+    other path; what joins it to x[0] is as stable as the first part of the branch.
     """
     last, unstable = first + len(x) - 1, False
+    if root is not None:
+        pieces = stretches(results, breaks)
+        stable = pieces[0][1] if pieces else "negative_pivots" not in results.path or \
+            not results.path["negative_pivots"].values[0] > 0
+        axes.plot((root[0], x[0]), (root[1], y[0]), color=colour, linestyle="-" if stable else UNSTABLE, zorder=3,
+                  solid_capstyle="round", dash_capstyle="butt")
+        unstable = not stable
     for rows, stable in stretches(results, breaks):
         rows = rows[(rows >= first) & (rows <= last)] - first
         if rows.size < 2 or not np.any(np.isfinite(x[rows] + y[rows])):
@@ -285,7 +296,7 @@ def draw_path(axes, results: Results, x: np.ndarray, y: np.ndarray, colour: str,
         unstable = unstable or not stable
         axes.plot(x[rows], y[rows], color=colour, linestyle="-" if stable else UNSTABLE, zorder=3,
                   solid_capstyle="round", dash_capstyle="butt")
-    if len(x) == 1:
+    if len(x) == 1 and root is None:
         axes.plot(x, y, color=colour, marker=".", zorder=3)
     return unstable
 
@@ -314,8 +325,11 @@ def draw_references(axes, args) -> list[Line2D]:
     return handles
 
 
-def draw_marks(axes, results: Results, wanted: list[str], place, colour: str, value_of=None) -> list[tuple]:
-    """Mark critical points; `place(critical)` gives (x, y). The labels still to be placed: (x, y, text, colour)."""
+def draw_marks(axes, results: Path, wanted: list[str], place, colour: str, value_of=None) -> list[tuple]:
+    """Mark critical points; `place(critical)` gives (x, y). The labels still to be placed: (x, y, text, colour).
+
+    `value_of(critical)` gives the number to write beside a label, None for no number.
+    """
     texts = []
     for label in wanted:
         points = [critical for critical in results.critical if critical.label == label]
@@ -329,7 +343,8 @@ def draw_marks(axes, results: Results, wanted: list[str], place, colour: str, va
             axes.plot(x, y, marker=MARKERS[label], markersize=size, color=colour, markerfacecolor=face,
                       markeredgewidth=0.5 if dense else 0.9, linestyle="none", zorder=6)
             if not dense:
-                text = label if value_of is None else f"{label} {value_of(critical):.6g}"
+                value = value_of(critical) if value_of else None
+                text = label if value is None else f"{label} {value:.5g}"
                 texts.append((x, y, text.replace("-", "\N{MINUS SIGN}"), colour))
     return texts
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from unilat_results import Contact, Mesh, Results, ResultsError
+from unilat_results import Contact, Mesh, Path, ResultsError
 
 CORNER = np.radians(35.0)      # elements that meet at more than this are not one smooth curve
 SAMPLES = np.linspace(0.0, 1.0, 9)
@@ -18,12 +18,22 @@ SAMPLES = np.linspace(0.0, 1.0, 9)
 class Shape:
     """The axis of every element at one point of the path."""
 
-    def __init__(self, mesh: Mesh, displacement: np.ndarray | None = None, scale: float = 1.0):
-        """`displacement` (nodes, 3): u, v, rotation; None: the stress-free shape. `scale` magnifies it."""
+    def __init__(self, mesh: Mesh, displacement: np.ndarray | None = None, scale: float = 1.0, linear: bool = False):
+        """`displacement` (nodes, 3): u, v, rotation; None: the stress-free shape. `scale` magnifies it.
+
+        With `linear` rotations are slopes, as in a buckling mode: its picture is the same at any scale.
+        """
         moved = np.zeros((len(mesh.coordinates), 3)) if displacement is None else scale * displacement
         self.elements = mesh.elements
         self.nodes = mesh.coordinates + moved[:, :2]
-        directions = stress_free_directions(mesh) + moved[mesh.elements, 2]
+        directions, turn = stress_free_directions(mesh), moved[mesh.elements, 2]
+        if linear:
+            chord = np.hypot(*(mesh.coordinates[mesh.elements[:, 1]] - mesh.coordinates[mesh.elements[:, 0]]).T)
+            along, across = (np.stack((np.cos(angle), np.sin(angle)), axis=-1)
+                             for angle in (directions, directions + 0.5 * np.pi))
+            self._tangents = chord[:, None, None] * (along + turn[:, :, None] * across)
+            return
+        directions = directions + turn
         chord = np.hypot(*(self.nodes[mesh.elements[:, 1]] - self.nodes[mesh.elements[:, 0]]).T)
         self._tangents = chord[:, None, None] * np.stack((np.cos(directions), np.sin(directions)), axis=-1)
 
@@ -81,7 +91,7 @@ def join(pieces: list[tuple[int, float, float]], shape: Shape) -> list[np.ndarra
     return [np.concatenate(line) for line in lines]
 
 
-def contact_curves(results: Results, point: int, shape: Shape) -> tuple[list[np.ndarray], np.ndarray]:
+def contact_curves(results: Path, point: int, shape: Shape) -> tuple[list[np.ndarray], np.ndarray]:
     """The part in contact at a point of the path: polylines, and single points (n, 2).
 
     From the reactions of the nodes where they are stored, else from the regions.

@@ -6,6 +6,7 @@ module hdf5_reading
    implicit none
    private
    public :: reader_t, open_reader, close_reader, exists, extents, reals, integers, text, text_attribute, real_attribute
+   public :: integer_attribute
 
    !> An open file.
    type :: reader_t
@@ -160,4 +161,21 @@ contains
       call h5aclose_f(attribute, status)
       value = copy
    end function real_attribute
+
+   !> An integer attribute; -huge(1) when it is not there.
+   integer function integer_attribute(reader, object, name) result(value)
+      type(reader_t), intent(in) :: reader
+      character(*), intent(in) :: object, name
+      integer, target :: copy
+      type(c_ptr) :: place
+      integer(hid_t) :: attribute
+      integer :: status
+      value = -huge(1)
+      call h5aopen_by_name_f(reader%file, object, name, attribute, status)
+      if (status < 0) return
+      place = c_loc(copy)
+      call h5aread_f(attribute, h5t_native_integer, place, status)
+      call h5aclose_f(attribute, status)
+      value = copy
+   end function integer_attribute
 end module hdf5_reading

@@ -3,11 +3,13 @@
 module output_fixture
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp, pi
-   use model, only: model_t, family_ge, family_ul2, method_load, quantity_reaction
-   use path_record, only: point_t, critical_t, region_t
+   use model, only: model_t, limit_curve_t, family_ge, family_ul2, method_load, quantity_reaction, parameter_modulus, &
+      & parameter_constant_load
+   use path_record, only: point_t, critical_t, region_t, buckling_t, limit_point_t
    implicit none
    private
-   public :: small_model, small_point, small_critical
+   public :: small_model, small_point, small_critical, small_bifurcation, small_buckling, small_limit_point
+   public :: add_limit_curves
 
 contains
 
@@ -15,6 +17,7 @@ contains
    function small_model(with_contact) result(model)
       logical, intent(in) :: with_contact !! else without obstacles and contacts
       type(model_t) :: model
+      integer :: i
       model%title = 'a rod'//new_line('a')//'on a table'
       model%job = ''
       model%mesh%n_nodes = 3
@@ -42,6 +45,10 @@ contains
       model%step(1)%name = 'press'
       model%step(2)%method = method_load
       allocate (model%step(1)%stop(1), model%step(1)%locate(0), model%step(2)%stop(0), model%step(2)%locate(0))
+      do i = 1, size(model%step)
+         allocate (model%step(i)%turning(0), model%step(i)%branch(0), model%step(i)%limit_curve(0), &
+            & model%step(i)%mode_offset(0))
+      end do
       allocate (model%obstacle(merge(2, 0, with_contact)), model%contact(merge(2, 0, with_contact)))
       if (.not. with_contact) return
       model%obstacle(1)%name = 'table'
@@ -93,4 +100,55 @@ contains
       critical%monitor = [real(n, wp), -real(n, wp)]
       critical%note = 'of the load'
    end function small_critical
+
+   !> A bifurcation at point n of the path; entries of null vector m are 100 m + 10 node + component.
+   function small_bifurcation(n, multiplicity) result(critical)
+      integer, intent(in) :: n, multiplicity
+      type(critical_t) :: critical
+      integer :: i, k, m
+      critical = small_critical(n)
+      critical%label = 'BP'
+      critical%located = .true.
+      deallocate (critical%note)
+      critical%null_vector = reshape([(((100.0_wp * m + 10.0_wp * k + i, i=1, 3), k=1, 3), m=1, multiplicity)], &
+         & [3, 3, multiplicity])
+   end function small_bifurcation
+
+   !> Two modes of a step: factors 2 and -3, entries 100 mode + 10 node + component.
+   function small_buckling(step) result(buckling)
+      integer, intent(in) :: step
+      type(buckling_t) :: buckling
+      type(critical_t) :: critical
+      critical = small_bifurcation(1, 2)
+      buckling%step = step
+      buckling%load_factor = [2.0_wp, -3.0_wp]
+      buckling%residual = [1.0e-13_wp, 2.0e-13_wp]
+      buckling%mode = critical%null_vector
+   end function small_buckling
+
+   !> Step 1 gets the curves `stiff` (modulus of pipe/1) and `dead/load` (constant load), step 2 `later` (as the first one).
+   subroutine add_limit_curves(model)
+      type(model_t), intent(inout) :: model       !! with contact
+      type(limit_curve_t) :: curve(3)
+      curve%name = [character(9) :: 'stiff', 'dead/load', 'later']
+      curve%parameter = [parameter_modulus, parameter_constant_load, parameter_modulus]
+      curve%limit_point = [1, 2, 1]
+      curve%obstacle = [2, 0, 2]
+      model%step(1)%limit_curve = curve(:2)
+      model%step(2)%limit_curve = curve(3:)
+   end subroutine add_limit_curves
+
+   !> Point n of a limit curve: parameter 10^n, load factor n / 4, monitors n and -n.
+   function small_limit_point(n, step, curve) result(limit_point)
+      integer, intent(in) :: n, step, curve
+      type(limit_point_t) :: limit_point
+      limit_point%step = step
+      limit_point%curve = curve
+      limit_point%parameter = 10.0_wp**n
+      limit_point%load_factor = 0.25_wp * n
+      limit_point%iterations = n + 5
+      limit_point%residual = 1.0e-11_wp
+      limit_point%load_rate = 1.0e-9_wp
+      limit_point%monitor = [real(n, wp), -real(n, wp)]
+   end function small_limit_point
 end module output_fixture

@@ -23,7 +23,8 @@ import plot_path  # noqa: E402
 import plot_shape  # noqa: E402
 import plot_style  # noqa: E402
 import rod_shape  # noqa: E402
-from unilat_results import Contact, Mesh, Obstacle, ResultsError, read_results, read_table  # noqa: E402
+from reference_table import read_table  # noqa: E402
+from unilat_results import Contact, Mesh, Obstacle, ResultsError, read_results  # noqa: E402
 
 SCRIPTS = {"path": plot_path, "contact": plot_contact, "shape": plot_shape}
 LIMIT = 6       # the ring's limit point, counted from 1

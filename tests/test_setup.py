@@ -6,9 +6,15 @@ import subprocess
 import sys
 from pathlib import Path
 
+import h5py
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
+sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "postproc")]
+
+import make_branch_file  # noqa: E402
+
 TOOLS = ("bash env dirname basename mkdir awk sed grep cat tail head rm tee nproc id find wc "
          "gfortran cmake ninja h5fc python3").split()
 
@@ -109,3 +115,49 @@ def test_unknown_option_of_the_tests_is_refused(machine):
     status, text = run(machine, "tests/run", "--quick")
     assert status == 64
     assert "usage: tests/run" in text
+
+
+@pytest.fixture
+def copied(machine, tmp_path):
+    """A copy of the project without its decks, and a unilat that only copies `made.h5`; nothing is built."""
+    project = tmp_path / "project"
+    for folder in ("input", "postproc", ".cmake"):
+        shutil.copytree(ROOT / folder, project / folder, ignore=shutil.ignore_patterns("*.inp", "__pycache__"))
+    fake(machine, "cmake", "exit 0")
+    (tmp_path / "build" / "release").mkdir(parents=True)
+    fake(tmp_path / "build" / "release", "unilat", f'{shutil.which("cp")} "{tmp_path}/made.h5" "$2"; exit 2')
+    return project
+
+
+def run_copied(machine, project, deck_text):
+    (project / "input" / "rod.inp").write_text(deck_text)
+    environment = {"PATH": str(machine), "HOME": str(machine), "UNILAT_BUILD_ROOT": str(machine.parent / "build"),
+                   "UNILAT_PYTHON": sys.executable}
+    done = subprocess.run([str(project / "input/run"), "rod"], env=environment, text=True, timeout=120,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    pictures = sorted(path.name for path in (machine.parent / "build" / "results" / "rod").glob("*.png"))
+    return done.returncode, done.stdout, pictures
+
+
+def test_pictures_of_what_the_results_have(machine, copied):
+    """Two hints for one script give two pictures; the exit code is that of unilat."""
+    make_branch_file.write_branched(machine.parent / "made.h5")
+    status, text, pictures = run_copied(machine, copied, "*HEADING\n** plot_limit_curve: --curve soil\n"
+                                        "** plot_limit_curve: --curve dead\n** plot_modes: --modes 1\nrod\n")
+    assert status == 2, text
+    assert pictures == ["rod_limit_curve-2.png", "rod_limit_curve.png", "rod_modes.png", "rod_path.png", "rod_shape.png"]
+
+
+def test_no_pictures_of_what_is_empty(machine, copied):
+    """A buckling step alone follows no path and stores no fields."""
+    make_branch_file.write_branched(machine.parent / "made.h5")
+    with h5py.File(machine.parent / "made.h5", "a") as file:
+        for name in ("path", "fields", "branch", "limit_curve"):
+            del file[name]
+        file["path/load_factor"] = []
+        file["fields/displacement"] = np.zeros((0, 21, 3))
+        for name in ("parameter", "rigid", "load_factor"):
+            file[f"limit_curve/soil/{name}"] = []
+    status, text, pictures = run_copied(machine, copied, "*HEADING\nrod\n")
+    assert status == 2, text
+    assert pictures == ["rod_modes.png"]

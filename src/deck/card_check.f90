@@ -11,7 +11,7 @@ module card_check
       kind_label_or_set, kind_dof
    use card_table, only: all_cards
    use deck_cards, only: deck_t, text_at, complain
-   use card_values, only: holds, parameter_place, field_given, field_place, whole_line
+   use card_values, only: holds, parameter_place, parameter_word, field_given, field_place, whole_line
    implicit none
    private
    public :: check_cards, is_name, choices
@@ -180,7 +180,9 @@ contains
       do i = 1, size(spec%parameter)
          item = spec%parameter(i)
          wrong = ''
-         if (seen(i) .and. .not. holds(deck, card, item%only)) then
+         if (depends_on_missing(item%only)) then ! which is reported already
+            continue
+         else if (seen(i) .and. .not. holds(deck, card, item%only)) then
             wrong = item%name//' goes with '//with_commas(item%only)//' only'
          else if (item%required .and. .not. seen(i) .and. holds(deck, card, item%only)) then
             wrong = 'parameter '//item%name//' is missing'
@@ -190,6 +192,17 @@ contains
          deck%card(card)%sound = .false.
          call complain(deck, diagnostics, card, parameter_place(deck, card, item%name), wrong)
       end do
+
+   contains
+
+      !> True for 'TYPE=CIRCLE' when TYPE has no value, not even a default.
+      logical function depends_on_missing(condition)
+         character(*), intent(in) :: condition
+         integer :: equals
+         equals = index(condition, '=')
+         depends_on_missing = .false.
+         if (equals > 0) depends_on_missing = parameter_word(deck, card, condition(:equals - 1)) == ''
+      end function depends_on_missing
    end subroutine check_parameters
 
    pure function unknown_parameter(spec, name) result(string)

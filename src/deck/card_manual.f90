@@ -91,6 +91,7 @@ contains
       if (layout%most == 1) string = 'One data line'
       if (many .and. layout%when /= '') string = string//' with '//code(layout%when)
       if (many .and. layout%when == '') string = string//' otherwise'
+      if (layout%least == 0) string = string//', which may be left out'
       string = string//': `'
       do i = 1, size(layout%field)
          if (i > 1) string = string//', '

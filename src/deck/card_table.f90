@@ -2,9 +2,10 @@
 !>
 !> It drives the checks (card_check), the readers (card_values) and the manual (card_manual, `unilat --cards`).
 module card_table
-   use card_spec, only: card_spec_t, in_model, in_step, anywhere, outside_step, positive, not_negative, not_zero, &
+   use card_spec, only: card_spec_t, in_model, anywhere, positive, not_negative, not_zero, &
       kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label, kind_label_or_set, kind_dof, &
       card => add_card, param => add_parameter, lines => add_layout, field => add_field
+   use step_card_table, only: add_step_cards
    implicit none
    private
    public :: all_cards
@@ -24,9 +25,7 @@ contains
       call section_cards(table)
       call contact_cards(table)
       call support_cards(table)
-      call step_cards(table)
-      call load_cards(table)
-      call path_cards(table)
+      call add_step_cards(table)
    end function all_cards
 
    pure subroutine mesh_cards(t)
@@ -129,14 +128,16 @@ contains
 
    pure subroutine imperfection_card(t)
       type(card_spec_t), allocatable, intent(inout) :: t(:)
-      call card(t, 'IMPERFECTION', in_model, 'Moves the stress-free axis to the left of its direction by w(s). The '// &
+      call card(t, 'IMPERFECTION', anywhere, 'Moves the stress-free axis to the left of its direction by w(s). The '// &
          'elements of the set are one smooth chain of whole `*LINE`s, `*ARC`s or a `*RING`, in order; s runs from '// &
          '0 '// &
-         'to L along the perfect chain. On a closed chain sines and cosines need an even number of half waves.')
+         'to L along the perfect chain. On a closed chain sines and cosines need an even number of half waves. '// &
+         'SHAPE=MODE stands in a step with `*STATIC`, all other shapes in the model part.')
       call param(t, 'ELSET', kind_name, 'the elements of the chain')
-      call param(t, 'SHAPE', kind_word, 'the form of w(s)', words='SINE|COSINE|CLAMPED|NODAL|RANDOM')
+      call param(t, 'SHAPE', kind_word, 'the form of w(s)', words='SINE|COSINE|CLAMPED|NODAL|RANDOM|MODE')
       call param(t, 'SEED', kind_integer, 'the same seed gives the same offsets on any machine', default='1', &
          only='SHAPE=RANDOM', bound=positive)
+      call param(t, 'STEP', kind_name, 'an earlier step with `*BUCKLE`', only='SHAPE=MODE')
       call lines(t, when='SHAPE=SINE|COSINE')
       call field(t, 'amplitude', kind_real, 'a in w = sum of a sin(n pi s/L + p), or cos; one line a term', &
          unit='length')
@@ -153,6 +154,10 @@ contains
       call field(t, 'amplitude', kind_real, 'nodal offsets are uniform between -amplitude and amplitude, zero at '// &
          'both '// &
          'ends of an open chain; cubic spline as for NODAL', unit='length', bound=positive)
+      call lines(t, when='SHAPE=MODE')
+      call field(t, 'mode', kind_integer, 'number of a buckling mode; w is its component normal to the axis. The step '// &
+         'begins with the stress-free structure, whatever the steps before left behind', bound=positive)
+      call field(t, 'amplitude', kind_real, 'w where it is largest; lines add up', unit='length', bound=not_zero)
    end subroutine imperfection_card
 
    pure subroutine section_cards(t)
@@ -260,84 +265,4 @@ contains
       call field(t, 'value', kind_real, 'in a step only, and required there: the displacement at load factor 1', &
          unit='length or radian', optional=.true.)
    end subroutine support_cards
-
-   pure subroutine step_cards(t)
-      type(card_spec_t), allocatable, intent(inout) :: t(:)
-      call card(t, 'STEP', outside_step, 'Begins a step. Its loads grow with the load factor from 0; what the '// &
-         'steps before '// &
-         'left behind stays constant. No model card may follow.')
-      call param(t, 'NAME', kind_name, 'each once; left out: Step-1, Step-2 ...', optional=.true.)
-
-      call card(t, 'END STEP', in_step, 'Ends a step.')
-
-      call card(t, 'STATIC', in_step, 'How the path is followed; required in every step.', once=.true.)
-      call param(t, 'METHOD', kind_word, 'what an increment prescribes: the load factor, a monitor, or an arc length', &
-         default='CYLINDRICAL', &
-         words='LOAD|DISPLACEMENT|CYLINDRICAL|SPHERICAL|LINEARISED|MINIMUM RESIDUAL')
-      call param(t, 'MONITOR', kind_name, 'the displacement that is prescribed', only='METHOD=DISPLACEMENT')
-      call param(t, 'NEWTON', kind_word, 'tangent of every iteration, or of the first one', default='FULL', &
-         words='FULL|MODIFIED')
-      call param(t, 'LOOP', kind_word, 'contact inside the Newton iterations, or the loop of the paper (contact '// &
-         'set, '// &
-         'then equilibrium with it)', default='NEWTON', words='NEWTON|PAPER')
-      call lines(t, when='METHOD=LOAD|DISPLACEMENT', most=1)
-      call field(t, 'first', kind_real, 'first increment', unit='load factor, or the monitor''s', bound=not_zero)
-      call field(t, 'smallest', kind_real, 'smallest size of an increment', unit='as first', default='1e-6', &
-         times_field=1, bound=positive)
-      call field(t, 'largest', kind_real, 'largest size of an increment', unit='as first', default='100', &
-         times_field=1, bound=positive)
-      call lines(t, most=1)
-      call field(t, 'first', kind_real, 'first increment', unit='load factor', bound=not_zero)
-      call field(t, 'smallest', kind_real, 'smallest arc length', unit='dimensionless', default='1e-9', bound=positive)
-      call field(t, 'largest', kind_real, 'largest arc length', unit='dimensionless', default='0.1', bound=positive)
-
-      call card(t, 'CONTROLS', in_step, 'Limits of the iteration, for this step only.', once=.true.)
-      call param(t, 'TOLERANCE', kind_real, 'relative residual, below 1', default='1e-9', bound=positive)
-      call param(t, 'LOCATE', kind_real, 'relative tolerance of located points, below 1', default='1e-8', &
-         bound=positive)
-      call param(t, 'ITERATIONS', kind_integer, 'most iterations of an increment', default='15', bound=positive)
-      call param(t, 'DESIRED', kind_integer, 'iterations that keep the increment as it is', default='5', bound=positive)
-      call param(t, 'POINTS', kind_integer, 'most points of the step', default='1000', bound=positive)
-   end subroutine step_cards
-
-   pure subroutine load_cards(t)
-      type(card_spec_t), allocatable, intent(inout) :: t(:)
-      call card(t, 'CLOAD', in_step, 'Forces and moments on nodes at load factor 1; repeated ones add up.')
-      call lines(t)
-      call field(t, 'node or set', kind_label_or_set, node_or_set//'; each node gets the load')
-      call field(t, 'dof', kind_integer, '1 (x), 2 (y), 6 (moment, anticlockwise)', bound=positive)
-      call field(t, 'magnitude', kind_real, 'force or moment', unit='force or force length')
-
-      call card(t, 'DLOAD', in_step, 'Loads on elements at load factor 1; repeated ones add up.')
-      call lines(t)
-      call field(t, 'element or set', kind_label_or_set, 'an element label or the name of an element set')
-      call field(t, 'type', kind_word, 'PX, PY: dead load along x, y per stress-free length; P: follower pressure '// &
-         'per deformed length, to the left of the element''s direction; GRAV: mass times magnitude along the direction', &
-         words='PX|PY|P|GRAV')
-      call field(t, 'magnitude', kind_real, 'size of the load', unit='force/length; GRAV: length/time^2')
-      call field(t, 'x direction', kind_real, 'GRAV only, and required there; any length', optional=.true.)
-      call field(t, 'y direction', kind_real, 'GRAV only, and required there', optional=.true.)
-   end subroutine load_cards
-
-   pure subroutine path_cards(t)
-      type(card_spec_t), allocatable, intent(inout) :: t(:)
-      call card(t, 'STOP', in_step, 'Ends the step when a quantity passes a value. Without it METHOD=LOAD ends at '// &
-         'load '// &
-         'factor 1; the other methods then need POINTS on `*CONTROLS`.')
-      call lines(t)
-      call field(t, 'quantity', kind_name, 'LOAD (the load factor) or a monitor')
-      call field(t, 'sense', kind_word, 'passes upwards or downwards', words='ABOVE|BELOW')
-      call field(t, 'value', kind_real, 'the bound', unit='that of the quantity')
-
-      call card(t, 'LOCATE', in_step, 'Puts a point of the path where a quantity passes each value.')
-      call lines(t, last_repeats=.true.)
-      call field(t, 'quantity', kind_name, 'LOAD (the load factor) or a monitor')
-      call field(t, 'value', kind_real, 'the value', unit='that of the quantity')
-
-      call card(t, 'FIELD OUTPUT', in_step, 'Stores fields in the result file.', once=.true.)
-      call param(t, 'EVERY', kind_integer, 'at every n-th point; points with a label always get them', default='1', bound=positive)
-      call lines(t, last_repeats=.true.)
-      call field(t, 'field', kind_word, 'REACTION and GAP are those of the contact candidates', &
-         words='DISPLACEMENT|SECTION FORCES|REACTION|GAP')
-   end subroutine path_cards
 end module card_table

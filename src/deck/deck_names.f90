@@ -31,6 +31,7 @@ module deck_names
    type :: deck_names_t
       logical :: above_only = .true.       !! the mesh is still being read: cards use what stands above them
       logical :: mesh_incomplete = .false. !! a card of the mesh has errors: nodes, elements or sets may be missing
+      logical :: imperfections_incomplete = .false. !! an *IMPERFECTION has errors
       logical :: sections_incomplete = .false. !! a card of materials or sections has errors
       logical :: supports_incomplete = .false. !! a *BOUNDARY has errors
       logical :: loads_incomplete = .false.    !! a *CLOAD or *DLOAD has errors

@@ -18,6 +18,9 @@ module deck_to_model
    use read_steps, only: read_step_cards
    use read_loads, only: read_load_cards
    use read_path_control, only: read_path_cards, check_steps
+   use read_mode_imperfections, only: read_mode_imperfection_cards
+   use read_branches, only: read_branch_cards
+   use read_limit_curves, only: read_limit_curve_cards
    implicit none
    private
    public :: read_deck
@@ -40,7 +43,9 @@ contains
 
       call read_heading(deck, model)
       call read_mesh_cards(deck, names, model, diagnostics)
+      n = diagnostics%n
       call read_imperfection_cards(deck, names, model, diagnostics)
+      if (diagnostics%n > n) names%imperfections_incomplete = .true.
       n = diagnostics%n
       call read_section_cards(deck, names, model, diagnostics)
       if (diagnostics%n > n) names%sections_incomplete = .true.
@@ -58,6 +63,11 @@ contains
       if (diagnostics%n > n) names%loads_incomplete = .true.
       call read_path_cards(deck, names, model, diagnostics)
       call check_steps(deck, names, model, diagnostics)
+      n = diagnostics%n
+      call read_mode_imperfection_cards(deck, names, model, diagnostics)
+      if (diagnostics%n > n) names%imperfections_incomplete = .true.
+      call read_branch_cards(deck, names, model, diagnostics)
+      call read_limit_curve_cards(deck, names, model, diagnostics)
 
       if (deck%n_cards == 0 .and. diagnostics%n == 0) call diagnostics%add(place_t(), 'the deck is empty')
       if (deck%n_cards == 0 .or. names%unknown_cards) return
@@ -87,6 +97,8 @@ contains
          select case (deck%card(card)%keyword)
          case ('NODE', 'NSET', 'ELEMENT', 'ELSET', 'LINE', 'ARC', 'RING')
             names%mesh_incomplete = .true.
+         case ('IMPERFECTION')
+            names%imperfections_incomplete = .true.
          case ('MATERIAL', 'ELASTIC', 'DENSITY', 'BEAM SECTION')
             names%sections_incomplete = .true.
             names%material%incomplete = .true.
@@ -105,6 +117,7 @@ contains
       end do
       if (.not. names%unknown_cards) return
       names%mesh_incomplete = .true.
+      names%imperfections_incomplete = .true.
       names%sections_incomplete = .true.
       names%material%incomplete = .true.
       names%obstacle%incomplete = .true.

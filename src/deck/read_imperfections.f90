@@ -1,30 +1,21 @@
-!> *IMPERFECTION: the chain of curves an imperfection lies on, its shape, and the nodes it moves.
+!> *IMPERFECTION of the model part: shapes on chains of curves, and the nodes they move.
 module read_imperfections
-   use kinds, only: wp, pi, degree
+   use kinds, only: wp, degree
    use text, only: to_text
-   use model, only: model_t, mesh_t, curve_t, imperfection_t, shape_sine, shape_cosine, shape_clamped
+   use model, only: model_t, mesh_t, imperfection_t, shape_sine, shape_cosine, shape_clamped
+   use imperfection_chain, only: chain_t, follow_chain
    use imperfection, only: imperfection_value, nodal_imperfection, random_offsets
-   use diagnostics, only: diagnostics_t, place_t
+   use diagnostics, only: diagnostics_t
    use deck_cards, only: deck_t, complain
-   use card_values, only: parameter_place, parameter_word, parameter_integer, field_place, field_real
+   use card_values, only: parameter_word, parameter_integer, field_place, field_real
    use deck_names, only: deck_names_t, find_set, find_nodes
    implicit none
    private
    public :: read_imperfection_cards
 
-   real(wp), parameter :: largest_corner = 1.0e-4_wp !! [rad] coordinates typed with few digits are no corners
-
-   !> Elements end to end on whole curves.
-   type :: chain_t
-      integer, allocatable :: element(:)  !! in order
-      integer, allocatable :: node(:)     !! in order, one more than elements; closed: the last is the first
-      real(wp), allocatable :: knot(:)    !! chain coordinate of the nodes
-      logical :: closed = .false.         !! it ends where it begins
-   end type chain_t
-
 contains
 
-   !> Reads all imperfections; sets those of the curves and moves mesh%x.
+   !> Reads all imperfections but buckling modes; sets those of the curves and moves mesh%x.
    subroutine read_imperfection_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names           !! with the mesh
@@ -38,6 +29,7 @@ contains
       allocate (model%imperfection(0), from_card(0))
       do card = 1, deck%n_cards
          if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'IMPERFECTION') cycle
+         if (deck%card(card)%step > 0 .or. parameter_word(deck, card, 'SHAPE') == 'MODE') cycle
          call find_set(deck, names, diagnostics, card, 'ELSET', 'element', set)
          if (set == 0 .or. names%mesh_incomplete) cycle
          call follow_chain(deck, model, diagnostics, card, names%element_set%members(set), chain, ok)
@@ -50,98 +42,6 @@ contains
       end do
       call move_nodes(deck, model, diagnostics, from_card)
    end subroutine read_imperfection_cards
-
-   !> Checks that the elements are one smooth chain of whole curves.
-   subroutine follow_chain(deck, model, diagnostics, card, element, chain, ok)
-      type(deck_t), intent(in) :: deck
-      type(model_t), intent(in) :: model
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: card
-      integer, intent(in) :: element(:)
-      type(chain_t), intent(out) :: chain
-      logical, intent(out) :: ok
-      integer :: i, n, e, before
-      logical :: begins
-      n = size(element)
-      ok = .false.
-      if (n == 0) return
-      associate (mesh => model%mesh, curve => model%curve)
-         allocate (chain%knot(n + 1), source=0.0_wp)
-         before = 0
-         do i = 1, n
-            e = element(i)
-            if (mesh%curve(e) == 0) then
-               call wrong('element '//label(e)//' is not on a *LINE, *ARC or *RING')
-               return
-            else if (curve(mesh%curve(e))%imperfection > 0) then
-               call wrong('element '//label(e)//' has an imperfection already')
-               return
-            end if
-            begins = .not. mesh%s(1, e) > 0.0_wp
-            if (i == 1) then
-               if (.not. begins) call wrong('the chain must begin with the first element of a curve, not with '// &
-                  label(e))
-               if (.not. begins) return
-            else
-               if (ends_curve(before) .neqv. begins) then
-                  call wrong('the set must hold whole curves; after element '//label(before)//' comes '//label(e))
-                  return
-               else if (mesh%node(2, before) /= mesh%node(1, e)) then
-                  call wrong('element '//label(e)//' does not begin where element '//label(before)//' ends')
-                  return
-               else if (begins .and. corner(before, e) > largest_corner) then
-                  call wrong('the chain has a corner between the elements '//label(before)//' and '//label(e))
-                  return
-               end if
-            end if
-            before = e
-            chain%knot(i + 1) = chain%knot(i) + (mesh%s(2, e) - mesh%s(1, e))
-         end do
-         e = element(n)
-         if (.not. ends_curve(e)) then
-            call wrong('the chain must end with the last element of a curve, not with '//label(e))
-            return
-         end if
-         chain%element = element
-         chain%node = [mesh%node(1, element), mesh%node(2, e)]
-         chain%closed = chain%node(n + 1) == chain%node(1)
-         if (chain%closed .and. corner(e, element(1)) > largest_corner) then
-            call wrong('the closed chain has a corner where it begins')
-            return
-         end if
-      end associate
-      ok = .true.
-
-   contains
-
-      subroutine wrong(message)
-         character(*), intent(in) :: message
-         call complain(deck, diagnostics, card, parameter_place(deck, card, 'ELSET'), message)
-      end subroutine wrong
-
-      function label(e) result(string)
-         integer, intent(in) :: e
-         character(:), allocatable :: string
-         string = to_text(model%mesh%element_label(e))
-      end function label
-
-      !> Elements of a curve have consecutive indices.
-      logical function ends_curve(e)
-         integer, intent(in) :: e
-         ends_curve = e == model%mesh%n_elements
-         if (.not. ends_curve) ends_curve = model%mesh%curve(e + 1) /= model%mesh%curve(e)
-      end function ends_curve
-
-      !> Angle between the end of one nominal curve and the beginning of the next one.
-      pure real(wp) function corner(last, first)
-         integer, intent(in) :: last, first
-         real(wp) :: turn
-         associate (one => model%curve(model%mesh%curve(last)), next => model%curve(model%mesh%curve(first)))
-            turn = next%angle - (one%angle + one%curvature * one%length)
-         end associate
-         corner = abs(modulo(turn + pi, 2 * pi) - pi)
-      end function corner
-   end subroutine follow_chain
 
    !> The data lines.
    subroutine read_shape(deck, names, mesh, diagnostics, card, chain, shape, ok)

@@ -1,4 +1,4 @@
-!> *STOP, *LOCATE and *FIELD OUTPUT, and what a step needs to be followed at all.
+!> *STOP, *LOCATE, *TURNING POINTS and *FIELD OUTPUT, and what a step needs to be followed at all.
 module read_path_control
    use kinds, only: wp
    use text, only: same_name
@@ -9,7 +9,7 @@ module read_path_control
    use deck_names, only: deck_names_t, find_named
    implicit none
    private
-   public :: read_path_cards, check_steps
+   public :: read_path_cards, read_bound, check_steps
 
 contains
 
@@ -17,7 +17,7 @@ contains
    subroutine read_path_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names           !! with the monitors
-      type(model_t), intent(inout) :: model             !! with contacts; gets step%stop, locate, field_...
+      type(model_t), intent(inout) :: model             !! with contacts; gets step%stop, locate, turning, field_...
       type(diagnostics_t), intent(inout) :: diagnostics
       integer :: card, line
       do card = 1, deck%n_cards
@@ -27,8 +27,12 @@ contains
             do line = deck%card(card)%first_line, deck%card(card)%last_line
                if (.not. deck%data_line(line)%sound) cycle
                select case (deck%card(card)%keyword)
-               case ('STOP', 'LOCATE')
-                  call read_thresholds(deck, names, diagnostics, line, step)
+               case ('STOP')
+                  call read_bound(deck, names, diagnostics, line, step%stop)
+               case ('LOCATE')
+                  call read_values(deck, names, diagnostics, line, step)
+               case ('TURNING POINTS')
+                  call read_turning(deck, names, diagnostics, line, step)
                case ('FIELD OUTPUT')
                   call read_fields(deck, model, names, diagnostics, line, step)
                end select
@@ -37,32 +41,83 @@ contains
       end do
    end subroutine read_path_cards
 
-   !> A line of *STOP or *LOCATE.
-   subroutine read_thresholds(deck, names, diagnostics, line, step)
+   !> A line of *STOP or *BRANCH: quantity, sense, value.
+   subroutine read_bound(deck, names, diagnostics, line, stop)
+      type(deck_t), intent(in) :: deck
+      type(deck_names_t), intent(in) :: names                !! with the monitors
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer, intent(in) :: line                            !! index of the data line
+      type(threshold_t), allocatable, intent(inout) :: stop(:) !! gets one more, unless the quantity is not defined
+      type(threshold_t) :: threshold
+      logical :: ok
+      call read_quantity(deck, names, diagnostics, line, threshold%monitor, ok)
+      if (.not. ok) return
+      threshold%rising = field_word(deck, line, 2) == 'ABOVE'
+      threshold%value = field_real(deck, line, 3)
+      stop = [stop, threshold]
+   end subroutine read_bound
+
+   !> A line of *LOCATE: quantity, value, ...
+   subroutine read_values(deck, names, diagnostics, line, step)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
       type(diagnostics_t), intent(inout) :: diagnostics
       integer, intent(in) :: line
       type(step_t), intent(inout) :: step
       type(threshold_t) :: threshold
-      integer :: card, field
+      integer :: field
+      logical :: ok
+      call read_quantity(deck, names, diagnostics, line, threshold%monitor, ok)
+      if (.not. ok) return
+      do field = 2, deck%data_line(line)%n_fields
+         threshold%value = field_real(deck, line, field)
+         step%locate = [step%locate, threshold]
+      end do
+   end subroutine read_values
+
+   !> The first field of a line: LOAD or a monitor.
+   subroutine read_quantity(deck, names, diagnostics, line, monitor, ok)
+      type(deck_t), intent(in) :: deck
+      type(deck_names_t), intent(in) :: names
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer, intent(in) :: line
+      integer, intent(out) :: monitor ! 0: the load factor
+      logical, intent(out) :: ok      ! false: not defined
+      monitor = 0
+      ok = same_name(field_text(deck, line, 1), 'LOAD')
+      if (ok) return
+      call find_named(deck, names%monitor, diagnostics, deck%data_line(line)%card, field_place(deck, line, 1), 'monitor', &
+         monitor)
+      ok = monitor > 0
+   end subroutine read_quantity
+
+   !> A line of *TURNING POINTS: monitors.
+   subroutine read_turning(deck, names, diagnostics, line, step)
+      type(deck_t), intent(in) :: deck
+      type(deck_names_t), intent(in) :: names
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer, intent(in) :: line
+      type(step_t), intent(inout) :: step
+      type(place_t) :: place
+      integer :: card, field, monitor
       card = deck%data_line(line)%card
-      if (.not. same_name(field_text(deck, line, 1), 'LOAD')) then
-         call find_named(deck, names%monitor, diagnostics, card, field_place(deck, line, 1), 'monitor', &
-            threshold%monitor)
-         if (threshold%monitor == 0) return
-      end if
-      if (deck%card(card)%keyword == 'STOP') then
-         threshold%rising = field_word(deck, line, 2) == 'ABOVE'
-         threshold%value = field_real(deck, line, 3)
-         step%stop = [step%stop, threshold]
-      else
-         do field = 2, deck%data_line(line)%n_fields
-            threshold%value = field_real(deck, line, field)
-            step%locate = [step%locate, threshold]
-         end do
-      end if
-   end subroutine read_thresholds
+      do field = 1, deck%data_line(line)%n_fields
+         place = field_place(deck, line, field)
+         if (same_name(field_text(deck, line, field), 'LOAD')) then
+            call complain(deck, diagnostics, card, place, 'turning points of the load factor are limit points, which '// &
+               'are always located')
+            cycle
+         end if
+         call find_named(deck, names%monitor, diagnostics, card, place, 'monitor', monitor)
+         if (monitor == 0) cycle
+         if (any(step%turning == monitor)) then
+            call complain(deck, diagnostics, card, place, 'monitor '//field_text(deck, line, field)// &
+               ' is named already in this step')
+         else
+            step%turning = [step%turning, monitor]
+         end if
+      end do
+   end subroutine read_turning
 
    !> A line of *FIELD OUTPUT.
    subroutine read_fields(deck, model, names, diagnostics, line, step)
@@ -116,11 +171,12 @@ contains
       type(diagnostics_t), intent(inout) :: diagnostics
       integer, intent(in) :: s
       integer :: card, step_card, static_card, stop_card
-      logical :: limited
+      logical :: limited, buckling
       step_card = 0
       static_card = 0
       stop_card = 0
       limited = .false.
+      buckling = .false.
       do card = 1, deck%n_cards
          if (deck%card(card)%step /= s) cycle
          select case (deck%card(card)%keyword)
@@ -128,6 +184,8 @@ contains
             step_card = card
          case ('STATIC')
             static_card = card
+         case ('BUCKLE')
+            buckling = .true.
          case ('STOP')
             stop_card = card
          case ('CONTROLS')
@@ -140,7 +198,7 @@ contains
             names%sections_incomplete .or. has_load(step))) call complain(deck, diagnostics, step_card, &
             deck%card(step_card)%place, 'the step has no load: no *CLOAD, *DLOAD or prescribed displacement other '// &
             'than zero')
-         if (static_card == 0) return
+         if (static_card == 0 .or. buckling) return
          if (.not. deck%card(static_card)%sound) return
          if (step%method == method_displacement .and. step%monitor > 0) call check_control()
          if (stop_card > 0) return

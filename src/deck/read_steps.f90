@@ -1,13 +1,13 @@
-!> *STEP, *STATIC and *CONTROLS: how each step is followed.
+!> *STEP, *STATIC, *BUCKLE and *CONTROLS: what each step is, and how it is followed.
 module read_steps
    use kinds, only: wp
-   use text, only: to_text, parse_integer, parse_real
+   use text, only: to_text, plural, parse_integer, parse_real
    use model, only: model_t, step_t, quantity_reaction, method_load, method_displacement, method_cylindrical, &
-      method_spherical, method_linearised, method_minimum_residual
+      method_spherical, method_linearised, method_minimum_residual, method_variable_load, method_generalised
    use diagnostics, only: diagnostics_t
    use deck_cards, only: deck_t, complain
    use card_values, only: given, default_text, parameter_text, parameter_word, parameter_integer, parameter_real, &
-      parameter_place, value_place, field_place, field_real, whole_line
+      parameter_place, value_place, field_place, field_integer, field_real, whole_line
    use deck_names, only: deck_names_t, find_named
    implicit none
    private
@@ -22,35 +22,60 @@ contains
       type(model_t), intent(inout) :: model             !! with monitors; gets step without loads and path control
       type(diagnostics_t), intent(inout) :: diagnostics
       integer :: card, s
-      integer, allocatable :: step_card(:)
-      logical, allocatable :: has_static(:)
+      integer, allocatable :: step_card(:), static_card(:), buckle_card(:) ! by step; 0: not there
       allocate (step_card(0))
       do card = 1, deck%n_cards
          if (deck%card(card)%keyword == 'STEP') step_card = [step_card, card]
       end do
       allocate (model%step(size(step_card)))
-      allocate (has_static(size(step_card)), source=.false.)
+      allocate (static_card(size(step_card)), buckle_card(size(step_card)), source=0)
       do s = 1, size(step_card)
          call begin_step(deck, names, diagnostics, step_card(s), model%step(s))
       end do
       do card = 1, deck%n_cards
          s = deck%card(card)%step
          if (s == 0) cycle
-         if (deck%card(card)%keyword == 'STATIC') has_static(s) = .true.
+         if (deck%card(card)%keyword == 'STATIC') static_card(s) = card
+         if (deck%card(card)%keyword == 'BUCKLE') buckle_card(s) = card
          if (.not. deck%card(card)%sound) cycle
          select case (deck%card(card)%keyword)
          case ('STATIC')
             call read_static(deck, names, model, diagnostics, card, model%step(s))
+         case ('BUCKLE')
+            call read_buckle(deck, names, model%fixed, diagnostics, card, model%step(s)%n_modes)
          case ('CONTROLS')
             call read_controls(deck, diagnostics, card, model%step(s))
          end select
       end do
       if (names%unknown_cards) return
       do s = 1, size(step_card)
-         if (.not. has_static(s)) call complain(deck, diagnostics, step_card(s), deck%card(step_card(s))%place, &
-            'the step has no *STATIC')
+         if (static_card(s) == 0 .and. buckle_card(s) == 0) then
+            call complain(deck, diagnostics, step_card(s), deck%card(step_card(s))%place, &
+               'the step has neither *STATIC nor *BUCKLE')
+         else if (static_card(s) > 0 .and. buckle_card(s) > 0) then
+            card = max(static_card(s), buckle_card(s))
+            call complain(deck, diagnostics, card, deck%card(card)%place, 'a step has either *STATIC or *BUCKLE, not both')
+         else if (buckle_card(s) > 0) then
+            call check_buckling_step(deck, diagnostics, s)
+         end if
       end do
    end subroutine read_step_cards
+
+   !> A buckling step has loads, and nothing that belongs to a path.
+   subroutine check_buckling_step(deck, diagnostics, s)
+      type(deck_t), intent(in) :: deck
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer, intent(in) :: s
+      integer :: card
+      do card = 1, deck%n_cards
+         if (deck%card(card)%step /= s) cycle
+         select case (deck%card(card)%keyword)
+         case ('CONTROLS', 'STOP', 'LOCATE', 'TURNING POINTS', 'FIELD OUTPUT', 'BRANCH', 'LIMIT CURVE', 'IMPERFECTION')
+            call complain(deck, diagnostics, card, deck%card(card)%place, &
+               'belongs to a step with *STATIC; this one has *BUCKLE')
+         end select
+      end do
+   end subroutine check_buckling_step
 
    !> Name and defaults of a step.
    subroutine begin_step(deck, names, diagnostics, card, step)
@@ -63,6 +88,7 @@ contains
       logical :: is_new, ok
       step%name = 'Step-'//to_text(names%step%n + 1)
       if (deck%card(card)%sound .and. given(deck, card, 'NAME')) step%name = parameter_text(deck, card, 'NAME')
+      if (.not. deck%card(card)%sound) names%step%incomplete = .true.
       call names%step%add(step%name, position, is_new)
       if (.not. is_new) call complain(deck, diagnostics, card, parameter_place(deck, card, 'NAME'), &
          'the name '//trim(step%name)//' is used already')
@@ -96,6 +122,10 @@ contains
          step%method = method_linearised
       case ('MINIMUM RESIDUAL')
          step%method = method_minimum_residual
+      case ('VARIABLE LOAD')
+         step%method = method_variable_load
+      case ('GENERALISED DISPLACEMENT')
+         step%method = method_generalised
       end select
       select case (parameter_word(deck, card, 'NEWTON'))
       case ('FULL')
@@ -130,6 +160,25 @@ contains
             to_text(step%largest))
       end if
    end subroutine read_static
+
+   !> *BUCKLE: how many modes.
+   subroutine read_buckle(deck, names, fixed, diagnostics, card, n_modes)
+      type(deck_t), intent(in) :: deck
+      type(deck_names_t), intent(in) :: names
+      logical, intent(in) :: fixed(:, :)
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer, intent(in) :: card
+      integer, intent(out) :: n_modes
+      integer :: line, n_free
+      line = deck%card(card)%first_line
+      n_modes = 0
+      if (.not. deck%data_line(line)%sound) return
+      n_modes = field_integer(deck, line, 1)
+      if (names%mesh_incomplete) return
+      n_free = count(.not. fixed)
+      if (n_modes > n_free) call complain(deck, diagnostics, card, field_place(deck, line, 1), &
+         'there are only '//plural(n_free, 'free degree')//' of freedom')
+   end subroutine read_buckle
 
    subroutine read_controls(deck, diagnostics, card, step)
       type(deck_t), intent(in) :: deck

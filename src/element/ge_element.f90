@@ -66,7 +66,7 @@ contains
    !> Sign: f = (-n, -m) at the first node and (n, m) at the second, so that the sum over elements minus the node loads
    !> vanishes in equilibrium. With du the six node displacement increments and dl that of the load factor,
    !>   f + k du - fl dl   are the end forces after one Newton step,   z + op (du, 1, dl)   the stored unknowns.
-   subroutine ge_evaluate(tab, h, scale, angle, chord, compliance, load, u, z, f, raw, k, fl, op, defect, ok)
+   subroutine ge_evaluate(tab, h, scale, angle, chord, compliance, load, u, z, f, raw, k, fl, op, defect, ok, more_force)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h                !! stress-free length
       real(wp), intent(in) :: scale            !! C
@@ -83,6 +83,7 @@ contains
       real(wp), intent(out) :: op(:, :)        !! (ge_size, ge_columns)
       real(wp), intent(out) :: defect(2)       !! largest internal residual: of rotation [rad] and of position
       logical, intent(out) :: ok               !! false: the internal system is singular; outputs undefined
+      real(wp), intent(in), optional :: more_force(:, :) !! (2, stages) n beyond z that the tangent counts, nothing else
 
       real(wp) :: phi(max_stages), m(max_stages), nn(2, max_stages), rho(2, max_stages), g(max_stages)
       real(wp) :: g_phi(max_stages), d(2, max_stages), bnn(3, max_stages), position(2, max_stages)
@@ -114,6 +115,7 @@ contains
          rho(:, i) = (1.0_wp + axial * compliance%axial) * t + (shear * compliance%shear) * nu
          g(i) = -shear - axial * shear * beta
          g_phi(i) = axial + beta * (axial**2 - shear**2)
+         if (present(more_force)) g_phi(i) = g_phi(i) + dot_product(more_force(:, i), rho(:, i))
          d(:, i) = (beta * shear) * t + (1.0_wp + beta * axial) * nu
          bnn(1, i) = compliance%axial * t(1) * t(1) + compliance%shear * nu(1) * nu(1)
          bnn(2, i) = compliance%axial * t(1) * t(2) + compliance%shear * nu(1) * nu(2)

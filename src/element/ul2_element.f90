@@ -7,7 +7,7 @@ module ul2_element
    use kinds, only: wp
    implicit none
    private
-   public :: ul2_evaluate, ul2_size
+   public :: ul2_stress_stiffness, ul2_evaluate, ul2_size
 
    integer, parameter :: ul2_size = 3 !! stored natural forces: N, M1, M2
 
@@ -70,4 +70,33 @@ contains
       k(2, 4) = k(2, 4) - 0.5_wp * pressure
       k(4, 2) = k(4, 2) - 0.5_wp * pressure
    end subroutine ul2_evaluate
+
+   !> Derivative of the tangent by a displacement increment through the natural forces alone, the geometry held; and by
+   !> the pressure.
+   pure subroutine ul2_stress_stiffness(h, chord, ea, ei, pressure_rate, u, du, k)
+      real(wp), intent(in) :: h, chord(2), ea, ei !! as for ul2_evaluate
+      real(wp), intent(in) :: pressure_rate   !! of the increment
+      real(wp), intent(in) :: u(6)            !! node displacements now
+      real(wp), intent(in) :: du(6)           !! their increment
+      real(wp), intent(out) :: k(6, 6)
+      real(wp) :: d(2), l, e(2), ba(6), bt(6), phi(2), force, moments
+      integer :: i, j
+      d = chord + u(4:5) - u(1:2)
+      l = norm2(d)
+      e = d / l
+      ba = [-e(1), -e(2), 0.0_wp, e(1), e(2), 0.0_wp]
+      bt = [e(2), -e(1), 0.0_wp, -e(2), e(1), 0.0_wp] / l
+      force = ea / h * dot_product(ba, du)
+      phi = [du(3), du(6)] - dot_product(bt, du)
+      moments = ei / h * 6.0_wp * sum(phi)
+      do j = 1, 6
+         do i = 1, 6
+            k(i, j) = force * l * bt(i) * bt(j) + moments / l * (ba(i) * bt(j) + bt(i) * ba(j))
+         end do
+      end do
+      k(1, 5) = k(1, 5) + 0.5_wp * pressure_rate
+      k(5, 1) = k(5, 1) + 0.5_wp * pressure_rate
+      k(2, 4) = k(2, 4) - 0.5_wp * pressure_rate
+      k(4, 2) = k(4, 2) - 0.5_wp * pressure_rate
+   end subroutine ul2_stress_stiffness
 end module ul2_element

@@ -18,7 +18,7 @@ module bordered_system
       & counter_factorisation, counter_solution
    implicit none
    private
-   public :: linearise, assemble_bordered, factor_system, set_path_row, solve_bordered, apply_increment
+   public :: linearise, assemble_bordered, factor_system, set_path_row, solve_bordered, solve_effective, apply_increment
 
 contains
 
@@ -79,7 +79,7 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
       real(wp) :: schur(system%n_slides, system%n_slides), shift(system%n_slides, 1)
-      integer :: i, j, m
+      integer :: j, m
       logical :: singular
       m = system%n_slides
       shift = 0.0_wp
@@ -89,11 +89,8 @@ contains
       if (m == 0) return
       do j = 1, m
          shift(j, 1) = -slide_row(problem, system, j, system%column(:, 1))
-         do i = 1, m
-            schur(i, j) = slide_row(problem, system, i, system%column(:, 1 + j))
-            if (i == j) schur(i, j) = schur(i, j) + system%tangency_corner(i)
-         end do
       end do
+      schur = tangency_schur(problem, system)
       call count_missing(schur)
       call solve_small(m, schur, shift, singular)
       if (singular) return
@@ -119,6 +116,47 @@ contains
          end do
       end subroutine count_missing
    end subroutine eliminate_slides
+
+   !> Schur complement of the tangency rows: what a move of each sliding point does to the tangency of all.
+   function tangency_schur(problem, system) result(schur)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system     !! factored, its columns of the sliding points solved
+      real(wp) :: schur(system%n_slides, system%n_slides)
+      integer :: i, j
+      do j = 1, system%n_slides
+         do i = 1, system%n_slides
+            schur(i, j) = slide_row(problem, system, i, system%column(:, 1 + j))
+         end do
+         schur(j, j) = schur(j, j) + system%tangency_corner(j)
+      end do
+   end function tangency_schur
+
+   !> Response to forces at a fixed load factor: constraints hold, sliding points keep their tangency.
+   subroutine solve_effective(problem, system, rhs, tangency, x, shift, timers)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system     !! factored
+      real(wp), intent(in) :: rhs(:)           !! (n) node axes; entries of fixed unknowns do not count
+      real(wp), intent(in) :: tangency(:)      !! (n_slides) right-hand sides of the tangency rows
+      real(wp), intent(out) :: x(:)            !! (n)
+      real(wp), intent(out) :: shift(:)        !! (n_slides)
+      type(timers_t), intent(inout) :: timers
+      real(wp) :: matrix(system%n_slides, system%n_slides), b(system%n_slides, 1), held(system%n)
+      integer :: j
+      logical :: singular
+      held = 0.0_wp
+      call solve_constrained(system, rhs, held, x, timers)
+      if (system%n_slides == 0) return
+      do j = 1, system%n_slides
+         b(j, 1) = tangency(j) - slide_row(problem, system, j, x)
+      end do
+      matrix = tangency_schur(problem, system)
+      call solve_small(system%n_slides, matrix, b, singular)
+      shift = b(:, 1)
+      if (singular) shift = 0.0_wp
+      do j = 1, system%n_slides
+         x = x + shift(j) * system%column(:, 1 + j)
+      end do
+   end subroutine solve_effective
 
    !> x = K^-1 rhs with the fixed unknowns at their prescribed values.
    subroutine solve_constrained(system, rhs, prescribed, x, timers)

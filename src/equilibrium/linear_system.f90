@@ -14,7 +14,7 @@ module linear_system
    use timing, only: timers_t, timing_start, timing_stop, phase_elements, phase_assembly
    implicit none
    private
-   public :: system_t, new_system, assemble, evaluate_element, turn_pair, to_global, row_times
+   public :: system_t, new_system, assemble, sum_elements, evaluate_element, turn_pair, to_global, row_times
 
    real(wp), parameter :: worst_round_off = 1.0e-6_wp !! a residual above it is no equilibrium, whatever its reason
 

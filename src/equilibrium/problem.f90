@@ -20,6 +20,7 @@ module problem
       type(ge_stiffness_t), allocatable :: compliance(:) !! (elements)
       logical, allocatable :: pressurised(:)             !! (elements) a pressure acts in some step
       integer, allocatable :: z_size(:)                  !! (elements) stored unknowns
+      real(wp), allocatable :: coordinates(:, :)         !! (2, nodes) of the deck: what stored displacements count from
       type(load_t) :: constant                           !! left behind by the steps before this one
       integer :: step = 1
       integer :: n_unknowns = 0                          !! three a node
@@ -47,6 +48,7 @@ contains
       problem%constant = new_load(model%mesh%n_nodes, model%mesh%n_elements)
       problem%n_unknowns = 3 * model%mesh%n_nodes
       problem%size = structure_size(home%x)
+      problem%coordinates = model%mesh%x
       allocate (problem%compliance(model%mesh%n_elements), problem%z_size(model%mesh%n_elements))
       allocate (problem%pressurised(model%mesh%n_elements), source=.false.)
       allocate (problem%weight(model%mesh%n_nodes), source=0.0_wp)

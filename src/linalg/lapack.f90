@@ -10,6 +10,7 @@ module lapack
    public :: dpbtrf, dpbtrs, dpbcon
    public :: dgbtrf, dgbtrs, dgbcon
    public :: dptsv
+   public :: dsyev, dgeev
    public :: dgemv, dsbmv, dtrsm, dnrm2
 
    ! Dense general matrices.
@@ -34,6 +35,29 @@ module lapack
          real(wp), intent(inout) :: b(ldb, *)
          integer, intent(out) :: info
       end subroutine dgetrs
+
+      !> Eigenvalues of a symmetric matrix in ascending order; eigenvectors in A.
+      subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
+         import :: wp
+         character, intent(in) :: jobz, uplo
+         integer, intent(in) :: n, lda, lwork
+         real(wp), intent(inout) :: a(lda, *)
+         real(wp), intent(out) :: w(*)
+         real(wp), intent(inout) :: work(*)
+         integer, intent(out) :: info
+      end subroutine dsyev
+
+      !> Eigenvalues and eigenvectors of a general matrix.
+      subroutine dgeev(jobvl, jobvr, n, a, lda, wr, wi, vl, ldvl, vr, ldvr, work, lwork, info)
+         import :: wp
+         character, intent(in) :: jobvl, jobvr
+         integer, intent(in) :: n, lda, ldvl, ldvr, lwork
+         real(wp), intent(inout) :: a(lda, *)
+         real(wp), intent(out) :: wr(*), wi(*)
+         real(wp), intent(inout) :: vl(ldvl, *), vr(ldvr, *)
+         real(wp), intent(inout) :: work(*)
+         integer, intent(out) :: info
+      end subroutine dgeev
 
       !> Inverse from the factors of dgetrf.
       subroutine dgetri(n, a, lda, ipiv, work, lwork, info)

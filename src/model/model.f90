@@ -162,6 +162,7 @@ module model
       real(wp) :: increment = 0.0_wp            !! first one, its sign counts
       real(wp) :: last = 0.0_wp                 !! value of the parameter at which the curve ends
       real(wp) :: largest = 0.0_wp              !! increment
+      real(wp), allocatable :: at(:)            !! values of the parameter that get a point of their own
       integer :: max_points = 0
    end type limit_curve_t
 

@@ -1,8 +1,9 @@
 !> What the program understood of the deck, in words: the first part of the listing.
 module deck_summary
    use kinds, only: wp, degree
-   use model, only: model_t, step_t, threshold_t, obstacle_t, contact_t, method_load, method_displacement
-   use model_words, only: monitor_description, family_name, method_name, side_name
+   use model, only: model_t, step_t, threshold_t, branch_t, mode_offset_t, limit_curve_t, obstacle_t, contact_t, &
+      & method_load, method_displacement
+   use model_words, only: monitor_description, family_name, method_name, side_name, parameter_name, parameter_object
    use columns, only: brief, whole, left, right
    use text, only: plural
    implicit none
@@ -144,15 +145,38 @@ contains
       if (contact%sliding) text = text//', sliding contact points'
    end function contact_text
 
-   !> One or two lines: method and increments; where it stops and what it locates.
+   !> A step: what it is, then a line for each of the things it does on the way and afterwards.
    subroutine write_step(unit, model, step, number)
       integer, intent(in) :: unit, number
       type(model_t), intent(in) :: model
       type(step_t), intent(in) :: step
-      character(:), allocatable :: text
+      character(:), allocatable :: name
       integer :: i
+      name = ''
+      if (step%name /= '') name = trim(step%name)//': '
+      if (step%n_modes > 0) then
+         call line(unit, 'step '//whole(number), name//'linear buckling, '//plural(step%n_modes, 'mode'))
+         return
+      end if
+      call line(unit, 'step '//whole(number), name//control_text(model, step))
+      do i = 1, size(step%mode_offset)
+         call line(unit, '', repeat(' ', margin)//mode_offset_text(model, step%mode_offset(i)))
+      end do
+      call line(unit, '', repeat(' ', margin)//end_text(model, step))
+      do i = 1, size(step%branch)
+         call line(unit, '', repeat(' ', margin)//branch_text(model, step, step%branch(i)))
+      end do
+      do i = 1, size(step%limit_curve)
+         call line(unit, '', repeat(' ', margin)//limit_curve_text(model, step%limit_curve(i)))
+      end do
+   end subroutine write_step
+
+   !> Method, increments and iteration.
+   pure function control_text(model, step) result(text)
+      type(model_t), intent(in) :: model
+      type(step_t), intent(in) :: step
+      character(:), allocatable :: text
       text = method_name(step%method)
-      if (step%name /= '') text = trim(step%name)//': '//text
       if (step%method == method_displacement) text = text//' of '//trim(model%monitor(step%monitor)%name)
       text = text//', first increment '//brief(step%increment)
       if (step%method == method_load .or. step%method == method_displacement) then
@@ -165,21 +189,79 @@ contains
       if (step%tangent_updates == 1) text = text//', Newton with the tangent updated once'
       if (step%paper_loop) text = text//', loop of the paper'
       text = text//', tolerance '//brief(step%tolerance)
-      call line(unit, 'step '//whole(number), text)
-      text = 'at most '//plural(step%max_points, 'point')
-      do i = 1, size(step%stop)
-         text = text//', stop when '//threshold_text(model, step%stop(i))
-         if (step%stop(i)%rising) then
-            text = text//' rises above '//brief(step%stop(i)%value)
-         else
-            text = text//' falls below '//brief(step%stop(i)%value)
-         end if
-      end do
+   end function control_text
+
+   !> Where a step stops, and what it locates on the way.
+   pure function end_text(model, step) result(text)
+      type(model_t), intent(in) :: model
+      type(step_t), intent(in) :: step
+      character(:), allocatable :: text
+      integer :: i
+      text = 'at most '//plural(step%max_points, 'point')//stop_text(model, step%stop)
       do i = 1, size(step%locate)
          text = text//', locate '//threshold_text(model, step%locate(i))//' = '//brief(step%locate(i)%value)
       end do
-      call line(unit, '', repeat(' ', margin)//text)
-   end subroutine write_step
+      do i = 1, size(step%turning)
+         text = text//', locate turning points of '//trim(model%monitor(step%turning(i))%name)
+      end do
+   end function end_text
+
+   pure function stop_text(model, stop) result(text)
+      type(model_t), intent(in) :: model
+      type(threshold_t), intent(in) :: stop(:)
+      character(:), allocatable :: text
+      integer :: i
+      text = ''
+      do i = 1, size(stop)
+         text = text//', stop when '//threshold_text(model, stop(i))
+         if (stop(i)%rising) then
+            text = text//' rises above '//brief(stop(i)%value)
+         else
+            text = text//' falls below '//brief(stop(i)%value)
+         end if
+      end do
+   end function stop_text
+
+   !> A mode that the step begins with.
+   pure function mode_offset_text(model, mode_offset) result(text)
+      type(model_t), intent(in) :: model
+      type(mode_offset_t), intent(in) :: mode_offset
+      character(:), allocatable :: text
+      text = 'begins stress-free, '//plural(size(mode_offset%element), 'element')//' offset by mode '// &
+         & whole(mode_offset%mode)//' of '//trim(model%step(mode_offset%step)%name)//', largest offset '// &
+         & brief(mode_offset%amplitude)
+   end function mode_offset_text
+
+   pure function branch_text(model, step, branch) result(text)
+      type(model_t), intent(in) :: model
+      type(step_t), intent(in) :: step
+      type(branch_t), intent(in) :: branch
+      character(:), allocatable :: text
+      text = 'branch '//trim(branch%name)//': from bifurcation '//whole(branch%bifurcation)
+      if (branch%of > 0) text = text//' of '//trim(step%branch(branch%of)%name)
+      if (branch%side > 0) text = text//' along'
+      if (branch%side < 0) text = text//' against'
+      text = text//' null vector '//whole(branch%mode)
+      if (branch%increment > 0.0_wp) text = text//', first arc length '//brief(branch%increment)
+      text = text//', at most '//plural(branch%max_points, 'point')//stop_text(model, branch%stop)
+   end function branch_text
+
+   pure function limit_curve_text(model, curve) result(text)
+      type(model_t), intent(in) :: model
+      type(limit_curve_t), intent(in) :: curve
+      character(:), allocatable :: text
+      text = 'limit curve '//trim(curve%name)//': limit point '//whole(curve%limit_point)//' while '
+      if (parameter_object(curve, model) == '') then
+         text = text//'the '//parameter_name(curve%parameter)
+      else
+         text = text//parameter_name(curve%parameter)//' of '//parameter_object(curve, model)
+      end if
+      text = text//' goes to '//brief(curve%last)//', first increment '//brief(curve%increment)//', largest '// &
+         & brief(curve%largest)
+      if (curve%logarithmic) text = text//' decades'
+      if (curve%to_rigid) text = text//', then rigid'
+      text = text//', at most '//plural(curve%max_points, 'point')
+   end function limit_curve_text
 
    pure function threshold_text(model, threshold) result(text)
       type(model_t), intent(in) :: model

@@ -23,6 +23,7 @@ module hdf5_series
    integer(hsize_t), parameter :: chunk_few = 16 !! or this many when not many are expected
    integer, parameter :: ragged_chunk = 4      !! columns of a chunk when the row length may change
    integer, parameter :: bytes_per_real = 8, bytes_per_integer = 4
+   integer, parameter :: most_kept = 10000     !! larger buffers (fields) are given back when they have been written
 
    !> One growing dataset and the rows it has not written yet. Exactly one of the three buffers is allocated.
    type :: series_t
@@ -235,6 +236,9 @@ contains
       end if
       if (status < 0) call hdf5_failed(file, 'write '//series%name)
       series%n_written = extent(rank)
+      if (allocated(series%reals)) then
+         if (size(series%reals) > most_kept) series%reals = [real(wp) ::]
+      end if
    end subroutine write_rows
 
    ! Appending --------------------------------------------------------------------------------------------------

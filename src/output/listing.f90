@@ -2,32 +2,31 @@
 !>
 !> The first part, what the deck says, is deck_summary. A column grows when a number needs more room.
 module listing
-   use kinds, only: wp, name_length
-   use timing, only: timers_t, timing_seconds, timing_calls, timing_total, counted, n_phases, phase_name, n_counters, &
-      & counter_name
+   use kinds, only: name_length
+   use timing, only: timers_t
    use model, only: model_t
    use model_words, only: method_name
-   use path_record, only: point_t, critical_t, accuracy_t
-   use columns, only: significant, scientific, fixed, whole, left, right
+   use path_record, only: point_t, critical_t, accuracy_t, branch_start_t, buckling_t, limit_point_t
+   use columns, only: significant, scientific, whole
+   use text_table, only: column_t, cell_t, page_rows, monitor_digits, fitting_columns, widen_columns, write_head, write_row
+   use side_tables, only: limit_table_t, open_limit_table, write_limit_point, leave_limit_table, write_buckling_table
+   use run_summary, only: write_accuracy, write_cost
    use text, only: plural
    implicit none
    private
-   public :: listing_t, listing_open, listing_point, listing_critical, listing_close
+   public :: listing_t, listing_open, listing_close
+   public :: listing_point, listing_critical, listing_branch, listing_buckling, listing_limit_point
 
-   integer, parameter :: page_width = 132, page_rows = 50
-   integer, parameter :: load_digits = 10, monitor_digits = 8
-   integer, parameter :: monitor_width = 15       !! of the longest number with monitor_digits
-   integer, parameter :: longest_head = 24        !! longer monitor names are cut
+   integer, parameter :: load_digits = 10
    integer, parameter :: first_monitor = 4        !! its column, after point, label and load factor
+   integer, parameter :: nowhere = -1             !! the last row was not one of a path
 
-   type :: column_t
-      character(longest_head) :: head = ''
-      integer :: width = 0                        !! without the blank before it
-   end type column_t
-
-   type :: cell_t
-      character(:), allocatable :: text
-   end type cell_t
+   !> A row of the table of critical points.
+   type :: critical_row_t
+      integer :: branch = 0
+      type(cell_t), allocatable :: cell(:)        !! label, point, step, load factor, monitors
+      character(:), allocatable :: remark
+   end type critical_row_t
 
    !> A listing in progress.
    type :: listing_t
@@ -37,10 +36,16 @@ module listing
       logical :: has_contact = .false.
       type(column_t), allocatable :: column(:)
       character(2 * name_length), allocatable :: step_title(:)
-      integer :: step = 0                         !! of the last row
+      character(:), allocatable :: branch_title   !! of the branch that started last
+      integer :: branch = 0                       !! points belong to it; 0: to the path of the steps
+      integer :: n_branches = 0
+      integer :: last_branch = nowhere, last_step = 0 !! of the last row
+      integer :: root_step = 0                    !! of the last row of the path of the steps
       integer :: rows = 0                         !! since the last header
-      integer :: n_points = 0
-      type(critical_t), allocatable :: critical(:)
+      integer :: n_root = 0, n_branch = 0         !! points of the path of the steps, and of the present branch
+      integer :: n_on_branches = 0                !! points of all branches
+      type(critical_row_t), allocatable :: critical(:)
+      type(limit_table_t) :: limit_table
    end type listing_t
 
 contains
@@ -50,43 +55,38 @@ contains
       type(listing_t), intent(out) :: listing
       integer, intent(in) :: unit                 !! open for formatted writing, such as output_unit
       type(model_t), intent(in) :: model
-      type(column_t), allocatable :: last(:)
-      integer :: i, used
+      type(column_t), allocatable :: first(:), last(:), monitor(:)
+      integer :: i
       listing%unit = unit
       listing%has_contact = size(model%contact) > 0
       allocate (listing%critical(0))
       allocate (listing%step_title(size(model%step)))
       do i = 1, size(model%step)
          listing%step_title(i) = 'Step '//whole(i)//': '//method_name(model%step(i)%method)
+         if (model%step(i)%n_modes > 0) listing%step_title(i) = 'Step '//whole(i)//': buckling'
          if (model%step(i)%name /= '') listing%step_title(i) = trim(listing%step_title(i))//', '//model%step(i)%name
       end do
+      first = [column_t('point', 6), column_t('', 2), column_t('load factor', 17)]
       last = [column_t('contacts', 8), column_t('iterations', 10), column_t('residual', 8), column_t('pivots < 0', 10)]
       if (.not. listing%has_contact) last = last(2:)
-      listing%column = [column_t('point', 6), column_t('', 2), column_t('load factor', 17)]
-      used = sum(listing%column%width + 1) + sum(last%width + 1)
-      do i = 1, size(model%monitor)
-         associate (width => max(monitor_width, min(longest_head, len_trim(model%monitor(i)%name))))
-            if (used + width + 1 > page_width) exit
-            listing%column = [listing%column, column_t(model%monitor(i)%name, width)]
-            used = used + width + 1
-         end associate
-         listing%n_monitors = i
-      end do
-      listing%column = [listing%column, last]
+      monitor = fitting_columns(model%monitor%name, [first, last])
+      listing%column = [first, monitor, last]
+      listing%n_monitors = size(monitor)
+      call open_limit_table(listing%limit_table, unit, model)
       if (listing%n_monitors < size(model%monitor)) then
          write (unit, '(/a)') 'The table has room for '//whole(listing%n_monitors)//' of '//whole(size(model%monitor)) &
             & //' monitors; all are in the result file.'
       end if
    end subroutine listing_open
 
-   !> Writes one row, with a header before the first of a step and after every 50 rows.
+   !> Writes one row, with a header before the first of a step or branch and after every 50 rows.
    subroutine listing_point(listing, point)
       type(listing_t), intent(inout) :: listing
       type(point_t), intent(in) :: point          !! as many monitors as the model has
       type(cell_t) :: cell(size(listing%column))
       integer :: i, n
-      listing%n_points = listing%n_points + 1
-      cell(1)%text = whole(listing%n_points)
+      call count_point(listing, n)
+      cell(1)%text = whole(n)
       cell(2)%text = trim(point%label)
       cell(3)%text = significant(point%load_factor, load_digits)
       do i = 1, listing%n_monitors
@@ -97,30 +97,105 @@ contains
       cell(n - 2)%text = whole(point%iterations)
       cell(n - 1)%text = scientific(point%residual, 2)
       cell(n)%text = whole(point%negative_pivots)
-      call make_room(listing%column, cell)
-      if (point%step /= listing%step .or. listing%rows == page_rows) then
-         if (point%step /= listing%step) write (listing%unit, '(/a)') trim(listing%step_title(point%step))
-         call write_head(listing%unit, listing%column)
-         listing%step = point%step
-         listing%rows = 0
-      end if
+      call widen_columns(listing%column, cell)
+      call write_title(listing, point%step)
       call write_row(listing%unit, listing%column, cell)
       listing%rows = listing%rows + 1
       flush (listing%unit)
    end subroutine listing_point
 
+   !> Counts a point; n is its number on its path.
+   subroutine count_point(listing, n)
+      type(listing_t), intent(inout) :: listing
+      integer, intent(out) :: n
+      if (listing%branch == 0) then
+         listing%n_root = listing%n_root + 1
+         n = listing%n_root
+      else
+         listing%n_branch = listing%n_branch + 1
+         listing%n_on_branches = listing%n_on_branches + 1
+         n = listing%n_branch
+      end if
+   end subroutine count_point
+
+   !> The title of another step or path, and the heads of the columns, when they are due.
+   subroutine write_title(listing, step)
+      type(listing_t), intent(inout) :: listing
+      integer, intent(in) :: step                 !! of the row that follows
+      logical :: elsewhere
+      elsewhere = listing%branch /= listing%last_branch .or. step /= listing%last_step
+      if (elsewhere .and. listing%branch > 0) then
+         write (listing%unit, '(/a)') listing%branch_title
+      else if (elsewhere .and. step == listing%root_step) then
+         write (listing%unit, '(/a)') trim(listing%step_title(step))//' (continued)'
+      else if (elsewhere) then
+         write (listing%unit, '(/a)') trim(listing%step_title(step))
+      end if
+      if (elsewhere .or. listing%rows == page_rows) then
+         call write_head(listing%unit, listing%column)
+         listing%rows = 0
+      end if
+      listing%last_branch = listing%branch
+      listing%last_step = step
+      if (listing%branch == 0) listing%root_step = step
+      call leave_limit_table(listing%limit_table)
+   end subroutine write_title
+
    !> Keeps a critical point for the table at the end.
    subroutine listing_critical(listing, critical)
       type(listing_t), intent(inout) :: listing
       type(critical_t), intent(in) :: critical    !! as many monitors as the model has
-      type(critical_t), allocatable :: longer(:)
-      integer :: n
+      type(critical_row_t), allocatable :: longer(:)
+      integer :: i, n
       n = size(listing%critical)
       allocate (longer(n + 1))
       longer(:n) = listing%critical
-      longer(n + 1) = critical
+      associate (row => longer(n + 1))
+         row%branch = listing%branch
+         row%remark = remark(critical)
+         allocate (row%cell(4 + listing%n_monitors))
+         row%cell(1)%text = trim(critical%label)
+         row%cell(2)%text = whole(critical%point)
+         row%cell(3)%text = whole(critical%step)
+         row%cell(4)%text = significant(critical%load_factor, load_digits)
+         do i = 1, listing%n_monitors
+            row%cell(4 + i)%text = significant(critical%monitor(i), monitor_digits)
+         end do
+      end associate
       call move_alloc(longer, listing%critical)
    end subroutine listing_critical
+
+   !> The points that follow belong to a branch, or to the path of the steps again.
+   subroutine listing_branch(listing, start)
+      type(listing_t), intent(inout) :: listing
+      type(branch_start_t), intent(in) :: start
+      listing%branch = start%branch
+      if (start%branch == 0) return
+      listing%n_branches = listing%n_branches + 1
+      listing%n_branch = 0
+      listing%branch_title = 'Branch '//whole(start%branch)//': '//trim(start%name)//', step '//whole(start%step)//', ' &
+         & //trim(merge('along  ', 'against', start%side >= 0))//' mode '//whole(start%mode)//' from bifurcation ' &
+         & //whole(start%bifurcation)
+      if (start%of > 0) listing%branch_title = listing%branch_title//' of branch '//whole(start%of)
+      listing%branch_title = listing%branch_title//' (point '//whole(start%point)//')'
+   end subroutine listing_branch
+
+   !> Writes the load factors of a buckling step.
+   subroutine listing_buckling(listing, buckling)
+      type(listing_t), intent(inout) :: listing
+      type(buckling_t), intent(in) :: buckling
+      call write_buckling_table(listing%unit, listing%step_title(buckling%step), buckling)
+      listing%last_branch = nowhere
+      call leave_limit_table(listing%limit_table)
+   end subroutine listing_buckling
+
+   !> Writes one point of a limit curve.
+   subroutine listing_limit_point(listing, limit_point)
+      type(listing_t), intent(inout) :: listing
+      type(limit_point_t), intent(in) :: limit_point !! as many monitors as the model has
+      call write_limit_point(listing%limit_table, limit_point)
+      listing%last_branch = nowhere
+   end subroutine listing_limit_point
 
    !> Writes the tables of critical points, accuracy and cost, and the status.
    subroutine listing_close(listing, status, timers, accuracy)
@@ -128,37 +203,41 @@ contains
       character(*), intent(in) :: status          !! 'complete', or 'stopped: why'
       type(timers_t), intent(in) :: timers
       type(accuracy_t), intent(in) :: accuracy
+      character(:), allocatable :: points
       call write_critical(listing)
       call write_accuracy(listing%unit, listing%has_contact, accuracy)
       call write_cost(listing%unit, timers)
-      write (listing%unit, '(/a)') 'Path '//trim(status)//' ('//plural(listing%n_points, 'point')//')'
+      points = plural(listing%n_root + listing%n_on_branches, 'point')
+      if (listing%n_branches == 1) points = points//', '//whole(listing%n_on_branches)//' of them on a branch'
+      if (listing%n_branches > 1) points = points//', '//whole(listing%n_on_branches)//' of them on ' &
+         & //whole(listing%n_branches)//' branches'
+      write (listing%unit, '(/a)') 'Path '//trim(status)//' ('//points//')'
       flush (listing%unit)
    end subroutine listing_close
 
+   !> The table of critical points, with a column for the branch when there are any.
    subroutine write_critical(listing)
       type(listing_t), intent(in) :: listing
-      type(column_t) :: column(first_monitor + listing%n_monitors)
-      type(cell_t) :: cell(first_monitor + listing%n_monitors, size(listing%critical))
-      integer :: i, k
+      type(column_t), allocatable :: column(:)
+      type(cell_t), allocatable :: cell(:, :)
+      integer :: first, k
       if (size(listing%critical) == 0) return
-      column = [column_t('', 2), column_t('point', 6), column_t('step', 4), listing%column(3:first_monitor - 1 &
-         & + listing%n_monitors)]
+      first = merge(2, 1, listing%n_branches == 0)
+      column = [column_t('branch', 6), column_t('', 2), column_t('point', 6), column_t('step', 4), &
+         & listing%column(3:first_monitor - 1 + listing%n_monitors)]
+      allocate (cell(size(column), size(listing%critical)))
       do k = 1, size(listing%critical)
-         associate (critical => listing%critical(k))
-            cell(1, k)%text = trim(critical%label)
-            cell(2, k)%text = whole(critical%point)
-            cell(3, k)%text = whole(critical%step)
-            cell(4, k)%text = significant(critical%load_factor, load_digits)
-            do i = 1, listing%n_monitors
-               cell(4 + i, k)%text = significant(critical%monitor(i), monitor_digits)
-            end do
-         end associate
-         call make_room(column, cell(:, k))
+         cell(1, k)%text = ''
+         if (listing%critical(k)%branch > 0) cell(1, k)%text = whole(listing%critical(k)%branch)
+         cell(2:, k) = listing%critical(k)%cell
+      end do
+      do k = 1, size(listing%critical)
+         call widen_columns(column, cell(:, k))
       end do
       write (listing%unit, '(/a)') 'Critical points'
-      call write_head(listing%unit, column)
+      call write_head(listing%unit, column(first:))
       do k = 1, size(listing%critical)
-         call write_row(listing%unit, column, cell(:, k), remark(listing%critical(k)))
+         call write_row(listing%unit, column(first:), cell(first:, k), listing%critical(k)%remark)
       end do
    end subroutine write_critical
 
@@ -166,93 +245,32 @@ contains
    pure function remark(critical) result(text)
       type(critical_t), intent(in) :: critical
       character(:), allocatable :: text
+      character(*), parameter :: fold(3) = [character(6) :: 'simple', 'double', 'triple']
+      character(:), allocatable :: note
       text = ''
-      if (.not. critical%located) text = '  not located, only bracketed'
-      if (.not. allocated(critical%note)) return
-      if (critical%note == '') return
-      if (text /= '') then
-         text = text//'; '//critical%note
-      else
-         text = '  '//critical%note
+      note = ''
+      if (allocated(critical%note)) note = trim(critical%note)
+      if (.not. critical%located) call say('not located, only bracketed')
+      if (allocated(critical%null_vector)) then
+         associate (n => size(critical%null_vector, 3))
+            if (n >= 1 .and. n <= size(fold)) call say_unless_noted(trim(fold(n)))
+            if (n > size(fold)) call say_unless_noted(whole(n)//'-fold')
+         end associate
       end if
-   end function remark
-
-   subroutine write_accuracy(unit, has_contact, accuracy)
-      integer, intent(in) :: unit
-      logical, intent(in) :: has_contact
-      type(accuracy_t), intent(in) :: accuracy
-      write (unit, '(/a)') 'Accuracy: worst of all points'
-      call write_value('relative residual', accuracy%residual)
-      if (has_contact) then
-         call write_value('penetration / size of the structure', accuracy%penetration)
-         call write_value('tension / largest reaction', accuracy%tension)
-         call write_value('complementarity violation', accuracy%complementarity)
-      end if
-      call write_value('balance of forces', accuracy%force_balance)
-      call write_value('balance of moments', accuracy%moment_balance)
+      call say(note)
    contains
-      subroutine write_value(name, value)
-         character(*), intent(in) :: name
-         real(wp), intent(in) :: value
-         write (unit, '(a)') '   '//left(name, 38)//right(scientific(value, 2), 9)
-      end subroutine write_value
-   end subroutine write_accuracy
-
-   !> Seconds and calls of every phase that was used, and the counters that are not zero.
-   subroutine write_cost(unit, timers)
-      integer, intent(in) :: unit
-      type(timers_t), intent(in) :: timers
-      real(wp) :: total
-      integer :: i
-      total = timing_total(timers)
-      write (unit, '(/a)') left('Cost', 26)//right('seconds', 15)//right('calls', 14)
-      do i = 1, n_phases
-         if (timing_calls(timers, i) > 0) write (unit, '(a)') '   '//left(phase_name(i), 23) &
-            & //right(fixed(timing_seconds(timers, i), 6), 15)//right(whole(timing_calls(timers, i)), 14)
-      end do
-      write (unit, '(a)') '   '//left('total', 23)//right(fixed(total, 6), 15)
-      do i = 1, n_counters
-         if (counted(timers, i) > 0) write (unit, '(a)') '   '//left(counter_name(i), 38) &
-            & //right(whole(counted(timers, i)), 14)
-      end do
-   end subroutine write_cost
-
-   !> Widens columns to what their cells need.
-   pure subroutine make_room(column, cell)
-      type(column_t), intent(inout) :: column(:)
-      type(cell_t), intent(in) :: cell(:)
-      integer :: i
-      do i = 1, size(column)
-         column(i)%width = max(column(i)%width, len(cell(i)%text))
-      end do
-   end subroutine make_room
-
-   !> Heads of the columns above a rule.
-   subroutine write_head(unit, column)
-      integer, intent(in) :: unit
-      type(column_t), intent(in) :: column(:)
-      character(:), allocatable :: heads
-      integer :: i
-      heads = ''
-      do i = 1, size(column)
-         heads = heads//' '//right(column(i)%head, column(i)%width)
-      end do
-      write (unit, '(a/a)') heads, repeat('-', len(heads))
-   end subroutine write_head
-
-   !> The cells of a row, at the right of their columns.
-   subroutine write_row(unit, column, cell, remark)
-      integer, intent(in) :: unit
-      type(column_t), intent(in) :: column(:)
-      type(cell_t), intent(in) :: cell(:)
-      character(*), intent(in), optional :: remark !! follows the last column
-      character(:), allocatable :: row
-      integer :: i
-      row = ''
-      do i = 1, size(column)
-         row = row//' '//right(cell(i)%text, column(i)%width)
-      end do
-      if (present(remark)) row = row//remark
-      write (unit, '(a)') trim(row)
-   end subroutine write_row
+      pure subroutine say_unless_noted(words)
+         character(*), intent(in) :: words
+         if (index(note, words) == 0) call say(words)
+      end subroutine say_unless_noted
+      pure subroutine say(words)
+         character(*), intent(in) :: words
+         if (words == '') return
+         if (text == '') then
+            text = '  '//words
+         else
+            text = text//'; '//words
+         end if
+      end subroutine say
+   end function remark
 end module listing

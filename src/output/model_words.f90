@@ -1,12 +1,15 @@
 !> Words for what the model holds, used by the result file and the listing.
 module model_words
    use kinds, only: wp
-   use model, only: mesh_t, monitor_t, obstacle_t, family_ul2, quantity_displacement, &
-      & method_load, method_displacement, method_cylindrical, method_spherical, method_minimum_residual
+   use model, only: model_t, mesh_t, monitor_t, obstacle_t, limit_curve_t, family_ul2, quantity_displacement, &
+      & method_load, method_displacement, method_cylindrical, method_spherical, method_minimum_residual, &
+      & method_variable_load, method_generalised, parameter_modulus, parameter_gap, parameter_imperfection, &
+      & parameter_ea, parameter_ei
    use text, only: to_text
    implicit none
    private
    public :: monitor_units, monitor_description, family_name, method_name, side_name
+   public :: parameter_name, parameter_units, parameter_object
 
 contains
 
@@ -75,6 +78,10 @@ contains
          name = 'LINEARISED'
       case (method_minimum_residual)
          name = 'MINIMUM RESIDUAL'
+      case (method_variable_load)
+         name = 'VARIABLE LOAD'
+      case (method_generalised)
+         name = 'GENERALISED DISPLACEMENT'
       end select
    end function method_name
 
@@ -90,4 +97,51 @@ contains
          name = 'outside'
       end if
    end function side_name
+
+   !> The deck's word for what a limit curve varies.
+   pure function parameter_name(parameter) result(name)
+      integer, intent(in) :: parameter            !! parameter_...
+      character(:), allocatable :: name
+      select case (parameter)
+      case (parameter_modulus)
+         name = 'MODULUS'
+      case (parameter_gap)
+         name = 'GAP'
+      case (parameter_imperfection)
+         name = 'IMPERFECTION'
+      case (parameter_ea)
+         name = 'EA'
+      case (parameter_ei)
+         name = 'EI'
+      case default
+         name = 'CONSTANT LOAD'
+      end select
+   end function parameter_name
+
+   !> Its units in words; '1' for a factor.
+   pure function parameter_units(parameter) result(units)
+      integer, intent(in) :: parameter            !! parameter_...
+      character(:), allocatable :: units
+      select case (parameter)
+      case (parameter_modulus)
+         units = 'force / length^2'
+      case (parameter_gap)
+         units = 'length'
+      case (parameter_ea)
+         units = 'force'
+      case (parameter_ei)
+         units = 'force length^2'
+      case default
+         units = '1'
+      end select
+   end function parameter_units
+
+   !> Name of the obstacle or element set whose parameter varies; blank for the constant load.
+   pure function parameter_object(curve, model) result(name)
+      type(limit_curve_t), intent(in) :: curve
+      type(model_t), intent(in) :: model
+      character(:), allocatable :: name
+      name = trim(curve%set)
+      if (curve%obstacle > 0) name = trim(model%obstacle(curve%obstacle)%name)
+   end function parameter_object
 end module model_words

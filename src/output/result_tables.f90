@@ -1,17 +1,20 @@
-!> The parts of the result file that are written once: at its start, and at its end.
+!> The parts of the result file that are written once: at its start, when a branch starts or buckling modes are there,
+!> and at its end.
 !> A failure stays in the file: see hdf5_file.
 module result_tables
    use kinds, only: i8, degree
    use timing, only: timers_t, timing_seconds, timing_calls, counted, n_phases, phase_name, n_counters, counter_name
    use model, only: model_t, obstacle_t
    use model_words, only: side_name
-   use path_record, only: accuracy_t
+   use path_record, only: accuracy_t, branch_start_t, buckling_t
+   use columns, only: whole
    use hdf5_file, only: hdf5_file_t, hdf5_group
    use hdf5_attributes, only: hdf5_attribute
    use hdf5_datasets, only: hdf5_write
    implicit none
    private
-   public :: write_root, write_status, write_mesh, write_obstacles, write_performance, write_accuracy, link_name
+   public :: write_root, write_status, write_mesh, write_obstacles, write_candidates, write_branch, branch_group
+   public :: write_buckling, write_performance, write_accuracy, link_name
 
 contains
 
@@ -76,6 +79,59 @@ contains
          call hdf5_attribute(file, group, 'modulus', obstacle(i)%modulus)
       end do
    end subroutine write_obstacles
+
+   !> Who may touch what; the group /contact must exist.
+   subroutine write_candidates(file, model)
+      type(hdf5_file_t), intent(inout) :: file
+      type(model_t), intent(in) :: model
+      integer :: i, k
+      associate (contact => model%contact)
+         call hdf5_write(file, '/contact/candidates', &
+            & [(model%mesh%node_label(contact(i)%node), i=1, size(contact))], '1', &
+            & 'node numbers (of the deck) of the candidates, contact after contact')
+         call hdf5_write(file, '/contact/candidate_contact', &
+            & [((i, k=1, size(contact(i)%node)), i=1, size(contact))], '1', 'contact of each candidate, from 1')
+         call hdf5_write(file, '/contact/obstacle', model%obstacle(contact%obstacle)%name, '1', &
+            & 'name of the obstacle of each contact')
+      end associate
+   end subroutine write_candidates
+
+   !> The group of a branch with its attributes; the group /branch must exist.
+   subroutine write_branch(file, start)
+      type(hdf5_file_t), intent(inout) :: file
+      type(branch_start_t), intent(in) :: start
+      call hdf5_group(file, branch_group(start))
+      call hdf5_attribute(file, branch_group(start), 'name', start%name)
+      call hdf5_attribute(file, branch_group(start), 'step', start%step)
+      call hdf5_attribute(file, branch_group(start), 'of', start%of)
+      call hdf5_attribute(file, branch_group(start), 'bifurcation', start%bifurcation)
+      call hdf5_attribute(file, branch_group(start), 'mode', start%mode)
+      call hdf5_attribute(file, branch_group(start), 'side', start%side)
+      call hdf5_attribute(file, branch_group(start), 'point', start%point)
+   end subroutine write_branch
+
+   !> Full path of the group of a branch.
+   pure function branch_group(start) result(group)
+      type(branch_start_t), intent(in) :: start
+      character(:), allocatable :: group
+      group = '/branch/'//whole(start%branch)
+   end function branch_group
+
+   !> The modes of a buckling step; the group /buckling must exist.
+   subroutine write_buckling(file, model, buckling)
+      type(hdf5_file_t), intent(inout) :: file
+      type(model_t), intent(in) :: model
+      type(buckling_t), intent(in) :: buckling
+      character(:), allocatable :: group
+      group = '/buckling/'//link_name(model%step(buckling%step)%name)
+      call hdf5_group(file, group)
+      call hdf5_attribute(file, group, 'step', buckling%step)
+      call hdf5_write(file, group//'/load_factor', buckling%load_factor, '1', &
+         & 'factors of the loads of the step at which it buckles, the smallest in size first')
+      call hdf5_write(file, group//'/residual', buckling%residual, '1', 'relative residual of the eigenvalue problem')
+      call hdf5_write(file, group//'/mode', buckling%mode, '1, 1, radian / length', &
+         & 'u, v and rotation of every node in each mode, the largest translation is 1')
+   end subroutine write_buckling
 
    !> Seconds and calls of the phases, and the counters.
    subroutine write_performance(file, timers)

@@ -2,8 +2,8 @@
 module run_recorder
    use errors, only: error_t
    use path_record, only: recorder_t, point_t, critical_t, branch_start_t, buckling_t, limit_point_t
-   use results, only: results_t, results_point, results_critical
-   use listing, only: listing_t, listing_point, listing_critical
+   use results, only: results_t, results_point, results_critical, results_branch, results_buckling, results_limit_point
+   use listing, only: listing_t, listing_point, listing_critical, listing_branch, listing_buckling, listing_limit_point
    use timing, only: timers_t, timing_start, timing_stop, phase_output
    implicit none
    private
@@ -54,7 +54,8 @@ contains
       type(timers_t), intent(inout) :: timers
       type(error_t), allocatable, intent(out) :: error
       call timing_start(timers, phase_output)
-      if (.not. self%quiet .and. start%branch < 0) error = error_t('')
+      call results_branch(self%results, start, error)
+      if (.not. self%quiet) call listing_branch(self%listing, start)
       call timing_stop(timers, phase_output)
    end subroutine record_branch
 
@@ -65,7 +66,8 @@ contains
       type(timers_t), intent(inout) :: timers
       type(error_t), allocatable, intent(out) :: error
       call timing_start(timers, phase_output)
-      if (.not. self%quiet .and. buckling%step < 0) error = error_t('')
+      call results_buckling(self%results, buckling, error)
+      if (.not. self%quiet) call listing_buckling(self%listing, buckling)
       call timing_stop(timers, phase_output)
    end subroutine record_buckling
 
@@ -76,7 +78,8 @@ contains
       type(timers_t), intent(inout) :: timers
       type(error_t), allocatable, intent(out) :: error
       call timing_start(timers, phase_output)
-      if (.not. self%quiet .and. limit_point%step < 0) error = error_t('')
+      call results_limit_point(self%results, limit_point, error)
+      if (.not. self%quiet) call listing_limit_point(self%listing, limit_point)
       call timing_stop(timers, phase_output)
    end subroutine record_limit_point
 end module run_recorder

@@ -3,7 +3,7 @@ module bracketing
    use kinds, only: wp
    implicit none
    private
-   public :: bracket_t, new_bracket, bracket_guess, bracket_middle, bracket_update
+   public :: bracket_t, new_bracket, bracket_guess, bracket_update
 
    type :: bracket_t
       real(wp) :: low = 0.0_wp, high = 1.0_wp
@@ -27,18 +27,12 @@ contains
       type(bracket_t), intent(in) :: bracket
       real(wp), parameter :: margin = 1.0e-3_wp
       real(wp) :: width
-      at = bracket_middle(bracket)
+      at = 0.5_wp * (bracket%low + bracket%high)
       if (bracket%f_low * bracket%f_high >= 0.0_wp) return
       width = bracket%high - bracket%low
       at = (bracket%low * bracket%f_high - bracket%high * bracket%f_low) / (bracket%f_high - bracket%f_low)
       at = min(max(at, bracket%low + margin * width), bracket%high - margin * width)
    end function bracket_guess
-
-   !> The middle, for functions that only have a sign.
-   pure real(wp) function bracket_middle(bracket) result(at)
-      type(bracket_t), intent(in) :: bracket
-      at = 0.5_wp * (bracket%low + bracket%high)
-   end function bracket_middle
 
    !> Takes a new value in; an end that stays twice gets half its weight. True when it became the low end.
    subroutine bracket_update(bracket, at, f, low_moved)

@@ -1,18 +1,19 @@
 !> One increment: predictor and Newton iterations from a converged point to the next one, contact included.
 module corrector
    use kinds, only: wp
-   use model, only: family_ge
+   use model, only: family_ge, method_cylindrical, method_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: assemble_bordered, factor_system, linearise, apply_increment
    use contact_slides, only: slides_fit, shift_contacts, close_short_gaps, drop_slides
-   use path_control, only: control_t, control_row, control_error
+   use path_control, only: control_t, control_row, control_error, metric, is_arc_length, set_tangent, monitor_change, &
+      & path_length
    use contact_set, only: contact_step_t, solve_contact_step, gap_tolerance
    use timing, only: timers_t, count_up, counter_newton
    implicit none
    private
-   public :: increment_t, take_increment, settle, contact_holds
+   public :: increment_t, take_increment, correct, contact_holds
 
    !> What an increment cost and whether it succeeded.
    type :: increment_t
@@ -24,6 +25,9 @@ module corrector
    end type increment_t
 
    integer, parameter :: shifting_iterations = 8 !! after these the contact points must stay within their elements
+   integer, parameter :: settling_iterations = 5 !! until then the last correction must be small, too
+   real(wp), parameter :: longest_jump = 4.0_wp !! what load or displacement control may go, over the length of the tangent's step
+   real(wp), parameter :: large_correction = 1.0e-4_wp !! of the increment
    integer, parameter :: max_contact_loops = 12 !! outer loops of the paper's scheme
 
 contains
@@ -41,15 +45,21 @@ contains
       logical, intent(in), optional :: keep_contact !! true: the contact set of `start`, whatever the signs say
       type(contact_step_t) :: step
       integer :: loop
-      real(wp) :: rhs
+      real(wp) :: rhs, ahead
       logical :: frozen
 
       state = start
       frozen = .false.
       if (present(keep_contact)) frozen = keep_contact
-      call control_row(problem, control, start, state, system, rhs)
+      call control_row(problem, control, start, state, system, rhs, timers)
       if (frozen .or. .not. problem%model%step(problem%step)%paper_loop) then
-         call iterate(problem, start, control, state, system, rhs, frozen, .not. frozen, report, timers)
+         call predicted_length(ahead)
+         call iterate(problem, start, control, state, system, rhs, frozen, .not. frozen, &
+            & problem%model%step(problem%step)%tangent_updates, report, timers)
+         if (report%converged .and. .not. is_arc_length(control%method) .and. all(state%active .eqv. start%active)) then
+            report%converged = path_length(problem, start, state) <= longest_jump * ahead
+            if (.not. report%converged) report%message = 'the increment ends far from the path'
+         end if
          return
       end if
       ! The paper's Fig. 2: LCP at the predictor, equilibrium with the set frozen, compare, repeat.
@@ -61,36 +71,56 @@ contains
          state%reaction = step%reaction
          call linearise(problem, state, start, system, timers)
          if (.not. system%ok) exit
-         call control_row(problem, control, start, state, system, rhs)
-         call iterate(problem, start, control, state, system, rhs, .true., .true., report, timers)
+         call control_row(problem, control, start, state, system, rhs, timers)
+         call iterate(problem, start, control, state, system, rhs, .true., .true., &
+            & problem%model%step(problem%step)%tangent_updates, report, timers)
          if (.not. report%converged) return
          if (contact_holds(problem, state, system)) return
          report%converged = .false.
-         call control_row(problem, control, start, state, system, rhs)
+         call control_row(problem, control, start, state, system, rhs, timers)
       end do
       report%message = 'the contact set did not settle in the outer loop'
+
+   contains
+
+      !> Arc length of the tangent's step: load and displacement control can jump to another path, which is not meant.
+      subroutine predicted_length(length)
+         real(wp), intent(out) :: length
+         type(control_t) :: tangent
+         length = huge(1.0_wp)
+         if (is_arc_length(control%method)) return
+         tangent%method = method_cylindrical
+         call set_tangent(problem, system, 0.0_wp * start%u, 1.0_wp, tangent)
+         length = abs(control%increment)
+         if (control%method == method_displacement) &
+            & length = length / max(abs(monitor_change(problem, control%monitor, system, system%tangent)), tiny(1.0_wp))
+         ! Unit tangent: its load component is that per arc length.
+         length = length / max(abs(tangent%tangent_load), tiny(1.0_wp))
+      end subroutine predicted_length
    end subroutine take_increment
 
-   !> Restores equilibrium without moving along the path: for a state whose nodes were moved along the rod.
-   subroutine settle(problem, base, control, keep_contact, state, system, report, timers)
+   !> Brings a guess to equilibrium at the control's increment from `base`, by full Newton.
+   subroutine correct(problem, base, control, keep_contact, state, system, report, timers)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: base
-      type(control_t), intent(in) :: control     !! its tangent must be set; the correction is kept normal to it
+      type(state_t), intent(in) :: base          !! converged, or the guess itself
+      type(control_t), intent(in) :: control     !! its tangent must be set where its method needs one
       logical, intent(in) :: keep_contact        !! whatever the signs say
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system
       type(increment_t), intent(out) :: report
       type(timers_t), intent(inout) :: timers
+      real(wp) :: rhs
       call linearise(problem, state, base, system, timers)
       if (.not. system%ok) then
          report%message = 'the tangent is singular'
          return
       end if
-      call iterate(problem, state, control, state, system, 0.0_wp, keep_contact, .not. keep_contact, report, timers)
-   end subroutine settle
+      call control_row(problem, control, base, state, system, rhs, timers)
+      call iterate(problem, base, control, state, system, rhs, keep_contact, .not. keep_contact, huge(1), report, timers)
+   end subroutine correct
 
    !> Newton from a linearised state: solve, add, linearise, until everything holds.
-   subroutine iterate(problem, start, control, state, system, first_rhs, frozen, movable, report, timers)
+   subroutine iterate(problem, start, control, state, system, first_rhs, frozen, movable, tangent_updates, report, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
       type(control_t), intent(in) :: control
@@ -99,12 +129,14 @@ contains
       real(wp), intent(in) :: first_rhs
       logical, intent(in) :: frozen            !! the contact set stays
       logical, intent(in) :: movable           !! but contact points may pass from node to node
+      integer, intent(in) :: tangent_updates   !! iterations after which the tangent is factored anew
       type(increment_t), intent(inout) :: report
       type(timers_t), intent(inout) :: timers
       type(state_t) :: origin
       type(contact_step_t) :: step
-      real(wp) :: rhs, tolerance, best
-      logical :: refactor
+      real(wp), allocatable :: before(:, :)
+      real(wp) :: rhs, tolerance, best, correction, moved
+      logical :: refactor, settled
       integer :: iteration
 
       tolerance = problem%model%step(problem%step)%tolerance
@@ -115,12 +147,15 @@ contains
          call solve_step(problem, state, system, rhs, frozen, movable .and. iteration <= shifting_iterations, step, &
             & report, timers)
          if (allocated(report%message)) return
-         refactor = iteration <= problem%model%step(problem%step)%tangent_updates .or. any(step%active .neqv. state%active)
+         refactor = iteration <= tangent_updates .or. any(step%active .neqv. state%active)
+         correction = 0.0_wp
          if (step%flipped) then
             state%active = step%active
             state%reaction = step%reaction
          else
+            before = state%u
             call move(problem, system, step, state)
+            correction = metric(problem, state%u - before, state%u - before)
          end if
          report%iterations = report%iterations + 1
          call count_up(timers, counter_newton)
@@ -134,7 +169,11 @@ contains
             report%message = 'Newton diverged'
             return
          end if
-         if (.not. step%flipped .and. report%residual <= max(tolerance, system%round_off) .and. &
+         ! A small residual after a large correction is luck, or softness: the next one still moves the point.
+         moved = metric(problem, state%u - origin%u, state%u - origin%u)
+         settled = correction <= (large_correction**2) * moved .or. report%residual <= 1.0e-3_wp * tolerance
+         if (.not. step%flipped .and. (settled .or. iteration > settling_iterations) .and. &
+            & report%residual <= max(tolerance, system%round_off) .and. &
             & control_error(problem, control, origin, state) <= max(tolerance, 1.0e-9_wp)) then
             if (frozen .or. contact_holds(problem, state, system)) then
                call factor_system(problem, state, system, timers)
@@ -157,7 +196,7 @@ contains
                return
             end if
          end if
-         call control_row(problem, control, origin, state, system, rhs)
+         call control_row(problem, control, origin, state, system, rhs, timers)
       end do newton
       report%message = 'no convergence within the allowed iterations'
    end subroutine iterate

@@ -1,31 +1,35 @@
 !> Locates an event that was seen to happen within an increment.
 module event_location
    use kinds, only: wp
-   use model, only: step_t
+   use model, only: step_t, method_linearised
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: linearise
-   use path_control, only: control_t
-   use corrector, only: increment_t, take_increment
+   use path_control, only: control_t, is_free, plane_distance
+   use corrector, only: increment_t, take_increment, correct
    use path_events, only: event_t, probe_t, event_value, event_bifurcation, event_contact
+   use tangent_modes, only: modes_t, lowest_modes, numbered_eigenvalue
+   use errors, only: error_t
    use path_run, only: run_t, probe_at
-   use bracketing, only: bracket_t, new_bracket, bracket_guess, bracket_middle, bracket_update
+   use bracketing, only: bracket_t, new_bracket, bracket_guess, bracket_update
    use timing, only: timers_t
    implicit none
    private
    public :: locate
 
+   integer, parameter :: eigenvalues_looked_at = 3
+
 contains
 
    !> Finds the zero of an event's function between the last accepted point and the trial by the Illinois rule on the
-   !> length of the increment; an event of counts only by bisection.
+   !> length of the increment.
    subroutine locate(problem, step, run, trial, event, place, report, fraction, located, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
-      type(event_t), intent(in) :: event
+      type(event_t), intent(inout) :: event         !! gets its scale
       type(state_t), intent(out) :: place           !! the located point, or the nearest one found
       type(increment_t), intent(out) :: report
       real(wp), intent(out) :: fraction             !! of the increment
@@ -36,13 +40,27 @@ contains
       type(state_t) :: here, below, above
       type(probe_t) :: probe
       type(bracket_t) :: bracket
-      real(wp) :: f
+      real(wp) :: f, whole
       integer :: try
-      logical :: counts, held, low_moved
-      counts = event%kind == event_bifurcation
+      logical :: branching, held, low_moved
+      branching = event%kind == event_bifurcation
       held = event%kind == event_contact
       control = run%control
-      bracket = new_bracket(event%before, event%after)
+      whole = control%increment
+      if (is_free(control%method)) then
+         ! What has no constraint has no way to tell a part of the increment: the plane normal to the tangent has.
+         control%method = method_linearised
+         whole = plane_distance(problem, control, run%state, trial)
+      end if
+      if (branching) then
+         call linearise(problem, trial, trial, run%system, timers)
+         f = eigenvalue()
+         call linearise(problem, run%state, run%state, run%system, timers)
+         bracket = new_bracket(eigenvalue(), f)
+      else
+         bracket = new_bracket(event%before, event%after)
+      end if
+      event%scale = bracket%scale
       below = run%state
       above = trial
       place = trial
@@ -51,12 +69,15 @@ contains
       search: do try = 1, max_tries
          if (located) exit search
          fraction = bracket_guess(bracket)
-         if (counts) fraction = bracket_middle(bracket)
-         control%increment = fraction * run%control%increment
-         call linearise(problem, run%state, run%state, run%system, timers)
+         control%increment = fraction * whole
          ! With the contact set of the start the function of a contact event is smooth through its zero.
-         call take_increment(problem, run%state, control, here, run%system, report, timers, &
-            & keep_contact=held)
+         if (alike(below, above) .and. .not. held) then
+            here = between(below, above, (fraction - bracket%low) / (bracket%high - bracket%low))
+            call correct(problem, run%state, control, .false., here, run%system, report, timers)
+         else
+            call linearise(problem, run%state, run%state, run%system, timers)
+            call take_increment(problem, run%state, control, here, run%system, report, timers, keep_contact=held)
+         end if
          if (held .and. report%converged) then
             ! Other candidates may have changed sides meanwhile; then the LCP has to take part.
             if (.not. holds_elsewhere(problem, run%system, event%marked, here)) then
@@ -66,9 +87,13 @@ contains
          end if
          if (.not. report%converged) exit search
          probe = probe_at(problem, run, here)
-         f = event_value(problem, event, here, probe)
+         if (branching) then
+            f = eigenvalue()
+         else
+            f = event_value(problem, event, here, probe)
+         end if
          place = here
-         located = abs(f) <= step%locate_tolerance * bracket%scale .and. .not. counts
+         located = abs(f) <= step%locate_tolerance * bracket%scale
          if (located) exit search
          call bracket_update(bracket, fraction, f, low_moved)
          if (low_moved) then
@@ -82,9 +107,42 @@ contains
             located = .true.
          end if
       end do search
-      ! Where the contact set changes, pivot counts may jump without a bifurcation.
-      if (counts .and. located .and. size(below%active) > 0) located = all(below%active .eqv. above%active)
+      ! Where the contact set changes, eigenvalues may jump without a bifurcation.
+      if (branching .and. located .and. size(below%active) > 0) located = all(below%active .eqv. above%active)
+
+   contains
+
+      !> The eigenvalue that changes its sign, where the system is factored now.
+      real(wp) function eigenvalue()
+         type(modes_t) :: modes
+         type(error_t), allocatable :: error
+         call lowest_modes(problem, run%system, eigenvalues_looked_at, modes, error, timers)
+         eigenvalue = numbered_eigenvalue(modes, event%number)
+      end function eigenvalue
    end subroutine locate
+
+   !> True for states that differ in nothing that jumps: contact set, places of the sliding nodes.
+   pure logical function alike(a, b)
+      type(state_t), intent(in) :: a, b
+      integer :: e
+      alike = all(a%active .eqv. b%active)
+      do e = 1, size(a%geometry%element)
+         if (.not. alike) return
+         alike = all(abs(a%geometry%element(e)%s - b%geometry%element(e)%s) <= 0.0_wp)
+      end do
+   end function alike
+
+   !> The state a part of the way from one to another.
+   pure function between(from, to, part) result(state)
+      type(state_t), intent(in) :: from, to    !! alike
+      real(wp), intent(in) :: part             !! 0 to 1
+      type(state_t) :: state
+      state = from
+      state%load_factor = from%load_factor + part * (to%load_factor - from%load_factor)
+      state%u = from%u + part * (to%u - from%u)
+      state%z = from%z + part * (to%z - from%z)
+      state%reaction = from%reaction + part * (to%reaction - from%reaction)
+   end function between
 
    !> Signs of the gaps and reactions of all but some candidates.
    pure logical function holds_elsewhere(problem, system, marked, state) result(holds)

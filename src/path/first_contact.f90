@@ -42,7 +42,7 @@ contains
          trial = state
          do round = 1, max_rounds
             call drop_slides(system)
-            call control_row(problem, control, state, trial, system, rhs)
+            call control_row(problem, control, state, trial, system, rhs, timers)
             call solve_contact_step(problem, trial, system, rhs, .false., step, timers)
             if (.not. step%ok) exit
             trial%active = step%active

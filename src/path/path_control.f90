@@ -8,20 +8,24 @@
 !> displacement: monitor = start + increment                                   (Batoz & Dhatt 1979)
 !> cylindrical:  |du| = increment                                              (Crisfield 1981)
 !> spherical:    |du|^2 + (load_scale dl)^2 = increment^2                      (Crisfield 1981)
-!> minimum residual: the first correction of a step as linearised, each later one as short as possible   (Chan 1988)
 !> linearised:   the plane normal to the tangent at distance `increment`       (Riks 1979)
-!> The quadratic ones are linearised at every iterate, so they meet the same points as root-finding versions.
+!> The others take the tangent's step as predictor, and then corrections normal to
+!> minimum residual:        the load's own displacements: as short as possible (Chan 1988)
+!> variable load:           the displacements of the increment so far          (Gierlinski & Graves Smith 1985)
+!> generalised displacement: the tangent of the increment before               (Yang & Shieh 1990)
 module path_control
    use kinds, only: wp
    use model, only: monitor_t, quantity_displacement, method_load, method_displacement, method_cylindrical, &
-      & method_spherical, method_linearised, method_minimum_residual
+      & method_spherical, method_linearised, method_minimum_residual, method_variable_load, method_generalised
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t, to_global
-   use bordered_system, only: set_path_row
+   use bordered_system, only: set_path_row, solve_bordered
+   use timing, only: timers_t
    implicit none
    private
-   public :: control_t, control_row, control_error, is_arc_length, set_tangent, monitor_change, path_length, metric
+   public :: control_t, control_row, control_error, is_arc_length, is_free, plane_distance, set_tangent, &
+      & monitor_change, path_length, metric
 
    type :: control_t
       integer :: method = method_load
@@ -30,6 +34,7 @@ module path_control
       real(wp) :: load_scale = 0.0_wp          !! arc length per unit load factor
       real(wp), allocatable :: tangent(:, :)   !! (3, nodes) unit tangent at the start, only displacements count
       real(wp) :: tangent_load = 0.0_wp        !! its load factor component
+      real(wp), allocatable :: previous(:, :)  !! the tangent of the increment before, when there was one
    end type control_t
 
 contains
@@ -38,14 +43,20 @@ contains
    pure logical function is_arc_length(method)
       integer, intent(in) :: method
       is_arc_length = any(method == [method_cylindrical, method_spherical, method_linearised, &
-         & method_minimum_residual])
+         & method_minimum_residual, method_variable_load, method_generalised])
    end function is_arc_length
+
+   !> True for the strategies whose corrections are normal to something: they have no constraint that a point must meet.
+   pure logical function is_free(method)
+      integer, intent(in) :: method
+      is_free = any(method == [method_minimum_residual, method_variable_load, method_generalised])
+   end function is_free
 
    !> Weight of the load factor in the arc length.
    pure real(wp) function load_weight(control)
       type(control_t), intent(in) :: control
       load_weight = 0.0_wp
-      if (.not. any(control%method == [method_cylindrical, method_minimum_residual])) load_weight = control%load_scale**2
+      if (any(control%method == [method_spherical, method_linearised])) load_weight = control%load_scale**2
    end function load_weight
 
    !> <a, b> of the displacement parts.
@@ -67,11 +78,7 @@ contains
       !! the load factor alone decides where the displacements are zero
       type(control_t), intent(inout) :: control
       real(wp) :: norm, along
-      integer :: node
-      if (.not. allocated(control%tangent)) allocate (control%tangent(3, size(direction, 2)))
-      do node = 1, size(direction, 2)
-         control%tangent(:, node) = to_global(problem, system, system%tangent, node)
-      end do
+      control%tangent = nodal(problem, system, system%tangent)
       norm = sqrt(metric(problem, control%tangent, control%tangent) + load_weight(control))
       control%tangent_load = 1.0_wp
       if (norm > 0.0_wp) then
@@ -87,53 +94,112 @@ contains
    end subroutine set_tangent
 
    !> Sets the path row of the system at an iterate and returns its right-hand side.
-   subroutine control_row(problem, control, start, state, system, rhs)
+   subroutine control_row(problem, control, start, state, system, rhs, timers)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
       type(state_t), intent(in) :: start          !! last accepted point
       type(state_t), intent(in) :: state          !! the iterate; equal to `start` for the predictor
-      type(system_t), intent(inout) :: system
+      type(system_t), intent(inout) :: system     !! assembled at the iterate
       real(wp), intent(out) :: rhs
+      type(timers_t), intent(inout) :: timers
       real(wp), allocatable :: row(:, :)
       real(wp) :: dl, travelled
-      integer :: i
       allocate (row(3, size(state%u, 2)), source=0.0_wp)
       dl = state%load_factor - start%load_factor
       select case (control%method)
       case (method_load)
          rhs = control%increment - dl
          call set_path_row(problem, system, row, 1.0_wp)
+         return
       case (method_displacement)
          call monitor_row(problem%model%monitor(control%monitor), row)
          rhs = control%increment - sum(row * (state%u - start%u))
          call set_path_row(problem, system, row, 0.0_wp)
-      case default
-         row = state%u - start%u
-         travelled = metric(problem, row, row) + load_weight(control) * dl**2
-         if (control%method == method_minimum_residual .and. travelled > 0.0_wp) then
-            ! The shortest correction is the one normal to the load's own displacements.
-            rhs = 0.0_wp
-            do i = 1, size(row, 2)
-               row(:, i) = problem%weight(i) * to_global(problem, system, system%tangent, i)
-               row(3, i) = 0.0_wp
-            end do
-            call set_path_row(problem, system, row, 0.0_wp)
-         else if (control%method == method_linearised .or. travelled <= 0.0_wp) then
-            rhs = control%increment - metric(problem, control%tangent, row) &
-               & - load_weight(control) * control%tangent_load * dl
-            do i = 1, size(row, 2)
-               row(:, i) = problem%weight(i) * [control%tangent(1:2, i), 0.0_wp]
-            end do
-            call set_path_row(problem, system, row, load_weight(control) * control%tangent_load)
-         else
-            rhs = 0.5_wp * (control%increment**2 - travelled) / control%increment
-            do i = 1, size(row, 2)
-               row(:, i) = problem%weight(i) * [row(1:2, i), 0.0_wp] / control%increment
-            end do
-            call set_path_row(problem, system, row, load_weight(control) * dl / control%increment)
-         end if
+         return
       end select
+      row = state%u - start%u
+      travelled = metric(problem, row, row) + load_weight(control) * dl**2
+      if (control%method == method_linearised .or. travelled <= 0.0_wp) then
+         rhs = control%increment - metric(problem, control%tangent, row) - load_weight(control) * control%tangent_load * dl
+         call set_metric_row(problem, system, control%tangent, load_weight(control) * control%tangent_load)
+      else if (is_free(control%method)) then
+         rhs = 0.0_wp
+         if (control%method == method_minimum_residual) row = nodal(problem, system, system%tangent)
+         if (control%method == method_generalised) then
+            row = control%tangent
+            if (allocated(control%previous)) row = control%previous
+         end if
+         call set_metric_row(problem, system, row, 0.0_wp)
+      else
+         call circle_row(problem, control, row, dl, system, rhs, timers)
+      end if
    end subroutine control_row
+
+   !> The row of the cylindrical and spherical strategies: tangent plane of the circle at the root that Crisfield's quadratic
+   !> has nearer to the increment so far. Without a real root: the point of the line that is nearest to the circle.
+   subroutine circle_row(problem, control, so_far, dl, system, rhs, timers)
+      type(problem_t), intent(in) :: problem
+      type(control_t), intent(in) :: control
+      real(wp), intent(in) :: so_far(:, :), dl    !! displacements and load factor of the increment so far
+      type(system_t), intent(inout) :: system
+      real(wp), intent(out) :: rhs
+      type(timers_t), intent(inout) :: timers
+      real(wp), parameter :: grazing = 0.1_wp     !! sine of the angle between line and circle
+      real(wp) :: x(system%n), y(1 + system%n_slides), none(system%n_slides)
+      real(wp) :: a, b, c, root, discriminant, weight
+      real(wp), dimension(3, size(so_far, 2)) :: line, fixed, at
+      logical :: ok
+      ! What the residuals alone would do, the load factor held.
+      at = 0.0_wp
+      call set_path_row(problem, system, at, 1.0_wp)
+      none = 0.0_wp
+      if (system%n_slides > 0) none = -system%tangency
+      call solve_bordered(problem, system, -system%residual, system%value, 0.0_wp, none, x, y, ok, timers)
+      weight = load_weight(control)
+      fixed = nodal(problem, system, x)
+      line = nodal(problem, system, system%tangent)
+      at = so_far + fixed
+      a = metric(problem, line, line) + weight
+      b = metric(problem, at, line) + weight * dl
+      c = metric(problem, at, at) + weight * dl**2 - control%increment**2
+      discriminant = b**2 - a * c
+      root = -b / a
+      if (discriminant > 0.0_wp) root = root + sign(sqrt(discriminant) / a, &
+         & metric(problem, so_far, line) + weight * dl)
+      if (discriminant > (grazing * control%increment)**2 * a) then
+         at = at + root * line
+         rhs = metric(problem, at, fixed + root * line) + weight * (dl + root) * root
+         call set_metric_row(problem, system, at, weight * (dl + root))
+      else
+         rhs = metric(problem, line, fixed + root * line) + weight * root
+         call set_metric_row(problem, system, line, weight)
+      end if
+   end subroutine circle_row
+
+   !> Path row <direction, .> + corner * load factor.
+   subroutine set_metric_row(problem, system, direction, corner)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(inout) :: system
+      real(wp), intent(in) :: direction(:, :), corner
+      real(wp) :: row(3, size(direction, 2))
+      integer :: i
+      do i = 1, size(row, 2)
+         row(:, i) = problem%weight(i) * [direction(1:2, i), 0.0_wp]
+      end do
+      call set_path_row(problem, system, row, corner)
+   end subroutine set_metric_row
+
+   !> Solved increments in global axes.
+   function nodal(problem, system, x) result(u)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: x(:)                !! (n) node axes
+      real(wp) :: u(3, problem%model%mesh%n_nodes)
+      integer :: i
+      do i = 1, size(u, 2)
+         u(:, i) = to_global(problem, system, x, i)
+      end do
+   end function nodal
 
    !> How far an iterate is from meeting the constraint, relative to the increment.
    real(wp) function control_error(problem, control, start, state)
@@ -154,7 +220,7 @@ contains
          control_error = abs(control%increment - sum(row * (state%u - start%u))) / scale
       case default
          row = state%u - start%u
-         if (control%method == method_minimum_residual) then
+         if (is_free(control%method)) then
             control_error = 0.0_wp
          else if (control%method == method_linearised) then
             control_error = abs(control%increment - metric(problem, control%tangent, row) - &
@@ -193,6 +259,15 @@ contains
             & monitor%factor / size(monitor%node)
       end do
    end subroutine monitor_row
+
+   !> How far a state lies from the plane normal to the control's tangent at the start, as METHOD=LINEARISED measures it.
+   pure real(wp) function plane_distance(problem, control, start, state)
+      type(problem_t), intent(in) :: problem
+      type(control_t), intent(in) :: control   !! method linearised, its tangent set
+      type(state_t), intent(in) :: start, state
+      plane_distance = metric(problem, control%tangent, state%u - start%u) + &
+         & load_weight(control) * control%tangent_load * (state%load_factor - start%load_factor)
+   end function plane_distance
 
    !> Dimensionless length between two states, displacements only: the arc length that the results report.
    pure real(wp) function path_length(problem, from, to)

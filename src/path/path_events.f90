@@ -7,14 +7,16 @@ module path_events
    use rod_state, only: state_t
    use linear_system, only: system_t
    use monitors, only: monitor_values
+   use path_control, only: monitor_change
    use contact_regions, only: region_of, resolved_contact
    use gap_profile, only: smallest_gap
    implicit none
    private
    public :: probe_t, event_t, new_probe, detect_events, event_value
-   public :: event_limit, event_bifurcation, event_contact, event_value_reached, event_stop
+   public :: event_limit, event_bifurcation, event_turning, event_contact, event_value_reached, event_stop, events_hidden
 
-   integer, parameter :: event_limit = 1, event_bifurcation = 2, event_contact = 3, event_value_reached = 4, event_stop = 5
+   integer, parameter :: event_limit = 1, event_bifurcation = 2, event_contact = 3, event_value_reached = 4, event_stop = 5, &
+      & event_turning = 6
 
    !> What is compared from point to point.
    type :: probe_t
@@ -22,17 +24,19 @@ module path_events
       real(wp) :: load_rate = 0.0_wp          !! d(load factor)/d(arc length) along the path
       integer :: negative_pivots = 0
       real(wp), allocatable :: monitor(:)
+      real(wp), allocatable :: monitor_rate(:) !! d(monitor)/d(arc length) of those whose turning points are asked for
       logical, allocatable :: active(:)       !! contact as far as the mesh resolves it
    end type probe_t
 
    type :: event_t
       integer :: kind = 0
       character(2) :: label = ''
-      integer :: monitor = 0                  !! value events: 0 is the load factor
+      integer :: monitor = 0                  !! value events: 0 is the load factor; turning points: index into step%turning
       real(wp) :: value = 0.0_wp
-      integer :: pivots = 0                   !! bifurcation: pivot count before
+      integer :: number = 0                   !! bifurcation: which eigenvalue of the tangent changes its sign
       logical, allocatable :: marked(:)       !! contact: the candidates concerned
       real(wp) :: gap_scale = 1.0_wp, reaction_scale = 1.0_wp !! contact: make both branches comparable
+      real(wp) :: scale = 1.0_wp              !! what the zero of its function was measured against
       real(wp) :: before = 0.0_wp, after = 0.0_wp !! its function at both ends of the increment
       character(:), allocatable :: note
    end type event_t
@@ -46,9 +50,16 @@ contains
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: load_rate
       type(probe_t) :: probe
+      integer :: i
       probe%load_factor = state%load_factor
       probe%load_rate = load_rate
       probe%negative_pivots = system%negative_pivots
+      associate (turning => problem%model%step(problem%step)%turning)
+         allocate (probe%monitor_rate(size(turning)))
+         do i = 1, size(turning)
+            probe%monitor_rate(i) = load_rate * monitor_change(problem, turning(i), system, system%tangent)
+         end do
+      end associate
       probe%monitor = monitor_values(problem, state, system)
       probe%active = resolved_contact(problem, state)
    end function new_probe
@@ -61,18 +72,26 @@ contains
       type(state_t), intent(in) :: from, to
       type(event_t), allocatable, intent(out) :: events(:)
       type(event_t) :: event
-      integer :: i, unexplained
+      integer :: i, least, most
       allocate (events(0))
-      unexplained = abs(after%negative_pivots - before%negative_pivots)
+      least = min(before%negative_pivots, after%negative_pivots)
+      most = max(before%negative_pivots, after%negative_pivots)
       if (before%load_rate * after%load_rate < 0.0_wp) then
          event = event_t(kind=event_limit, label='LP', note='limit point of the load')
          call append(event)
-         unexplained = max(unexplained - 1, 0)
+         ! It takes one change of sign of its own; with more of them it turns out later which.
+         if (most == least + 1) most = least
       end if
-      if (unexplained > 0) then
-         event = event_t(kind=event_bifurcation, label='BP', pivots=before%negative_pivots, note='bifurcation')
+      do i = least + 1, most
+         event = event_t(kind=event_bifurcation, label='BP', number=i, note='bifurcation')
          call append(event)
-      end if
+      end do
+      do i = 1, size(step%turning)
+         if (before%monitor_rate(i) * after%monitor_rate(i) >= 0.0_wp) cycle
+         event = event_t(kind=event_turning, label='TP', monitor=i, &
+            & note='turning point of '//trim(problem%model%monitor(step%turning(i))%name))
+         call append(event)
+      end do
       if (size(before%active) > 0) then
          if (any(before%active .neqv. after%active)) &
             & call detect_contact_events(problem, from, to, before%active, after%active, events)
@@ -106,6 +125,23 @@ contains
             & < 0.0_wp
       end function crosses
    end subroutine detect_events
+
+   !> True when the two ends of an increment say that more happened between them than they can tell: a limit point without
+   !> a change of the pivot count (there must be a bifurcation, too), or a load that went back while its rate did not.
+   pure logical function events_hidden(before, after, from, to) result(hidden)
+      type(probe_t), intent(in) :: before, after
+      type(state_t), intent(in) :: from, to
+      real(wp) :: change
+      hidden = .false.
+      ! Where the contact set changes, rates and counts may jump.
+      if (any(from%active .neqv. to%active)) return
+      change = after%load_factor - before%load_factor
+      if (before%load_rate * after%load_rate < 0.0_wp) then
+         hidden = modulo(after%negative_pivots - before%negative_pivots, 2) == 0
+      else
+         hidden = before%load_rate * after%load_rate > 0.0_wp .and. change * before%load_rate < 0.0_wp
+      end if
+   end function events_hidden
 
    !> Regions that appear, vanish, split or merge between two states.
    subroutine detect_contact_events(problem, from, to, earlier, later, events)
@@ -180,7 +216,10 @@ contains
       case (event_limit)
          value = probe%load_rate
       case (event_bifurcation)
-         value = merge(1.0_wp, -1.0_wp, probe%negative_pivots == event%pivots)
+         ! Only its sign; event_location looks at the eigenvalue itself.
+         value = merge(-1.0_wp, 1.0_wp, event%number <= probe%negative_pivots)
+      case (event_turning)
+         value = probe%monitor_rate(event%monitor)
       case (event_contact)
          if (any(state%active .and. event%marked)) then
             value = sum(state%reaction, mask=event%marked) / event%reaction_scale

@@ -1,15 +1,27 @@
-!> Where a run stands: the last accepted point and what is known about it.
+!> Where a path stands: the last accepted point and what is known about it, and the critical points other paths start at.
 module path_run
    use kinds, only: wp
-   use model, only: method_cylindrical
+   use model, only: method_cylindrical, method_load, method_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
-   use path_control, only: control_t, set_tangent
+   use path_control, only: control_t, set_tangent, monitor_change
    use path_events, only: probe_t, new_probe
    implicit none
    private
-   public :: run_t, probe_at
+   public :: run_t, landmark_t, probe_at, keep_landmark
+
+   !> A critical point that a branch or a limit curve may start at.
+   type :: landmark_t
+      character(2) :: label = ''
+      type(state_t) :: state
+      integer :: point = 0                       !! its row in the results of its path, from 1
+      integer :: multiplicity = 0                !! BP: how many null vectors
+      real(wp) :: arc_length = 0.0_wp
+      real(wp), allocatable :: direction(:, :)   !! of its path: displacements
+      real(wp) :: direction_load = 0.0_wp        !! and load factor
+      type(control_t) :: control
+   end type landmark_t
 
    !> Kept together so that the procedures of the path loop have short argument lists.
    type :: run_t
@@ -23,18 +35,51 @@ module path_run
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! of the last increment: arc length, load factor
       real(wp), allocatable :: direction(:, :)   !! last increment of the displacements
       real(wp) :: direction_load = 0.0_wp        !! and of the load factor
+      logical :: keep_landmarks = .false.
+      type(landmark_t), allocatable :: landmark(:) !! LP and BP of this step, in order; only when they are kept
    end type run_t
 
 contains
 
-   !> Probe at a converged state at which the system is factored; the direction comes from the last accepted point.
+   !> Probe at a converged state at which the system is factored. The direction comes from the last accepted point, or from
+   !> what the strategy prescribes: increments of load or displacement may be so long that the chord says nothing.
    type(probe_t) function probe_at(problem, run, state) result(probe)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
       type(state_t), intent(in) :: state
       type(control_t) :: control
+      real(wp) :: ahead
       control%method = method_cylindrical
-      call set_tangent(problem, run%system, state%u - run%state%u, state%load_factor - run%state%load_factor, control)
+      select case (run%control%method)
+      case (method_load)
+         call set_tangent(problem, run%system, 0.0_wp * state%u, run%control%increment, control)
+      case (method_displacement)
+         ahead = monitor_change(problem, run%control%monitor, run%system, run%system%tangent)
+         call set_tangent(problem, run%system, 0.0_wp * state%u, sign(1.0_wp, ahead * run%control%increment), control)
+      case default
+         call set_tangent(problem, run%system, state%u - run%state%u, state%load_factor - run%state%load_factor, control)
+      end select
       probe = new_probe(problem, state, run%system, control%tangent_load)
    end function probe_at
+
+   !> Keeps the critical point recorded last.
+   subroutine keep_landmark(run, label, state, arc_length, multiplicity)
+      type(run_t), intent(inout) :: run
+      character(*), intent(in) :: label
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: arc_length
+      integer, intent(in) :: multiplicity
+      type(landmark_t) :: landmark
+      if (.not. run%keep_landmarks) return
+      landmark%label = label
+      landmark%state = state
+      landmark%point = run%points
+      landmark%multiplicity = multiplicity
+      landmark%arc_length = arc_length
+      landmark%direction = state%u - run%state%u
+      landmark%direction_load = state%load_factor - run%state%load_factor
+      landmark%control = run%control
+      if (.not. allocated(run%landmark)) allocate (run%landmark(0))
+      run%landmark = [run%landmark, landmark]
+   end subroutine keep_landmark
 end module path_run

@@ -43,8 +43,8 @@ contains
          if (mod(number, step%field_every) /= 0 .and. label == '') return
          if (step%field_displacement) then
             point%displacement = state%u
-            ! Of a node that slides along the rod: what takes the mesh's node to where it is now.
-            point%displacement(1:2, :) = state%u(1:2, :) + (state%geometry%x - problem%model%mesh%x)
+            ! Of a node that slides along the rod, or began with an imperfection: what takes the deck's node to where it is.
+            point%displacement(1:2, :) = state%u(1:2, :) + (state%geometry%x - problem%coordinates)
          end if
          if (step%field_section_forces) then
             allocate (point%section_forces(3, 2, problem%model%mesh%n_elements))

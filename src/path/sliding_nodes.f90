@@ -16,7 +16,7 @@ module sliding_nodes
    use linear_system, only: system_t
    use bordered_system, only: linearise
    use path_control, only: control_t, set_tangent, is_arc_length
-   use corrector, only: increment_t, settle
+   use corrector, only: increment_t, correct
    use timing, only: timers_t
    implicit none
    private
@@ -106,6 +106,7 @@ contains
       type(system_t), intent(inout) :: system
       logical, intent(out) :: ok
       type(timers_t), intent(inout) :: timers
+      type(state_t) :: base
       type(control_t) :: hold
       type(increment_t) :: report
       call carry_over(problem, state, moved)
@@ -115,7 +116,8 @@ contains
          hold%method = method_linearised
          call set_tangent(problem, system, direction, direction_load, hold)
       end if
-      call settle(problem, moved, hold, keep_contact, moved, system, report, timers)
+      base = moved
+      call correct(problem, base, hold, keep_contact, moved, system, report, timers)
       ok = report%converged
       if (ok) then
          state = moved

@@ -24,6 +24,7 @@ contains
       type(run_t), intent(inout) :: run
       run%control%method = merge(method_load, step%method, is_arc_length(step%method))
       run%control%monitor = step%monitor
+      if (allocated(run%control%previous)) deallocate (run%control%previous)
       run%control%increment = step%increment
       run%direction = 0.0_wp * run%state%u
       run%direction_load = sign(1.0_wp, step%increment)

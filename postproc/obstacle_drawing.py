@@ -1,0 +1,54 @@
+"""Obstacles in pictures of shapes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import plot_style as style  # before matplotlib's own modules: it chooses the backend
+from matplotlib.collections import LineCollection
+
+from unilat_results import Obstacle
+
+
+def draw_obstacle(axes, obstacle: Obstacle, limits: np.ndarray, stretch: float):
+    """The surface as a line, its solid side hatched with short strokes."""
+    unit = np.array((1.0, stretch))     # data to picture
+    size = max((limits[1] - limits[0]) * unit)
+    surface, solid = (line_surface if obstacle.kind == "line" else circle_surface)(obstacle, limits)
+    picture = surface * unit
+    along = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(picture, axis=0).T))))
+    spacing = along[-1] / max(round(along[-1] / (0.018 * size)), 1)
+    at = np.arange(0.5 * spacing, along[-1], spacing)
+    feet, tangent = (np.column_stack([np.interp(at, along, values[:, k]) for k in (0, 1)])
+                     for values in (picture, np.gradient(picture, along, axis=0)))
+    tangent /= np.hypot(*tangent.T)[:, None]
+    inwards = solid * np.column_stack((-tangent[:, 1], tangent[:, 0]))
+    tips = feet + 0.02 * size * (inwards - tangent)
+    axes.add_collection(LineCollection(np.stack((feet / unit, tips / unit), axis=1), colors=style.INK, linewidths=0.45,
+                                       zorder=1), autolim=False)
+    axes.plot(*surface.T, color=style.INK, linewidth=0.9, zorder=1.5, solid_capstyle="butt")
+
+
+def line_surface(obstacle: Obstacle, limits: np.ndarray):
+    """The line as far as the picture reaches, and the side (+1 left, -1 right) that is solid."""
+    first, second = obstacle.points
+    direction = (second - first) / np.hypot(*(second - first))
+    reach = (corners(limits) - first) @ direction
+    return first + np.outer((reach.min(), reach.max()), direction), -1.0
+
+
+def circle_surface(obstacle: Obstacle, limits: np.ndarray):
+    """The circle, or of one much larger than the picture the arc before it; and its solid side."""
+    span = np.array((0.0, 2.0 * np.pi))
+    if obstacle.radius > 3.0 * max(limits[1] - limits[0]):
+        arms = corners(limits) - obstacle.centre
+        middle = np.arctan2(*arms.mean(axis=0)[::-1])
+        angles = (np.arctan2(arms[:, 1], arms[:, 0]) - middle + np.pi) % (2.0 * np.pi) - np.pi
+        span = middle + np.array((angles.min(), angles.max()))
+    angle = np.linspace(*span, 721)
+    points = obstacle.centre + obstacle.radius * np.column_stack((np.cos(angle), np.sin(angle)))
+    return points, 1.0 if obstacle.side == "outside" else -1.0
+
+
+def corners(limits: np.ndarray) -> np.ndarray:
+    return np.array([(x, y) for x in limits[:, 0] for y in limits[:, 1]])

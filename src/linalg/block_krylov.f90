@@ -1,0 +1,230 @@
+!> The largest eigenvalues of an operator that is known only by what it does to vectors.
+!>
+!> Block Krylov subspaces with full orthogonalisation, Rayleigh-Ritz projection, and restarts with the Ritz vectors. The
+!> block lets multiple eigenvalues come out as often as they are there (Saad, Numerical Methods for Large Eigenvalue
+!> Problems, ch. 6).
+module block_krylov
+   use kinds, only: wp
+   use errors, only: error_t, fail
+   use lapack, only: dgeev, dsyev
+   use random_numbers, only: random_t, new_random, next_random
+   implicit none
+   private
+   public :: operator_t, spectrum_t, largest_eigenvalues
+
+   !> The operator and the inner product that it is projected with.
+   type, abstract :: operator_t
+      integer :: n = 0
+      logical :: symmetric = .true.            !! in the inner product: its eigenvalues are real
+      real(wp), allocatable :: weight(:)       !! (n) of the inner product, not negative, not all zero
+   contains
+      procedure(apply_operator), deferred :: apply
+   end type operator_t
+
+   abstract interface
+      !> y = Op x for each column.
+      subroutine apply_operator(self, x, y)
+         import :: operator_t, wp
+         class(operator_t), intent(inout) :: self
+         real(wp), intent(in) :: x(:, :)       !! (n, columns)
+         real(wp), intent(out) :: y(:, :)
+      end subroutine apply_operator
+   end interface
+
+   type :: spectrum_t
+      integer :: n = 0                         !! eigenvalues found: those asked for, or all that the operator has
+      real(wp), allocatable :: value(:)        !! largest size first
+      real(wp), allocatable :: vector(:, :)    !! (n, found), of norm 1 in the inner product
+      real(wp), allocatable :: residual(:)     !! |Op v - value v| over |value|
+   end type spectrum_t
+
+   integer, parameter :: max_restarts = 10
+   real(wp), parameter :: rounding = 1.0e-9_wp
+   real(wp), parameter :: dependent = 1.0e-10_wp !! a vector that loses this much in orthogonalisation adds nothing
+
+contains
+
+   !> The `wanted` eigenvalues of largest size and their eigenvectors.
+   subroutine largest_eigenvalues(operator, wanted, tolerance, spectrum, error)
+      class(operator_t), intent(inout) :: operator
+      integer, intent(in) :: wanted            !! how many, at least 1
+      real(wp), intent(in) :: tolerance        !! of the relative residuals
+      type(spectrum_t), intent(out) :: spectrum
+      type(error_t), allocatable, intent(out) :: error !! no convergence, or complex eigenvalues among those wanted
+      real(wp), allocatable :: v(:, :), w(:, :), theta(:), imaginary(:), ritz(:, :), residual(:, :), size_of(:), start(:, :)
+      integer :: block, largest, k, found, restart, i
+      logical :: exhausted
+
+      block = min(wanted + 1, operator%n)
+      largest = min(operator%n, max(6 * block, 40))
+      allocate (v(operator%n, largest + block), w(operator%n, largest + block))
+      k = 0
+      start = random_block(operator%n, block)
+      where (spread(operator%weight, 2, block) <= 0.0_wp) start = 0.0_wp
+      call add_block(operator, start, v, k, exhausted)
+      if (k == 0) then
+         call fail(error, 'the inner product of the eigenvalue problem is zero')
+         return
+      end if
+      call operator%apply(v(:, :k), w(:, :k))
+      restarts: do restart = 1, max_restarts
+         grow: do
+            call project(operator, v(:, :k), w(:, :k), theta, imaginary, ritz)
+            found = min(wanted, k)
+            residual = matmul(w(:, :k), ritz(:, :found))
+            do i = 1, found
+               residual(:, i) = residual(:, i) - theta(i) * matmul(v(:, :k), ritz(:, i))
+            end do
+            ! Beside a nearly singular matrix's huge eigenvalue the others are known to its rounding only.
+            size_of = [(norm(operator, residual(:, i)) / max(abs(theta(i)) + rounding * abs(theta(1)), tiny(1.0_wp)), &
+               & i=1, found)]
+            if ((all(size_of <= tolerance) .and. k > wanted) .or. exhausted .or. k == operator%n) exit restarts
+            if (k + block > largest) exit grow
+            call extend(w(:, k - block + 1:k))
+         end do grow
+         ! Start again from the best vectors and what is still wrong with them.
+         i = min(k, 2 * block)
+         w(:, :i) = matmul(w(:, :k), ritz(:, :i))
+         v(:, :i) = matmul(v(:, :k), ritz(:, :i))
+         k = i
+         call orthonormalise_pair(operator, v, w, k)
+         call extend(residual)
+      end do restarts
+      spectrum%n = found
+      spectrum%value = theta(:found)
+      ! What the operator returns is right in unknowns of no weight, too.
+      spectrum%vector = matmul(w(:, :k), ritz(:, :found))
+      spectrum%residual = size_of
+      do i = 1, found
+         if (norm(operator, spectrum%vector(:, i)) > 0.0_wp) &
+            & spectrum%vector(:, i) = spectrum%vector(:, i) / norm(operator, spectrum%vector(:, i))
+      end do
+      if (any(abs(imaginary(:found)) > sqrt(tolerance) * abs(theta(:found)))) then
+         call fail(error, 'some of the eigenvalues are complex')
+      else if (.not. all(size_of <= 1.0e3_wp * tolerance)) then
+         call fail(error, 'the eigenvalues did not converge')
+      end if
+
+   contains
+
+      !> Adds vectors to the basis, and what the operator makes of them.
+      subroutine extend(more)
+         real(wp), intent(in) :: more(:, :)
+         integer :: old
+         old = k
+         call add_block(operator, more, v, k, exhausted)
+         if (k > old) call operator%apply(v(:, old + 1:k), w(:, old + 1:k))
+      end subroutine extend
+   end subroutine largest_eigenvalues
+
+   !> Orthonormalises the columns of `more` against the basis and adds those that are independent of it.
+   subroutine add_block(operator, more, v, k, exhausted)
+      class(operator_t), intent(in) :: operator
+      real(wp), intent(in) :: more(:, :)
+      real(wp), intent(inout) :: v(:, :)
+      integer, intent(inout) :: k              !! columns of the basis
+      logical, intent(out) :: exhausted        !! nothing was added: the basis is invariant
+      real(wp) :: x(size(more, 1)), before, after
+      integer :: i, j, pass, old
+      old = k
+      do i = 1, size(more, 2)
+         if (k == size(v, 2) .or. k == operator%n) exit
+         x = more(:, i)
+         before = norm(operator, x)
+         if (.not. before > 0.0_wp) cycle
+         x = x / before
+         do pass = 1, 2
+            do j = 1, k
+               x = x - sum(v(:, j) * operator%weight * x) * v(:, j)
+            end do
+         end do
+         after = norm(operator, x)
+         if (after < dependent) cycle
+         k = k + 1
+         v(:, k) = x / after
+      end do
+      exhausted = k == old
+   end subroutine add_block
+
+   !> Orthonormalises v and changes w in the same way.
+   subroutine orthonormalise_pair(operator, v, w, k)
+      class(operator_t), intent(in) :: operator
+      real(wp), intent(inout) :: v(:, :), w(:, :)
+      integer, intent(inout) :: k              !! columns; those that depend on others are dropped
+      real(wp) :: along, length
+      integer :: i, j, kept, pass
+      kept = 0
+      do i = 1, k
+         v(:, kept + 1) = v(:, i)
+         w(:, kept + 1) = w(:, i)
+         do pass = 1, 2
+            do j = 1, kept
+               along = sum(v(:, j) * operator%weight * v(:, kept + 1))
+               v(:, kept + 1) = v(:, kept + 1) - along * v(:, j)
+               w(:, kept + 1) = w(:, kept + 1) - along * w(:, j)
+            end do
+         end do
+         length = norm(operator, v(:, kept + 1))
+         if (length < dependent) cycle
+         kept = kept + 1
+         v(:, kept) = v(:, kept) / length
+         w(:, kept) = w(:, kept) / length
+      end do
+      k = kept
+   end subroutine orthonormalise_pair
+
+   !> Eigenvalues of the projected operator, largest size first, with the coefficients of their Ritz vectors.
+   subroutine project(operator, v, w, theta, imaginary, ritz)
+      class(operator_t), intent(in) :: operator
+      real(wp), intent(in) :: v(:, :), w(:, :)
+      real(wp), allocatable, intent(out) :: theta(:), imaginary(:), ritz(:, :)
+      real(wp), allocatable :: t(:, :), work(:), left(:, :), found(:), found_imaginary(:), vectors(:, :)
+      logical, allocatable :: taken(:)
+      integer :: k, i, j, info
+      k = size(v, 2)
+      allocate (t(k, k), work(max(8 * k, 64)), found(k), found_imaginary(k), vectors(k, k), left(1, 1))
+      do j = 1, k
+         do i = 1, k
+            t(i, j) = sum(v(:, i) * operator%weight * w(:, j))
+         end do
+      end do
+      found_imaginary = 0.0_wp
+      if (operator%symmetric) then
+         vectors = 0.5_wp * (t + transpose(t))
+         call dsyev('V', 'L', k, vectors, k, found, work, size(work), info)
+      else
+         call dgeev('N', 'V', k, t, k, found, found_imaginary, left, 1, vectors, k, work, size(work), info)
+      end if
+      allocate (theta(k), imaginary(k), ritz(k, k), taken(k))
+      taken = .false.
+      do i = 1, k
+         j = maxloc(hypot(found, found_imaginary), 1, mask=.not. taken)
+         taken(j) = .true.
+         theta(i) = found(j)
+         imaginary(i) = found_imaginary(j)
+         ritz(:, i) = vectors(:, j)
+      end do
+   end subroutine project
+
+   pure real(wp) function norm(operator, x)
+      class(operator_t), intent(in) :: operator
+      real(wp), intent(in) :: x(:)
+      norm = sqrt(sum(operator%weight * x**2))
+   end function norm
+
+   !> The same vectors on every machine.
+   function random_block(n, columns) result(x)
+      integer, intent(in) :: n, columns
+      real(wp), allocatable :: x(:, :)
+      type(random_t) :: generator
+      integer :: i, j
+      allocate (x(n, columns))
+      generator = new_random(1)
+      do j = 1, columns
+         do i = 1, n
+            call next_random(generator, x(i, j))
+         end do
+      end do
+      x = x - 0.5_wp
+   end function random_block
+end module block_krylov

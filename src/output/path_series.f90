@@ -1,0 +1,291 @@
+!> The growing datasets of one path: its points, critical points, contact regions and fields.
+!>
+!> The path of the steps has them at the root of the result file, branch k in /branch/<k>; the layout is the same.
+module path_series
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+   use kinds, only: wp
+   use model, only: model_t
+   use model_words, only: monitor_units, monitor_description
+   use path_record, only: point_t, critical_t
+   use columns, only: whole
+   use result_tables, only: link_name
+   use hdf5_file, only: hdf5_file_t, hdf5_group
+   use hdf5_datasets, only: hdf5_write
+   use hdf5_series, only: series_set_t, series_real, series_integer, series_text, series_append, series_row_size
+   implicit none
+   private
+   public :: path_series_t, open_path_series, open_monitor_series, append_point, append_critical, write_null_vectors
+
+   integer, parameter :: note_length = 120        !! of the notes on critical points; longer ones are cut
+   character(*), parameter :: label_words = 'LP limit point, BP bifurcation, TP turning point of a monitor, ' &
+      & //'C+ contact gained, C- contact lost, UZ user value, EP end'
+   integer, parameter :: number(0) = 0            ! a row is one number
+
+   !> Numbers of the growing datasets in their set; 0: the file has no such dataset.
+   type :: point_series_t
+      integer :: load_factor = 0, arc_length = 0, step = 0, iterations = 0, residual = 0, negative_pivots = 0
+      integer :: active_contacts = 0, lcp_size = 0, lcp_pivots = 0, label = 0
+      integer, allocatable :: monitor(:)
+   end type point_series_t
+
+   type :: contact_series_t
+      integer :: count = 0, start = 0, end = 0, angle_start = 0, angle_end = 0, contact = 0, reaction_total = 0
+   end type contact_series_t
+
+   type :: field_series_t
+      integer :: point = 0, displacement = 0, section_forces = 0, reaction = 0, gap = 0
+   end type field_series_t
+
+   type :: critical_series_t
+      integer :: label = 0, load_factor = 0, point = 0, step = 0, located = 0, multiplicity = 0, note = 0
+      integer, allocatable :: monitor(:)
+   end type critical_series_t
+
+   !> All of one path.
+   type :: path_series_t
+      private
+      character(:), allocatable :: group          !! '' or '/branch/<k>'
+      integer :: n_points = 0, n_critical = 0     !! rows appended so far
+      type(point_series_t) :: path
+      type(critical_series_t) :: critical
+      type(contact_series_t) :: contact
+      type(field_series_t) :: field
+   end type path_series_t
+
+contains
+
+   !> Creates the groups and datasets of a path; a failure stays in the file.
+   subroutine open_path_series(series, set, file, model, group)
+      type(path_series_t), intent(out) :: series
+      type(series_set_t), intent(inout) :: set
+      type(hdf5_file_t), intent(inout) :: file
+      type(model_t), intent(in) :: model
+      character(*), intent(in) :: group           !! where they go: '' for the root, else a group that exists
+      series%group = group
+      call open_points(series%path, set, file, model, group//'/path')
+      call open_critical(series%critical, set, file, model, group//'/critical')
+      if (size(model%contact) > 0) call open_contact(series%contact, set, file, model, group//'/contact')
+      call open_fields(series%field, set, file, model, group//'/fields')
+   end subroutine open_path_series
+
+   !> Adds one accepted point to every dataset it has a value for.
+   subroutine append_point(series, set, point)
+      type(path_series_t), intent(inout) :: series
+      type(series_set_t), intent(inout) :: set
+      type(point_t), intent(in) :: point          !! as many monitors and reaction totals as the model has
+      integer :: i
+      series%n_points = series%n_points + 1
+      associate (id => series%path)
+         call series_append(set, id%load_factor, point%load_factor)
+         call series_append(set, id%arc_length, point%arc_length)
+         call series_append(set, id%step, point%step)
+         call series_append(set, id%iterations, point%iterations)
+         call series_append(set, id%residual, point%residual)
+         call series_append(set, id%negative_pivots, point%negative_pivots)
+         call series_append(set, id%active_contacts, point%active_contacts)
+         call series_append(set, id%lcp_size, point%lcp_size)
+         call series_append(set, id%lcp_pivots, point%lcp_pivots)
+         call series_append(set, id%label, point%label)
+         do i = 1, size(id%monitor)
+            call series_append(set, id%monitor(i), point%monitor(i))
+         end do
+      end associate
+      if (series%contact%count > 0) call append_contact(set, series%contact, point)
+      if (allocated(point%displacement) .or. allocated(point%section_forces) .or. allocated(point%reaction) &
+         & .or. allocated(point%gap)) call append_fields(set, series%field, point, series%n_points)
+   end subroutine append_point
+
+   !> Adds one critical point, but for its null vectors.
+   subroutine append_critical(series, set, critical)
+      type(path_series_t), intent(inout) :: series
+      type(series_set_t), intent(inout) :: set
+      type(critical_t), intent(in) :: critical    !! as many monitors as the model has
+      integer :: i, multiplicity
+      series%n_critical = series%n_critical + 1
+      multiplicity = 0
+      if (allocated(critical%null_vector)) multiplicity = size(critical%null_vector, 3)
+      associate (id => series%critical)
+         call series_append(set, id%label, critical%label)
+         call series_append(set, id%load_factor, critical%load_factor)
+         call series_append(set, id%point, critical%point)
+         call series_append(set, id%step, critical%step)
+         call series_append(set, id%located, merge(1, 0, critical%located))
+         call series_append(set, id%multiplicity, multiplicity)
+         if (allocated(critical%note)) then
+            call series_append(set, id%note, critical%note)
+         else
+            call series_append(set, id%note, '')
+         end if
+         do i = 1, size(id%monitor)
+            call series_append(set, id%monitor(i), critical%monitor(i))
+         end do
+      end associate
+   end subroutine append_critical
+
+   !> Writes the null vectors of the critical point that was appended last, under its row's number.
+   subroutine write_null_vectors(series, file, null_vector)
+      type(path_series_t), intent(in) :: series
+      type(hdf5_file_t), intent(inout) :: file
+      real(wp), intent(in), contiguous :: null_vector(:, :, :) !! (3, nodes, multiplicity)
+      call hdf5_write(file, series%group//'/critical/null_vector/'//whole(series%n_critical), null_vector, &
+         & '1, 1, radian / length', 'null vectors u, v and rotation of every node, the largest translation is 1')
+   end subroutine write_null_vectors
+
+   subroutine append_contact(set, id, point)
+      type(series_set_t), intent(inout) :: set
+      type(contact_series_t), intent(in) :: id
+      type(point_t), intent(in) :: point
+      associate (region => point%region)
+         call series_append(set, id%count, size(region))
+         call series_append(set, id%start, region%start)
+         call series_append(set, id%end, region%end)
+         call series_append(set, id%angle_start, region%angle_start)
+         call series_append(set, id%angle_end, region%angle_end)
+         call series_append(set, id%contact, region%contact)
+      end associate
+      call series_append(set, id%reaction_total, point%reaction_total)
+   end subroutine append_contact
+
+   !> One row in every field dataset, NaN where the point has no such field.
+   subroutine append_fields(set, id, point, row)
+      type(series_set_t), intent(inout) :: set
+      type(field_series_t), intent(in) :: id
+      type(point_t), intent(in) :: point
+      integer, intent(in) :: row                  !! the point's number, from 1
+      if (id%point == 0) return
+      call series_append(set, id%point, row)
+      ! Fields that are not allocated count as absent arguments.
+      call append_field(set, id%displacement, series_row_size(set, id%displacement), point%displacement)
+      call append_field(set, id%section_forces, series_row_size(set, id%section_forces), point%section_forces)
+      call append_field(set, id%reaction, series_row_size(set, id%reaction), point%reaction)
+      call append_field(set, id%gap, series_row_size(set, id%gap), point%gap)
+   end subroutine append_fields
+
+   subroutine append_field(set, id, n, value)
+      type(series_set_t), intent(inout) :: set
+      integer, intent(in) :: id, n
+      real(wp), intent(in), optional :: value(n)
+      real(wp), allocatable :: nothing(:)
+      if (id == 0) return
+      if (present(value)) then
+         call series_append(set, id, value)
+      else
+         allocate (nothing(n), source=ieee_value(0.0_wp, ieee_quiet_nan))
+         call series_append(set, id, nothing)
+      end if
+   end subroutine append_field
+
+   ! Creating the datasets -----------------------------------------------------------------------------------------
+
+   subroutine open_points(id, set, file, model, group)
+      type(point_series_t), intent(out) :: id
+      type(series_set_t), intent(inout) :: set
+      type(hdf5_file_t), intent(inout) :: file
+      type(model_t), intent(in) :: model
+      character(*), intent(in) :: group
+      call hdf5_group(file, group)
+      call series_real(set, file, id%load_factor, group//'/load_factor', number, '1', 'load factor of the step')
+      call series_real(set, file, id%arc_length, group//'/arc_length', number, '1', &
+         & 'sum of the dimensionless arc lengths from the start of the path')
+      call series_integer(set, file, id%step, group//'/step', number, '1', 'step of the deck, from 1')
+      call series_integer(set, file, id%iterations, group//'/iterations', number, '1', 'Newton iterations')
+      call series_real(set, file, id%residual, group//'/residual', number, '1', 'relative residual')
+      call series_integer(set, file, id%negative_pivots, group//'/negative_pivots', number, '1', &
+         & 'negative pivots of the tangent on the null space of the active constraints')
+      call series_integer(set, file, id%active_contacts, group//'/active_contacts', number, '1', &
+         & 'candidates in contact')
+      call series_integer(set, file, id%lcp_size, group//'/lcp_size', number, '1', 'largest LCP of the increment')
+      call series_integer(set, file, id%lcp_pivots, group//'/lcp_pivots', number, '1', &
+         & 'pivots of all LCPs of the increment')
+      call series_text(set, file, id%label, group//'/label', 2, '1', 'blank, or '//label_words)
+      call open_monitor_series(id%monitor, set, file, model, group//'/monitor', few=.false.)
+   end subroutine open_points
+
+   !> A group with one series for every monitor, in the deck's order.
+   subroutine open_monitor_series(id, set, file, model, group, few)
+      integer, allocatable, intent(out) :: id(:)  !! number of each monitor's series in the set
+      type(series_set_t), intent(inout) :: set
+      type(hdf5_file_t), intent(inout) :: file
+      type(model_t), intent(in) :: model
+      character(*), intent(in) :: group           !! full path of the group to create
+      logical, intent(in) :: few                  !! hardly more than ten rows will come
+      integer :: i
+      call hdf5_group(file, group)
+      allocate (id(size(model%monitor)))
+      do i = 1, size(model%monitor)
+         associate (monitor => model%monitor(i))
+            call series_real(set, file, id(i), group//'/'//link_name(monitor%name), number, &
+               & monitor_units(monitor), monitor_description(monitor, model%mesh), few=few)
+         end associate
+      end do
+   end subroutine open_monitor_series
+
+   subroutine open_critical(id, set, file, model, group)
+      type(critical_series_t), intent(out) :: id
+      type(series_set_t), intent(inout) :: set
+      type(hdf5_file_t), intent(inout) :: file
+      type(model_t), intent(in) :: model
+      character(*), intent(in) :: group
+      call hdf5_group(file, group)
+      call series_text(set, file, id%label, group//'/label', 2, '1', label_words, few=.true.)
+      call series_real(set, file, id%load_factor, group//'/load_factor', number, '1', 'load factor of the step', &
+         & few=.true.)
+      call series_integer(set, file, id%point, group//'/point', number, '1', 'its point of the path, from 1', few=.true.)
+      call series_integer(set, file, id%step, group//'/step', number, '1', 'step of the deck, from 1', few=.true.)
+      call series_integer(set, file, id%located, group//'/located', number, '1', &
+         & '1: found to the tolerance asked for, 0: bracketed only', few=.true.)
+      call series_integer(set, file, id%multiplicity, group//'/multiplicity', number, '1', &
+         & 'null vectors of a bifurcation, in null_vector/<row from 1>; 0: none are stored', few=.true.)
+      call series_text(set, file, id%note, group//'/note', note_length, '1', 'remark', few=.true.)
+      call open_monitor_series(id%monitor, set, file, model, group//'/monitor', few=.true.)
+      call hdf5_group(file, group//'/null_vector')
+   end subroutine open_critical
+
+   subroutine open_contact(id, set, file, model, group)
+      type(contact_series_t), intent(out) :: id
+      type(series_set_t), intent(inout) :: set
+      type(hdf5_file_t), intent(inout) :: file
+      type(model_t), intent(in) :: model
+      character(*), intent(in) :: group
+      character(*), parameter :: along = 'stress-free arc length along the candidates at the ', &
+         & angle = 'angle from the reference direction of the obstacle at the '
+      call hdf5_group(file, group)
+      call series_integer(set, file, id%count, group//'/count', number, '1', 'number of contact regions')
+      call series_real(set, file, id%start, group//'/start', [1], 'length', along//'start of each region', ragged=.true.)
+      call series_real(set, file, id%end, group//'/end', [1], 'length', along//'end of each region', ragged=.true.)
+      call series_real(set, file, id%angle_start, group//'/angle_start', [1], 'degree', angle//'start of each region', &
+         & ragged=.true.)
+      call series_real(set, file, id%angle_end, group//'/angle_end', [1], 'degree', angle//'end of each region', &
+         & ragged=.true.)
+      call series_integer(set, file, id%contact, group//'/contact', [1], '1', &
+         & 'contact that each region belongs to, from 1; 0: no such region', ragged=.true.)
+      call series_real(set, file, id%reaction_total, group//'/reaction_total', [size(model%contact)], 'force', &
+         & 'sum of the normal reactions of each contact')
+   end subroutine open_contact
+
+   !> The fields that at least one step of the deck asks for.
+   subroutine open_fields(id, set, file, model, group)
+      type(field_series_t), intent(out) :: id
+      type(series_set_t), intent(inout) :: set
+      type(hdf5_file_t), intent(inout) :: file
+      type(model_t), intent(in) :: model
+      character(*), intent(in) :: group
+      integer :: n_candidates, i
+      logical :: displacement, section_forces, reaction, gap
+      n_candidates = sum([(size(model%contact(i)%node), i=1, size(model%contact))])
+      displacement = any(model%step%field_every > 0 .and. model%step%field_displacement)
+      section_forces = any(model%step%field_every > 0 .and. model%step%field_section_forces)
+      reaction = any(model%step%field_every > 0 .and. model%step%field_reaction) .and. n_candidates > 0
+      gap = any(model%step%field_every > 0 .and. model%step%field_gap) .and. n_candidates > 0
+      if (.not. (displacement .or. section_forces .or. reaction .or. gap)) return
+      call hdf5_group(file, group)
+      call series_integer(set, file, id%point, group//'/point', number, '1', 'point of the path of each row, from 1')
+      if (displacement) call series_real(set, file, id%displacement, group//'/displacement', &
+         & [3, model%mesh%n_nodes], 'length, length, radian', 'displacements u, v and rotation of every node')
+      if (section_forces) call series_real(set, file, id%section_forces, group//'/section_forces', &
+         & [3, 2, model%mesh%n_elements], 'force, force, moment', 'N, Q, M at both ends of every element')
+      if (reaction) call series_real(set, file, id%reaction, group//'/reaction', [n_candidates], 'force', &
+         & 'normal reaction at every candidate')
+      if (gap) call series_real(set, file, id%gap, group//'/gap', [n_candidates], 'length', 'gap at every candidate')
+   end subroutine open_fields
+end module path_series

@@ -1,0 +1,54 @@
+!> The end of the listing: accuracy and cost of the run.
+module run_summary
+   use kinds, only: wp
+   use timing, only: timers_t, timing_seconds, timing_calls, timing_total, counted, n_phases, phase_name, n_counters, &
+      & counter_name
+   use path_record, only: accuracy_t
+   use columns, only: scientific, fixed, whole, left, right
+   implicit none
+   private
+   public :: write_accuracy, write_cost
+
+contains
+
+   !> The worst values over all points.
+   subroutine write_accuracy(unit, has_contact, accuracy)
+      integer, intent(in) :: unit                 !! open for formatted writing
+      logical, intent(in) :: has_contact          !! else nothing is said of contact
+      type(accuracy_t), intent(in) :: accuracy
+      write (unit, '(/a)') 'Accuracy: worst of all points'
+      call write_value('relative residual', accuracy%residual)
+      if (has_contact) then
+         call write_value('penetration / size of the structure', accuracy%penetration)
+         call write_value('tension / largest reaction', accuracy%tension)
+         call write_value('complementarity violation', accuracy%complementarity)
+      end if
+      call write_value('balance of forces', accuracy%force_balance)
+      call write_value('balance of moments', accuracy%moment_balance)
+   contains
+      subroutine write_value(name, value)
+         character(*), intent(in) :: name
+         real(wp), intent(in) :: value
+         write (unit, '(a)') '   '//left(name, 38)//right(scientific(value, 2), 9)
+      end subroutine write_value
+   end subroutine write_accuracy
+
+   !> Seconds and calls of every phase that was used, and the counters that are not zero.
+   subroutine write_cost(unit, timers)
+      integer, intent(in) :: unit                 !! open for formatted writing
+      type(timers_t), intent(in) :: timers
+      real(wp) :: total
+      integer :: i
+      total = timing_total(timers)
+      write (unit, '(/a)') left('Cost', 26)//right('seconds', 15)//right('calls', 14)
+      do i = 1, n_phases
+         if (timing_calls(timers, i) > 0) write (unit, '(a)') '   '//left(phase_name(i), 23) &
+            & //right(fixed(timing_seconds(timers, i), 6), 15)//right(whole(timing_calls(timers, i)), 14)
+      end do
+      write (unit, '(a)') '   '//left('total', 23)//right(fixed(total, 6), 15)
+      do i = 1, n_counters
+         if (counted(timers, i) > 0) write (unit, '(a)') '   '//left(counter_name(i), 38) &
+            & //right(whole(counted(timers, i)), 14)
+      end do
+   end subroutine write_cost
+end module run_summary

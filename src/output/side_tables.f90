@@ -1,0 +1,120 @@
+!> Tables of the listing beside the path: buckling modes, and the limit points of limit curves as they are found.
+module side_tables
+   use kinds, only: name_length
+   use model, only: model_t
+   use model_words, only: parameter_name, parameter_object
+   use path_record, only: buckling_t, limit_point_t
+   use columns, only: significant, scientific, whole
+   use text_table, only: column_t, cell_t, page_rows, monitor_digits, fitting_columns, widen_columns, write_head, write_row
+   implicit none
+   private
+   public :: limit_table_t, open_limit_table, write_limit_point, leave_limit_table, write_buckling_table
+
+   integer, parameter :: load_digits = 10
+   integer, parameter :: first_monitor = 5        !! its column, after point, label, parameter and load factor
+
+   !> What the table says of one curve.
+   type :: curve_words_t
+      integer :: step = 0, curve = 0              !! its step, and its index there
+      character(3 * name_length) :: title = ''
+      character(16) :: parameter = ''             !! head of its column
+   end type curve_words_t
+
+   !> The tables of all limit curves.
+   type :: limit_table_t
+      private
+      integer :: unit = -1
+      type(column_t), allocatable :: column(:)
+      type(curve_words_t), allocatable :: words(:)
+      integer :: present = 0                      !! whose row was the last one of the listing, 0: none
+      integer :: n_points = 0                     !! of that curve
+   end type limit_table_t
+
+contains
+
+   !> Prepares the tables; writes nothing.
+   subroutine open_limit_table(table, unit, model)
+      type(limit_table_t), intent(out) :: table
+      integer, intent(in) :: unit                 !! open for formatted writing
+      type(model_t), intent(in) :: model
+      type(column_t) :: first(4), last(3)
+      integer :: i, k
+      table%unit = unit
+      first = [column_t('point', 6), column_t('', 2), column_t('', 17), column_t('load factor', 17)]
+      last = [column_t('iterations', 10), column_t('residual', 8), column_t('load rate', 9)]
+      table%column = [first, fitting_columns(model%monitor%name, [first, last]), last]
+      allocate (table%words(0))
+      do i = 1, size(model%step)
+         do k = 1, size(model%step(i)%limit_curve)
+            associate (curve => model%step(i)%limit_curve(k))
+               table%words = [table%words, curve_words_t(i, k, 'Limit curve '//trim(curve%name)//': limit point ' &
+                  & //whole(curve%limit_point)//' of step '//whole(i)//', '//trim(parameter_name(curve%parameter)//' ' &
+                  & //parameter_object(curve, model)), parameter_name(curve%parameter))]
+            end associate
+         end do
+      end do
+   end subroutine open_limit_table
+
+   !> Writes one row, with a title before the first one of a curve.
+   subroutine write_limit_point(table, limit_point)
+      type(limit_table_t), intent(inout) :: table
+      type(limit_point_t), intent(in) :: limit_point !! of a curve of the model, as many monitors as the model has
+      type(cell_t) :: cell(size(table%column))
+      integer :: i, n, present
+      present = findloc(table%words%step == limit_point%step .and. table%words%curve == limit_point%curve, .true., 1)
+      if (present == 0) return
+      if (present /= table%present) then
+         table%n_points = 0
+         table%column(3)%head = table%words(present)%parameter
+         write (table%unit, '(/a)') trim(table%words(present)%title)
+      end if
+      table%present = present
+      n = size(cell)
+      cell(1)%text = whole(table%n_points + 1)
+      cell(2)%text = trim(limit_point%label)
+      cell(3)%text = significant(limit_point%parameter, load_digits)
+      if (limit_point%rigid) cell(3)%text = 'rigid'
+      cell(4)%text = significant(limit_point%load_factor, load_digits)
+      do i = first_monitor, n - 3
+         cell(i)%text = significant(limit_point%monitor(i - first_monitor + 1), monitor_digits)
+      end do
+      cell(n - 2)%text = whole(limit_point%iterations)
+      cell(n - 1)%text = scientific(limit_point%residual, 2)
+      cell(n)%text = scientific(limit_point%load_rate, 2)
+      call widen_columns(table%column, cell)
+      if (mod(table%n_points, page_rows) == 0) call write_head(table%unit, table%column)
+      call write_row(table%unit, table%column, cell)
+      table%n_points = table%n_points + 1
+      flush (table%unit)
+   end subroutine write_limit_point
+
+   !> Something else is written: the next limit point needs a title.
+   subroutine leave_limit_table(table)
+      type(limit_table_t), intent(inout) :: table
+      table%present = 0
+   end subroutine leave_limit_table
+
+   !> The load factors of a buckling step.
+   subroutine write_buckling_table(unit, title, buckling)
+      integer, intent(in) :: unit                 !! open for formatted writing
+      character(*), intent(in) :: title
+      type(buckling_t), intent(in) :: buckling
+      type(column_t) :: column(3)
+      type(cell_t) :: cell(3, size(buckling%load_factor))
+      integer :: k
+      column = [column_t('mode', 6), column_t('load factor', 17), column_t('residual', 8)]
+      do k = 1, size(cell, 2)
+         cell(1, k)%text = whole(k)
+         cell(2, k)%text = significant(buckling%load_factor(k), load_digits)
+         cell(3, k)%text = scientific(buckling%residual(k), 2)
+         call widen_columns(column, cell(:, k))
+      end do
+      write (unit, '(/a)') trim(title)
+      if (size(cell, 2) == 0) write (unit, '(a)') 'no buckling under these loads'
+      if (size(cell, 2) > 0) call write_head(unit, column)
+      do k = 1, size(cell, 2)
+         call write_row(unit, column, cell(:, k))
+      end do
+      flush (unit)
+   end subroutine write_buckling_table
+end module side_tables

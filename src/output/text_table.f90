@@ -1,0 +1,78 @@
+!> Tables of a listing: heads above a rule, rows below, columns that grow when a cell needs more room.
+module text_table
+   use columns, only: right
+   implicit none
+   private
+   public :: column_t, cell_t, page_rows, monitor_digits, fitting_columns, widen_columns, write_head, write_row
+
+   integer, parameter :: page_width = 132, page_rows = 50
+   integer, parameter :: longest_head = 24        !! longer heads are cut
+   integer, parameter :: monitor_digits = 8
+   integer, parameter :: monitor_width = 15       !! of the longest number with monitor_digits
+
+   type :: column_t
+      character(longest_head) :: head = ''
+      integer :: width = 0                        !! without the blank before it
+   end type column_t
+
+   type :: cell_t
+      character(:), allocatable :: text
+   end type cell_t
+
+contains
+
+   !> Columns for the monitors, the first ones of them, as many as find room beside other columns.
+   pure function fitting_columns(name, beside) result(column)
+      character(*), intent(in) :: name(:)
+      type(column_t), intent(in) :: beside(:)     !! the others of the table
+      type(column_t), allocatable :: column(:)
+      integer :: i, used, width
+      allocate (column(0))
+      used = sum(beside%width + 1)
+      do i = 1, size(name)
+         width = max(monitor_width, min(longest_head, len_trim(name(i))))
+         used = used + width + 1
+         if (used > page_width) return
+         column = [column, column_t(name(i), width)]
+      end do
+   end function fitting_columns
+
+   !> Widens columns to what their cells need.
+   pure subroutine widen_columns(column, cell)
+      type(column_t), intent(inout) :: column(:)
+      type(cell_t), intent(in) :: cell(:)         !! one a column
+      integer :: i
+      do i = 1, size(column)
+         column(i)%width = max(column(i)%width, len(cell(i)%text))
+      end do
+   end subroutine widen_columns
+
+   !> Heads of the columns above a rule.
+   subroutine write_head(unit, column)
+      integer, intent(in) :: unit                 !! open for formatted writing
+      type(column_t), intent(in) :: column(:)
+      character(:), allocatable :: heads
+      integer :: i
+      heads = ''
+      do i = 1, size(column)
+         heads = heads//' '//right(column(i)%head, column(i)%width)
+      end do
+      write (unit, '(a/a)') heads, repeat('-', len(heads))
+   end subroutine write_head
+
+   !> The cells of a row, at the right of their columns.
+   subroutine write_row(unit, column, cell, remark)
+      integer, intent(in) :: unit                 !! open for formatted writing
+      type(column_t), intent(in) :: column(:)
+      type(cell_t), intent(in) :: cell(:)         !! one a column
+      character(*), intent(in), optional :: remark !! follows the last column
+      character(:), allocatable :: row
+      integer :: i
+      row = ''
+      do i = 1, size(column)
+         row = row//' '//right(cell(i)%text, column(i)%width)
+      end do
+      if (present(remark)) row = row//remark
+      write (unit, '(a)') trim(row)
+   end subroutine write_row
+end module text_table

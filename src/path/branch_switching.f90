@@ -1,0 +1,123 @@
+!> From a bifurcation point to a first point on another path through it.
+!>
+!> The state is moved along the null vector and brought back to equilibrium in the plane normal to it, the part of the
+!> null vector along the known path taken out; so the correction cannot fall back on that path. The first distance is
+!> halved until the other path is as good as straight over it.
+module branch_switching
+   use kinds, only: wp
+   use errors, only: error_t
+   use model, only: step_t, method_load, method_displacement, method_linearised
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: to_global
+   use bordered_system, only: linearise, apply_increment
+   use tangent_modes, only: modes_t, lowest_modes, nodal_mode
+   use path_control, only: control_t, metric, path_length, is_arc_length
+   use path_events, only: new_probe
+   use path_run, only: run_t, landmark_t
+   use corrector, only: increment_t, correct
+   use monitors, only: monitor_values
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: switch_branch
+
+   integer, parameter :: max_tries = 12
+   real(wp), parameter :: straight = 0.3_wp !! a correction of this part of the distance is no small one
+
+contains
+
+   !> Puts the run on the other path: state, system, control and direction are those of its first point.
+   subroutine switch_branch(problem, step, landmark, mode, side, distance, run, report, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(landmark_t), intent(in) :: landmark  !! the bifurcation
+      integer, intent(in) :: mode               !! which null vector, at most the landmark's multiplicity
+      integer, intent(in) :: side               !! 1 along it, -1 against it (sign convention of tangent_modes)
+      real(wp), intent(in) :: distance          !! arc length to try first
+      type(run_t), intent(inout) :: run
+      type(increment_t), intent(out) :: report  !! converged tells whether it worked
+      type(timers_t), intent(inout) :: timers
+      type(modes_t) :: modes
+      type(error_t), allocatable :: error
+      type(state_t) :: trial, predicted
+      type(control_t) :: hold
+      real(wp), allocatable :: shape(:, :), y(:)
+      real(wp) :: length, along, sense, wander
+      integer :: try, node
+
+      run%state = landmark%state
+      call linearise(problem, run%state, run%state, run%system, timers)
+      if (.not. run%system%ok) then
+         report%message = 'the tangent at the bifurcation is singular'
+         return
+      end if
+      call lowest_modes(problem, run%system, landmark%multiplicity + 2, modes, error, timers)
+      if (modes%n < mode) then
+         report%message = 'the null vector was not found'
+         return
+      end if
+      allocate (shape(3, size(run%state%u, 2)))
+      do node = 1, size(shape, 2)
+         shape(:, node) = to_global(problem, run%system, modes%x(:, mode), node)
+      end do
+      sense = side * sign(1.0_wp, sum(shape * nodal_mode(problem, run%system, modes%x(:, mode))))
+      hold%method = method_linearised
+      hold%tangent = sense * shape
+      along = metric(problem, landmark%direction, landmark%direction)
+      if (along > 0.0_wp) hold%tangent = hold%tangent - landmark%direction * &
+         & (metric(problem, hold%tangent, landmark%direction) / along)
+      hold%tangent = hold%tangent / sqrt(metric(problem, hold%tangent, hold%tangent))
+
+      length = distance
+      do try = 1, max_tries
+         if (try > 1) call linearise(problem, run%state, run%state, run%system, timers)
+         trial = run%state
+         allocate (y(1 + run%system%n_slides), source=0.0_wp)
+         if (run%system%n_slides > 0) y(2:) = sense * length * modes%shift(:, mode)
+         call apply_increment(problem, run%system, sense * length * modes%x(:, mode), y, trial)
+         deallocate (y)
+         predicted = trial
+         hold%increment = sense * length * metric(problem, hold%tangent, shape)
+         call correct(problem, run%state, hold, .false., trial, run%system, report, timers)
+         if (report%converged) then
+            wander = path_length(problem, predicted, trial)
+            if (wander <= straight * length) exit
+            report%converged = .false.
+            report%message = 'no other path was found near the bifurcation'
+         end if
+         length = 0.5_wp * length
+      end do
+      if (.not. report%converged) return
+
+      run%last_length = path_length(problem, run%state, trial)
+      run%last_load = trial%load_factor - run%state%load_factor
+      run%direction = trial%u - run%state%u
+      run%direction_load = run%last_load
+      run%arc_length = landmark%arc_length + run%last_length
+      call set_increment()
+      run%state = trial
+      run%probe = new_probe(problem, run%state, run%system, run%last_load)
+
+   contains
+
+      !> The strategy of the step, from here on and in this direction.
+      subroutine set_increment()
+         real(wp) :: change(size(problem%model%monitor))
+         run%control = landmark%control
+         run%control%method = step%method
+         if (allocated(run%control%previous)) deallocate (run%control%previous)
+         if (is_arc_length(step%method)) then
+            if (.not. run%control%load_scale > 0.0_wp .and. abs(landmark%direction_load) > 0.0_wp) &
+               & run%control%load_scale = sqrt(metric(problem, landmark%direction, landmark%direction)) / &
+               & abs(landmark%direction_load)
+            run%control%increment = min(run%last_length, step%largest)
+         else if (step%method == method_load) then
+            run%control%increment = sign(step%increment, run%last_load)
+         else if (step%method == method_displacement) then
+            change = monitor_values(problem, trial, run%system) - monitor_values(problem, run%state, run%system)
+            run%control%increment = sign(step%increment, change(step%monitor))
+         end if
+      end subroutine set_increment
+   end subroutine switch_branch
+end module branch_switching

@@ -1,0 +1,150 @@
+!> The branches of a step: each from the bifurcation where it leaves its path to its own end.
+module branches
+   use kinds, only: wp
+   use text, only: to_text
+   use errors, only: error_t
+   use model, only: step_t, branch_t
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: new_system
+   use bordered_system, only: linearise
+   use path_control, only: is_arc_length
+   use path_run, only: run_t, landmark_t
+   use path_events, only: new_probe
+   use path_acceptance, only: record, outcome_t, note_trouble
+   use path_follower, only: follow_points
+   use branch_switching, only: switch_branch
+   use corrector, only: increment_t
+   use path_record, only: recorder_t, branch_start_t
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: follow_branches
+
+   real(wp), parameter :: first_distance = 0.02_wp !! arc length tried first where neither deck nor strategy sets one
+
+   !> The critical points that were found on one path.
+   type :: landmarks_t
+      type(landmark_t), allocatable :: list(:)
+   end type landmarks_t
+
+contains
+
+   !> Follows all branches of a step. What cannot be found is noted in outcome%trouble; the others are followed still.
+   subroutine follow_branches(problem, step, own, numbered, recorder, outcome, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(in) :: own                 !! the run at the end of the step's own path, with its landmarks
+      integer, intent(inout) :: numbered             !! branches in the results so far
+      class(recorder_t), intent(inout) :: recorder
+      type(outcome_t), intent(inout) :: outcome      !! why: only when the results cannot be written
+      type(timers_t), intent(inout) :: timers
+      type(landmarks_t) :: found(0:size(step%branch))
+      type(branch_start_t) :: start
+      type(error_t), allocatable :: error
+      integer :: number_in_file(0:size(step%branch)), b, first
+
+      first = numbered
+      number_in_file = 0
+      allocate (found(0)%list(0))
+      if (allocated(own%landmark)) found(0)%list = own%landmark
+      do b = 1, size(step%branch)
+         allocate (found(b)%list(0))
+         numbered = first + b
+         number_in_file(b) = numbered
+         associate (branch => step%branch(b))
+            start%of = number_in_file(branch%of)
+            call follow_branch(problem, step, branch, found(branch%of)%list, start, numbered, found(b)%list, recorder, &
+               & outcome, timers)
+         end associate
+         if (allocated(outcome%why)) return
+      end do
+      if (size(step%branch) == 0) return
+      start = branch_start_t()
+      call recorder%branch(start, timers, error)
+      if (allocated(error)) outcome%why = error%message
+   end subroutine follow_branches
+
+   !> One branch.
+   subroutine follow_branch(problem, step, branch, landmarks, start, number, found, recorder, outcome, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(branch_t), intent(in) :: branch
+      type(landmark_t), intent(in) :: landmarks(:)   !! of the path that it leaves
+      type(branch_start_t), intent(inout) :: start
+      integer, intent(in) :: number                  !! in the results
+      type(landmark_t), allocatable, intent(inout) :: found(:) !! critical points of the branch
+      class(recorder_t), intent(inout) :: recorder
+      type(outcome_t), intent(inout) :: outcome
+      type(timers_t), intent(inout) :: timers
+      type(run_t) :: run
+      type(step_t) :: as_branch
+      type(increment_t) :: report, nothing
+      type(error_t), allocatable :: error
+      character(:), allocatable :: called
+      real(wp) :: distance
+      integer :: i, at, passed
+
+      called = 'branch '//trim(branch%name)//trim(merge(' (plus) ', ' (minus)', branch%side > 0))
+      at = 0
+      passed = 0
+      do i = 1, size(landmarks)
+         if (landmarks(i)%label /= 'BP') cycle
+         passed = passed + 1
+         if (passed == branch%bifurcation) at = i
+      end do
+      if (at == 0) then
+         call note_trouble(outcome, called//': its path has '//to_text(passed)//' bifurcation(s), not '// &
+            & to_text(branch%bifurcation))
+         return
+      end if
+      if (branch%mode > landmarks(at)%multiplicity) then
+         call note_trouble(outcome, called//': the bifurcation has '//to_text(landmarks(at)%multiplicity)// &
+            & ' null vector(s), not '//to_text(branch%mode))
+         return
+      end if
+      start%branch = number
+      start%name = branch%name
+      start%step = problem%step
+      start%bifurcation = branch%bifurcation
+      start%mode = branch%mode
+      start%side = branch%side
+      start%point = landmarks(at)%point
+      call recorder%branch(start, timers, error)
+      if (allocated(error)) then
+         outcome%why = error%message
+         return
+      end if
+
+      as_branch = step
+      as_branch%stop = branch%stop
+      as_branch%max_points = branch%max_points
+      run%system = new_system(problem)
+      run%keep_landmarks = .true.
+      allocate (run%landmark(0))
+      run%state = landmarks(at)%state
+      run%arc_length = landmarks(at)%arc_length
+      call linearise(problem, run%state, run%state, run%system, timers)
+      call record(problem, run, run%state, 'BP', nothing, recorder, outcome, timers)
+      if (allocated(outcome%why)) return
+      distance = branch%increment
+      if (.not. distance > 0.0_wp) then
+         distance = first_distance
+         if (is_arc_length(step%method)) distance = min(distance, step%largest)
+      end if
+      call switch_branch(problem, as_branch, landmarks(at), branch%mode, branch%side, distance, run, report, timers)
+      if (.not. report%converged) then
+         call note_trouble(outcome, called//': '//report%message)
+         return
+      end if
+      call record(problem, run, run%state, '', report, recorder, outcome, timers)
+      if (allocated(outcome%why)) return
+      run%step_points = 1
+      call follow_points(problem, as_branch, run, recorder, outcome, timers)
+      if (allocated(outcome%why)) then
+         call note_trouble(outcome, called//': '//outcome%why)
+         deallocate (outcome%why)
+      end if
+      found = run%landmark
+   end subroutine follow_branch
+end module branches

@@ -1,0 +1,418 @@
+!> Limit points in two parameters: how a limit load depends on a foundation, a gap, an imperfection, a stiffness.
+!>
+!> Near a limit point the equilibria for all values of the parameter form a surface. On it two coordinates are used: a, the
+!> arc length from the last limit point along its tangent (the corrector brings any (a, parameter) to equilibrium), and
+!> p, the parameter. The limit points are the zeros of h(a, p), the rate of the load along the path: a plane curve,
+!> which is followed by steps along it and a search normal to them, so that it may turn back in the parameter.
+module limit_curves
+   use kinds, only: wp
+   use text, only: to_text
+   use errors, only: error_t
+   use model, only: step_t, limit_curve_t, method_linearised, method_cylindrical
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t, new_system
+   use bordered_system, only: linearise
+   use path_control, only: control_t, set_tangent
+   use path_run, only: run_t
+   use path_acceptance, only: outcome_t, note_trouble
+   use corrector, only: increment_t, correct
+   use sliding_nodes, only: rehome_nodes
+   use second_parameter, only: present_value, problem_at, rigid_problem, carry_state
+   use monitors, only: monitor_values
+   use path_record, only: recorder_t, limit_point_t
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: follow_limit_curves
+
+   integer, parameter :: max_searches = 40          !! evaluations of h for one limit point
+   integer, parameter :: max_cuts = 12              !! halvings of a step along the curve
+   real(wp), parameter :: easy = 5.0_wp             !! evaluations that let the step grow
+   real(wp), parameter :: first_distance = 1.0e-3_wp !! arc length of the first move along the path
+
+   !> The last limit point and what is needed to move from it.
+   type :: follower_t
+      type(problem_t) :: base                        !! the deck's
+      type(problem_t) :: problem                     !! at the last limit point
+      type(limit_curve_t) :: curve
+      type(state_t) :: state
+      type(system_t) :: system
+      type(control_t) :: control                     !! tangent of the path at the last limit point
+      real(wp) :: coordinate = 0.0_wp                !! the parameter, or its decimal logarithm
+      real(wp) :: unit(2) = 1.0_wp                   !! of a and of the coordinate
+      real(wp) :: rate_scale = 1.0_wp                !! what h is small against
+   end type follower_t
+
+   !> One evaluation of h.
+   type :: trial_t
+      type(problem_t) :: problem
+      type(state_t) :: state
+      type(increment_t) :: report
+      real(wp) :: rate = 0.0_wp                      !! h
+      integer :: iterations = 0
+   end type trial_t
+
+contains
+
+   !> Follows all limit curves of a step. What cannot be found is noted in outcome%trouble.
+   subroutine follow_limit_curves(problem, step, own, recorder, outcome, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(in) :: own                 !! the run at the end of the step's path, with its landmarks
+      class(recorder_t), intent(inout) :: recorder
+      type(outcome_t), intent(inout) :: outcome
+      type(timers_t), intent(inout) :: timers
+      character(:), allocatable :: trouble
+      integer :: k
+      do k = 1, size(step%limit_curve)
+         call follow_curve(problem, step, own, k, recorder, trouble, outcome, timers)
+         if (allocated(outcome%why)) return
+         if (allocated(trouble)) call note_trouble(outcome, 'limit curve '//trim(step%limit_curve(k)%name)//': '//trouble)
+      end do
+   end subroutine follow_limit_curves
+
+   !> One curve.
+   subroutine follow_curve(problem, step, own, number, recorder, trouble, outcome, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(in) :: own
+      integer, intent(in) :: number                  !! index into step%limit_curve
+      class(recorder_t), intent(inout) :: recorder
+      character(:), allocatable, intent(out) :: trouble
+      type(outcome_t), intent(inout) :: outcome
+      type(timers_t), intent(inout) :: timers
+      type(follower_t) :: follower
+      type(trial_t) :: trial
+      real(wp) :: way(2), place(2), last, start, distance, largest, target
+      character(2) :: label
+      integer :: i, passed, points, searches, cuts
+      logical :: final, turned, exact
+
+      associate (curve => step%limit_curve(number))
+         passed = 0
+         do i = 1, size(own%landmark)
+            if (own%landmark(i)%label /= 'LP') cycle
+            passed = passed + 1
+            if (passed == curve%limit_point) exit
+         end do
+         if (passed < curve%limit_point) then
+            trouble = 'the path has '//to_text(passed)//' limit point(s), not '//to_text(curve%limit_point)
+            return
+         end if
+         follower%base = problem
+         follower%problem = problem
+         follower%curve = curve
+         follower%state = own%landmark(i)%state
+         follower%system = new_system(problem)
+         follower%coordinate = as_coordinate(curve, present_value(problem, curve))
+         start = follower%coordinate
+         last = as_coordinate(curve, curve%last)
+         largest = max(curve%largest / abs(curve%increment), 1.0_wp)
+         follower%unit(2) = abs(curve%increment)
+         ! Along the path: first by a length at which the path is curved, then as far as one step of the curve takes it.
+         follower%unit(1) = first_distance
+         call stand_here(follower, own%landmark(i)%direction, own%landmark(i)%direction_load, timers)
+         if (.not. follower%system%ok) then
+            trouble = 'the tangent at the limit point is singular'
+            return
+         end if
+         call scale_rate(follower, trial, timers)
+         call evaluate(follower, [0.0_wp, 0.0_wp], trial, timers)
+         if (.not. trial%report%converged) then
+            trouble = trial%report%message
+            return
+         end if
+         call report('  ', .false.)
+         if (allocated(outcome%why)) return
+         points = 1
+         way = [0.0_wp, sign(1.0_wp, curve%increment)]
+         distance = 1.0_wp
+         cuts = 0
+         turned = .false.
+         do while (points < curve%max_points)
+            place = distance * way
+            call shorten_to_values(place, exact, final)
+            call search(follower, step, place, merge([1.0_wp, 0.0_wp], [way(2), -way(1)], exact .or. points == 1), trial, &
+               & searches, timers)
+            if (trial%report%converged .and. .not. exact) then
+               call shorten_to_values(place, exact, final)
+               ! The search went past a value asked for: once more, there.
+               if (exact) call search(follower, step, place, [1.0_wp, 0.0_wp], trial, searches, timers)
+            end if
+            if (.not. trial%report%converged) then
+               cuts = cuts + 1
+               distance = 0.5_wp * distance
+               if (cuts > max_cuts) then
+                  trouble = 'no further limit point beyond parameter '// &
+                     & to_text(as_value(curve, follower%coordinate))//': '//trial%report%message
+                  return
+               end if
+               cycle
+            end if
+            cuts = 0
+            points = points + 1
+            turned = place(2) * way(2) < 0.0_wp
+            if (norm2(place) > 0.0_wp) way = place / norm2(place)
+            follower%coordinate = follower%coordinate + place(2) * follower%unit(2)
+            call go(trial, place)
+            if (.not. follower%system%ok) then
+               trouble = 'the tangent at a limit point is singular'
+               return
+            end if
+            if (exact) follower%coordinate = target
+            label = merge('TP', '  ', turned)
+            if (exact) label = 'UZ'
+            if (final .and. .not. curve%to_rigid) label = 'EP'
+            call report(label, .false.)
+            if (allocated(outcome%why)) return
+            if (final) exit
+            if (searches < easy) distance = min(1.5_wp * distance, largest / max(abs(way(2)), 0.1_wp))
+            if (searches > 2 * easy) distance = 0.5_wp * distance
+         end do
+         if (.not. final) then
+            trouble = 'the allowed number of points was used up before the last value'
+            return
+         end if
+         if (.not. curve%to_rigid) return
+         place = 0.0_wp
+         call search(follower, step, place, [1.0_wp, 0.0_wp], trial, searches, timers, rigid=.true.)
+         if (.not. trial%report%converged) then
+            trouble = 'no limit point was found with the obstacle rigid: '//trial%report%message
+            return
+         end if
+         call go(trial, place)
+         call report('EP', .true.)
+      end associate
+
+   contains
+
+      !> Ends a step at the last value, or at the first of those asked for on the way, when it would go past it.
+      subroutine shorten_to_values(at, shortened, is_last)
+         real(wp), intent(inout) :: at(2)
+         logical, intent(out) :: shortened, is_last
+         real(wp) :: reached, value
+         integer :: j, n
+         shortened = .false.
+         is_last = .false.
+         associate (values => step%limit_curve(number)%at)
+            n = size(values)
+            do j = 1, n + 1
+               value = last
+               if (j <= n) value = as_coordinate(step%limit_curve(number), values(j))
+               reached = follower%coordinate + at(2) * follower%unit(2)
+               if (j == n + 1) then
+                  ! Past the last value there is nothing to come back for.
+                  if ((reached - last) * (last - start) < 0.0_wp) cycle
+               else
+                  if ((value - follower%coordinate) * at(2) <= 1.0e-9_wp * abs(at(2)) .or. &
+                     & (reached - value) * at(2) < 0.0_wp) cycle
+               end if
+               at = at * ((value - follower%coordinate) / (at(2) * follower%unit(2)))
+               target = value
+               shortened = .true.
+               is_last = j == n + 1
+            end do
+         end associate
+      end subroutine shorten_to_values
+
+      !> Makes a trial the last limit point.
+      subroutine go(to, at)
+         type(trial_t), intent(in) :: to
+         real(wp), intent(in) :: at(2)
+         real(wp) :: direction(3, size(to%state%u, 2))
+         direction = follower%control%tangent
+         follower%problem = to%problem
+         follower%state = to%state
+         call linearise(follower%problem, follower%state, follower%state, follower%system, timers)
+         call rehome_nodes(follower%problem, follower%control, direction, 0.0_wp, follower%state, follower%system, timers)
+         call stand_here(follower, direction, 0.0_wp, timers)
+         ! One step along the curve moves the path by about that much: both coordinates then count alike.
+         if (abs(at(1)) > 0.0_wp) follower%unit(1) = follower%unit(1) * max(abs(at(1)), 0.1_wp * norm2(at))
+         way = [way(1), way(2)]
+         if (abs(at(1)) > 0.0_wp) way(1) = sign(way(1) / max(abs(at(1)), 0.1_wp * norm2(at)), way(1))
+         way = way / norm2(way)
+      end subroutine go
+
+      !> Hands over the last limit point.
+      subroutine report(label, rigid)
+         character(2), intent(in) :: label
+         logical, intent(in) :: rigid
+         type(limit_point_t) :: point
+         type(error_t), allocatable :: error
+         point%step = problem%step
+         point%curve = number
+         point%parameter = as_value(step%limit_curve(number), follower%coordinate)
+         point%rigid = rigid
+         point%load_factor = follower%state%load_factor
+         point%iterations = trial%iterations
+         point%residual = trial%report%residual
+         point%load_rate = abs(trial%rate) / follower%rate_scale
+         point%monitor = monitor_values(follower%problem, follower%state, follower%system)
+         point%label = label
+         call recorder%limit_point(point, timers, error)
+         if (allocated(error)) outcome%why = error%message
+      end subroutine report
+   end subroutine follow_curve
+
+   !> Takes the tangent of the path at the follower's state; it keeps its sense.
+   subroutine stand_here(follower, direction, direction_load, timers)
+      type(follower_t), intent(inout) :: follower
+      real(wp), intent(in) :: direction(:, :), direction_load
+      type(timers_t), intent(inout) :: timers
+      call linearise(follower%problem, follower%state, follower%state, follower%system, timers)
+      if (.not. follower%system%ok) return
+      follower%control%method = method_cylindrical
+      call set_tangent(follower%problem, follower%system, direction, direction_load, follower%control)
+      follower%control%method = method_linearised
+   end subroutine stand_here
+
+   !> The rate of the load one unit away from the limit point.
+   subroutine scale_rate(follower, trial, timers)
+      type(follower_t), intent(inout) :: follower
+      type(trial_t), intent(out) :: trial
+      type(timers_t), intent(inout) :: timers
+      integer :: try
+      do try = 1, 8
+         call evaluate(follower, [1.0_wp, 0.0_wp], trial, timers)
+         if (trial%report%converged .and. abs(trial%rate) > 0.0_wp) exit
+         follower%unit(1) = 0.5_wp * follower%unit(1)
+      end do
+      if (abs(trial%rate) > 0.0_wp) follower%rate_scale = abs(trial%rate)
+   end subroutine scale_rate
+
+   !> h at a place on the surface, both coordinates in their units and counted from the last limit point.
+   subroutine evaluate(follower, place, trial, timers, rigid)
+      type(follower_t), intent(inout) :: follower
+      real(wp), intent(in) :: place(2)
+      type(trial_t), intent(out) :: trial
+      type(timers_t), intent(inout) :: timers
+      logical, intent(in), optional :: rigid
+      type(state_t) :: start
+      type(control_t) :: control
+      logical :: as_rigid
+      as_rigid = .false.
+      if (present(rigid)) as_rigid = rigid
+      if (as_rigid) then
+         trial%problem = rigid_problem(follower%problem, follower%curve)
+      else if (abs(place(2)) > 0.0_wp) then
+         trial%problem = problem_at(follower%base, follower%curve, &
+            & as_value(follower%curve, follower%coordinate + place(2) * follower%unit(2)))
+      else
+         trial%problem = follower%problem
+      end if
+      start = carry_state(follower%problem, trial%problem, follower%state)
+      trial%state = start
+      ! Foundation springs belong to the system's storage.
+      follower%system = new_system(trial%problem)
+      control = follower%control
+      control%increment = place(1) * follower%unit(1)
+      call correct(trial%problem, start, control, .false., trial%state, follower%system, trial%report, timers)
+      trial%iterations = trial%iterations + trial%report%iterations
+      if (.not. trial%report%converged) return
+      control%method = method_cylindrical
+      call set_tangent(trial%problem, follower%system, follower%control%tangent, 0.0_wp, control)
+      trial%rate = control%tangent_load
+   end subroutine evaluate
+
+   !> Looks for h = 0 from a place along a normal to the curve: secants, kept within a bracket once there is one.
+   subroutine search(follower, step, place, normal, trial, searches, timers, rigid)
+      type(follower_t), intent(inout) :: follower
+      type(step_t), intent(in) :: step
+      real(wp), intent(inout) :: place(2)          !! predicted on entry, found on return
+      real(wp), intent(in) :: normal(2)
+      type(trial_t), intent(out) :: trial
+      integer, intent(out) :: searches
+      type(timers_t), intent(inout) :: timers
+      logical, intent(in), optional :: rigid
+      type(trial_t) :: next
+      real(wp) :: q, h, q_old, h_old, q_new, low, high, h_low, h_high, slope
+      integer :: total
+      logical :: bracketed
+      call evaluate(follower, place, trial, timers, rigid)
+      searches = 1
+      if (.not. trial%report%converged) return
+      total = trial%iterations
+      q_old = 0.0_wp
+      h_old = trial%rate
+      if (.not. abs(h_old) > 0.0_wp) return
+      slope = follower%rate_scale * sign(1.0_wp, h_old)
+      ! Which way the rate falls is not known yet: a small step tells.
+      q = 0.01_wp
+      bracketed = .false.
+      low = 0.0_wp
+      high = 0.0_wp
+      h_low = 0.0_wp
+      h_high = 0.0_wp
+      do searches = 2, max_searches
+         call evaluate(follower, place + q * normal, next, timers, rigid)
+         total = total + next%iterations
+         if (.not. next%report%converged) then
+            ! Nearer to where it was known to work.
+            q = 0.5_wp * (q + q_old)
+            if (abs(q - q_old) < 1.0e-9_wp) exit
+            cycle
+         end if
+         h = next%rate
+         if (h * h_old < 0.0_wp) then
+            bracketed = .true.
+            low = q_old
+            h_low = h_old
+            high = q
+            h_high = h
+         else if (bracketed) then
+            if (h * h_low > 0.0_wp) then
+               low = q
+               h_low = h
+            else
+               high = q
+               h_high = h
+            end if
+         end if
+         slope = (h - h_old) / (q - q_old)
+         trial = next
+         ! The load is off by h^2 over twice the slope.
+         if (accurate(h, slope) .or. (bracketed .and. abs(high - low) < 1.0e-10_wp)) then
+            place = place + q * normal
+            trial%iterations = total
+            return
+         end if
+         q_new = q - h / slope
+         if (.not. abs(slope) > 0.0_wp) q_new = 2.0_wp * q
+         if (bracketed) then
+            if ((q_new - low) * (q_new - high) >= 0.0_wp) q_new = 0.5_wp * (low + high)
+         else
+            q_new = min(max(q_new, q - 3.0_wp), q + 3.0_wp)
+         end if
+         q_old = q
+         h_old = h
+         q = q_new
+      end do
+      trial%report%converged = .false.
+      if (.not. allocated(trial%report%message)) trial%report%message = 'the search for the limit point did not converge'
+
+   contains
+
+      logical function accurate(rate, by)
+         real(wp), intent(in) :: rate, by
+         real(wp) :: off
+         off = 0.5_wp * rate**2 / max(abs(by), tiny(1.0_wp)) * follower%unit(1)
+         accurate = off <= step%locate_tolerance * abs(trial%state%load_factor) .and. &
+            & abs(rate) <= 1.0e-3_wp * follower%rate_scale
+      end function accurate
+   end subroutine search
+
+   pure real(wp) function as_coordinate(curve, value)
+      type(limit_curve_t), intent(in) :: curve
+      real(wp), intent(in) :: value
+      as_coordinate = value
+      if (curve%logarithmic) as_coordinate = log10(value)
+   end function as_coordinate
+
+   pure real(wp) function as_value(curve, coordinate)
+      type(limit_curve_t), intent(in) :: curve
+      real(wp), intent(in) :: coordinate
+      as_value = coordinate
+      if (curve%logarithmic) as_value = 10.0_wp**coordinate
+   end function as_value
+end module limit_curves

@@ -1,0 +1,247 @@
+!> What happens when an increment has converged: events up to the new point are located and recorded, then the point, and
+!> the run goes there.
+module path_acceptance
+   use kinds, only: wp
+   use errors, only: error_t
+   use model, only: step_t
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use bordered_system, only: linearise
+   use tangent_modes, only: modes_t, lowest_modes, nodal_mode
+   use path_control, only: path_length
+   use corrector, only: increment_t
+   use path_run, only: run_t, probe_at, keep_landmark
+   use step_control, only: stop_met
+   use path_events, only: probe_t, event_t, new_probe, detect_events, event_stop, event_bifurcation, event_limit
+   use event_location, only: locate
+   use contact_set, only: reaction_rate
+   use sliding_nodes, only: rehome_nodes
+   use point_report, only: report_point
+   use balance, only: measure_balance
+   use path_record, only: recorder_t, point_t, critical_t, accuracy_t
+   use timing, only: timers_t, count_up, counter_points, counter_located
+   implicit none
+   private
+   public :: accept, record, hand_over, note_trouble, outcome_t
+
+   !> How a run ended.
+   type :: outcome_t
+      logical :: complete = .false.
+      character(:), allocatable :: why           !! the run cannot go on: the reason, one sentence
+      character(:), allocatable :: trouble       !! what could not be done beside the path of the steps: branches, limit curves
+      type(accuracy_t) :: accuracy
+   end type outcome_t
+
+   integer, parameter :: most_null_vectors = 4
+   real(wp), parameter :: same_place = 1.0e-5_wp !! of an increment: located events nearer than that are one
+
+contains
+
+   !> Looks for events up to a converged trial point, records them and the point, and goes there.
+   subroutine accept(problem, step, run, trial, label, report, recorder, finished, outcome, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run
+      type(state_t), intent(inout) :: trial
+      character(2), intent(in) :: label          !! C+ or C- when the point is known to be one
+      type(increment_t), intent(in) :: report
+      class(recorder_t), intent(inout) :: recorder
+      logical, intent(out) :: finished
+      type(outcome_t), intent(inout) :: outcome
+      type(timers_t), intent(inout) :: timers
+      type(event_t), allocatable :: events(:), missed(:)
+      type(probe_t) :: probe
+      type(critical_t) :: critical
+      type(state_t), allocatable :: places(:)
+      type(increment_t), allocatable :: reports(:)
+      real(wp), allocatable :: fraction(:)
+      real(wp) :: rate, limit_at, branching_at
+      logical, allocatable :: located(:)
+      logical :: told
+      integer :: i, k, more
+
+      finished = .false.
+      allocate (missed(0))
+      probe = probe_at(problem, run, trial)
+      if (run%step_points == 0) run%probe%load_rate = probe%load_rate
+      if (run%step_points == 0) run%probe%monitor_rate = probe%monitor_rate
+      call detect_events(problem, step, run%probe, probe, run%state, trial, events)
+      allocate (places(size(events)), reports(size(events)), fraction(size(events)), located(size(events)))
+      do i = 1, size(events)
+         call locate(problem, step, run, trial, events(i), places(i), reports(i), fraction(i), located(i), timers)
+      end do
+      limit_at = huge(1.0_wp)
+      do i = 1, size(events)
+         if (events(i)%kind == event_limit .and. located(i)) limit_at = fraction(i)
+      end do
+      branching_at = huge(1.0_wp)
+      more = 0
+      do while (any(fraction <= 1.0_wp))
+         k = minloc(fraction, 1)
+         if (fraction(k) > 1.0_wp) exit
+         critical = critical_t(label=events(k)%label, note=events(k)%note)
+         if (events(k)%kind == event_bifurcation) then
+            ! A jump of the pivot count where the contact set changes is no bifurcation, nor is the limit point's own change
+            ! of sign, and a multiple bifurcation is one.
+            told = .false.
+            if (more > 0 .and. abs(fraction(k) - branching_at) <= same_place) then
+               more = more - 1
+               told = .true.
+            else if (abs(fraction(k) - limit_at) <= same_place) then
+               limit_at = huge(1.0_wp)
+               told = .true.
+            else if (.not. located(k)) then
+               ! Nor does a count mean anything where a sliding contact ends, its reaction zero.
+               told = label /= '' .or. any(run%state%active .neqv. trial%active)
+            end if
+            if (located(k)) branching_at = fraction(k)
+            if (told) fraction(k) = huge(1.0_wp)
+            if (told) cycle
+         end if
+         fraction(k) = huge(1.0_wp)
+         if (.not. located(k) .and. events(k)%kind /= event_stop) then
+            missed = [missed, events(k)]
+            cycle
+         end if
+         call linearise(problem, places(k), places(k), run%system, timers)
+         call record(problem, run, places(k), events(k)%label, reports(k), recorder, outcome, timers)
+         if (allocated(outcome%why)) return
+         call count_up(timers, counter_located)
+         probe = new_probe(problem, places(k), run%system, 0.0_wp)
+         if (events(k)%kind == event_bifurcation) then
+            call find_null_vectors(events(k), step, critical)
+            more = size(critical%null_vector, 3) - 1
+            call keep_landmark(run, 'BP', places(k), run%arc_length + path_length(problem, run%state, places(k)), more + 1)
+         else if (events(k)%kind == event_limit) then
+            call keep_landmark(run, 'LP', places(k), run%arc_length + path_length(problem, run%state, places(k)), 0)
+         end if
+         call announce(critical, places(k), probe, located(k))
+         if (allocated(outcome%why)) return
+         if (events(k)%kind == event_stop) then
+            finished = .true.
+            run%state = places(k)
+            run%probe = probe
+            return
+         end if
+      end do
+      if (size(events) > 0) call linearise(problem, trial, trial, run%system, timers)
+      probe = probe_at(problem, run, trial)
+      finished = stop_met(step, run%probe, probe)
+      call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers)
+      if (allocated(outcome%why)) return
+      do i = 1, size(missed)
+         call announce(critical_t(label=missed(i)%label, note=missed(i)%note), trial, probe, .false.)
+         if (allocated(outcome%why)) return
+      end do
+      if (label == 'C+') call announce(critical_t(label=label, note='contact gained'), trial, probe, .true.)
+      if (label == 'C-') call announce(critical_t(label=label, note='contact lost'), trial, probe, .true.)
+      if (finished) call announce(critical_t(label='EP', note='end of the step'), trial, probe, .true.)
+      if (allocated(outcome%why)) return
+      run%step_points = run%step_points + 1
+      run%last_length = path_length(problem, run%state, trial)
+      run%last_load = trial%load_factor - run%state%load_factor
+      run%direction = trial%u - run%state%u
+      run%direction_load = trial%load_factor - run%state%load_factor
+      do i = 1, size(events)
+         ! A contact that was met on the way may turn the path; it goes on where the new reaction grows.
+         if (events(i)%label /= 'C+') cycle
+         rate = 0.0_wp
+         do k = 1, size(trial%active)
+            if (events(i)%marked(k) .and. trial%active(k)) rate = rate + reaction_rate(problem, run%system, k)
+         end do
+         run%direction = 0.0_wp
+         if (abs(rate) > 0.0_wp) run%direction_load = sign(1.0_wp, rate)
+      end do
+      run%arc_length = run%arc_length + path_length(problem, run%state, trial)
+      run%state = trial
+      run%probe = probe
+      if (label == '') call rehome_nodes(problem, run%control, run%direction, run%direction_load, run%state, run%system, &
+         & timers)
+
+   contains
+
+      !> Reports the point recorded last as a critical one.
+      subroutine announce(point, state, values, exact)
+         type(critical_t), intent(in) :: point      !! label, note and null vectors
+         type(state_t), intent(in) :: state
+         type(probe_t), intent(in) :: values
+         logical, intent(in) :: exact
+         type(critical_t) :: full
+         full = point
+         full%step = problem%step
+         full%point = run%points
+         full%load_factor = state%load_factor
+         full%located = exact
+         full%monitor = values%monitor
+         call hand_over(recorder, full, outcome, timers)
+      end subroutine announce
+
+      !> The modes whose eigenvalues vanish at a bifurcation, where the system is factored now.
+      subroutine find_null_vectors(event, controls, point)
+         type(event_t), intent(in) :: event
+         type(step_t), intent(in) :: controls
+         type(critical_t), intent(inout) :: point   !! gets its null vectors and a note of their number
+         type(modes_t) :: modes
+         type(error_t), allocatable :: error
+         integer :: n, j
+         call lowest_modes(problem, run%system, most_null_vectors, modes, error, timers)
+         n = max(count(abs(modes%mu) <= max(1.0e3_wp * controls%locate_tolerance, same_place) * event%scale), 1)
+         allocate (point%null_vector(3, size(run%state%u, 2), n))
+         do j = 1, n
+            point%null_vector(:, :, j) = nodal_mode(problem, run%system, modes%x(:, j))
+         end do
+         point%note = 'bifurcation, simple'
+         if (n == 2) point%note = 'bifurcation, double'
+         if (n > 2) point%note = 'bifurcation, multiple'
+      end subroutine find_null_vectors
+   end subroutine accept
+
+   !> Hands a converged point to the recorder and to the independent measures.
+   subroutine record(problem, run, state, label, report, recorder, outcome, timers)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(inout) :: run
+      type(state_t), intent(in) :: state
+      character(*), intent(in) :: label
+      type(increment_t), intent(in) :: report
+      class(recorder_t), intent(inout) :: recorder
+      type(outcome_t), intent(inout) :: outcome
+      type(timers_t), intent(inout) :: timers
+      type(point_t) :: point
+      type(error_t), allocatable :: error
+      point = report_point(problem, state, run%system, run%points, label)
+      point%iterations = report%iterations
+      point%residual = max(report%residual, run%system%force_residual)
+      point%lcp_size = report%lcp_size
+      point%lcp_pivots = report%lcp_pivots
+      point%arc_length = run%arc_length + path_length(problem, run%state, state)
+      ! At the stress-free start there is no force to measure a residual against.
+      if (report%iterations == 0 .and. run%system%force_scale <= problem%force_floor) point%residual = 0.0_wp
+      call measure_balance(problem, state, point%residual, outcome%accuracy)
+      run%points = run%points + 1
+      call count_up(timers, counter_points)
+      call recorder%point(point, timers, error)
+      if (allocated(error)) outcome%why = error%message
+   end subroutine record
+
+   !> Adds something that could not be done, while the run goes on.
+   subroutine note_trouble(outcome, what)
+      type(outcome_t), intent(inout) :: outcome
+      character(*), intent(in) :: what
+      if (allocated(outcome%trouble)) then
+         outcome%trouble = outcome%trouble//'; '//what
+      else
+         outcome%trouble = what
+      end if
+   end subroutine note_trouble
+
+   !> Hands over a critical point.
+   subroutine hand_over(recorder, critical, outcome, timers)
+      class(recorder_t), intent(inout) :: recorder
+      type(critical_t), intent(in) :: critical
+      type(outcome_t), intent(inout) :: outcome
+      type(timers_t), intent(inout) :: timers
+      type(error_t), allocatable :: error
+      call recorder%critical(critical, timers, error)
+      if (allocated(error)) outcome%why = error%message
+   end subroutine hand_over
+end module path_acceptance

@@ -1,0 +1,161 @@
+!> Follows a path point by point: predict, correct, adapt the increment, go around corners of the contact set.
+module path_follower
+   use kinds, only: wp
+   use text, only: to_text
+   use model, only: step_t, method_load, method_displacement
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use bordered_system, only: linearise
+   use path_control, only: is_arc_length, set_tangent
+   use corrector, only: increment_t, take_increment
+   use path_run, only: run_t, probe_at
+   use step_control, only: begin_arc_length, next_increment, smallest, shorten_to_stop, shorten_to_reach
+   use path_events, only: new_probe, events_hidden
+   use path_acceptance, only: accept, outcome_t
+   use contact_corner, only: corner_t, contact_begins, find_corner, leave_corner
+   use contact_regions, only: find_regions
+   use path_record, only: recorder_t
+   use timing, only: timers_t, count_up, counter_rejected, counter_cut
+   implicit none
+   private
+   public :: follow_points
+
+   integer, parameter :: max_cuts = 40          !! halvings of one increment
+   integer, parameter :: cuts_before_corner = 2 !! failures after which the path may have a corner
+   integer, parameter :: max_searches = 4       !! halvings to tell events apart
+
+contains
+
+   !> Point after point, from where the run stands with its control set, to the stop condition.
+   subroutine follow_points(problem, step, run, recorder, outcome, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step           !! of the deck, or as a branch has it
+      type(run_t), intent(inout) :: run
+      class(recorder_t), intent(inout) :: recorder
+      type(outcome_t), intent(inout) :: outcome
+      type(timers_t), intent(inout) :: timers
+      type(state_t) :: trial
+      type(increment_t) :: report
+      logical :: finished, scaled, limited, turned
+      integer :: cuts, searches
+      real(wp) :: full
+
+      finished = .false.
+      cuts = 0
+      searches = 0
+      points: do
+         if (run%step_points >= step%max_points) then
+            if (size(step%stop) > 0) outcome%why = 'the allowed number of points was used up before the stop condition'
+            return
+         end if
+         if (is_arc_length(run%control%method)) &
+            & call set_tangent(problem, run%system, run%direction, run%direction_load, run%control)
+         call shorten_to_stop(step, run)
+         full = run%control%increment
+         ! At the stress-free start no reaction marks where a contact ends.
+         if (run%step_points > 0 .or. problem%step > 1) call shorten_to_reach(problem, run)
+         limited = abs(run%control%increment) < abs(full)
+         call take_increment(problem, run%state, run%control, trial, run%system, report, timers)
+         if (.not. report%converged) then
+            call count_up(timers, counter_rejected)
+            cuts = cuts + 1
+            run%control%increment = 0.5_wp * run%control%increment
+            if (cuts > max_cuts .or. abs(run%control%increment) < smallest(step, run%control)) then
+               outcome%why = why_stuck(problem, step, run, report)
+               return
+            end if
+            call count_up(timers, counter_cut)
+            call linearise(problem, run%state, run%state, run%system, timers)
+            if (cuts < cuts_before_corner) cycle points
+            call turn_corner(problem, step, run, recorder, turned, finished, outcome, timers)
+            if (finished .or. allocated(outcome%why)) return
+            cycle points
+         end if
+         cuts = 0
+         if (run%step_points > 0 .and. searches < max_searches) then
+            if (events_hidden(run%probe, probe_at(problem, run, trial), run%state, trial)) then
+               ! Shorter increments tell the events apart.
+               searches = searches + 1
+               run%control%increment = 0.5_wp * run%control%increment
+               call count_up(timers, counter_cut)
+               call linearise(problem, run%state, run%state, run%system, timers)
+               cycle points
+            end if
+         end if
+         searches = 0
+         if (contact_begins(problem, run%state, trial)) then
+            call linearise(problem, run%state, run%state, run%system, timers)
+            call turn_corner(problem, step, run, recorder, turned, finished, outcome, timers)
+            if (finished .or. allocated(outcome%why)) return
+            if (turned) cycle points
+            call linearise(problem, trial, run%state, run%system, timers)
+         end if
+         call accept(problem, step, run, trial, '  ', report, recorder, finished, outcome, timers)
+         if (finished .or. allocated(outcome%why)) return
+         if (is_arc_length(step%method) .and. .not. is_arc_length(run%control%method)) then
+            call begin_arc_length(step, run, scaled)
+            if (.not. scaled) outcome%why = 'the first increment moved nothing: the arc length has no scale'
+            if (.not. scaled) return
+            cycle points
+         end if
+         if (allocated(run%control%tangent)) run%control%previous = run%control%tangent
+         if (limited) run%control%increment = full
+         if (.not. limited) call next_increment(step, report%iterations, run%control)
+      end do points
+   end subroutine follow_points
+
+   !> Tries whether the contact set changes at a corner just ahead; if so, goes there and around it.
+   subroutine turn_corner(problem, step, run, recorder, turned, finished, outcome, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run          !! its system is factored at the last point, on return too
+      class(recorder_t), intent(inout) :: recorder
+      logical, intent(out) :: turned             !! the path stands at the corner, with its new contact set
+      logical, intent(out) :: finished           !! the step ended before
+      type(outcome_t), intent(inout) :: outcome
+      type(timers_t), intent(inout) :: timers
+      type(state_t) :: place, beyond
+      type(corner_t) :: corner
+      type(increment_t) :: report
+      character(2) :: label
+      integer :: regions
+      finished = .false.
+      turned = .false.
+      if (problem%candidates%n == 0 .or. .not. is_arc_length(run%control%method)) return
+      call find_corner(problem, run%state, run%control, place, corner, run%system, report, turned, timers)
+      if (.not. turned) then
+         call linearise(problem, run%state, run%state, run%system, timers)
+         return
+      end if
+      beyond = place
+      beyond%active(corner%candidate) = .not. place%active(corner%candidate)
+      ! One node more or less at the end of a region is the mesh's affair, not an event.
+      regions = size(find_regions(problem, beyond)) - size(find_regions(problem, place))
+      label = ''
+      if (regions > 0) label = 'C+'
+      if (regions < 0) label = 'C-'
+      call accept(problem, step, run, place, label, report, recorder, finished, outcome, timers)
+      if (finished .or. allocated(outcome%why)) return
+      call leave_corner(problem, run%control, corner, run%state, run%system, run%direction, run%direction_load, turned, timers)
+      if (.not. turned) outcome%why = 'no way on from where the contact set changes'
+      run%probe = new_probe(problem, run%state, run%system, run%direction_load)
+   end subroutine turn_corner
+
+   !> Why no further point exists, in words; load and displacement control name what they cannot pass.
+   function why_stuck(problem, step, run, report) result(why)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(in) :: run
+      type(increment_t), intent(in) :: report
+      character(:), allocatable :: why
+      why = 'no further point: '//report%message
+      if (step%method == method_load) then
+         why = 'no further point at load factor '//to_text(run%state%load_factor)//': '//report%message// &
+            & '; load control cannot pass a limit point (an arc-length METHOD can)'
+      else if (step%method == method_displacement) then
+         why = 'no further point at '//trim(problem%model%monitor(step%monitor)%name)//' = '// &
+            & to_text(run%probe%monitor(step%monitor))//': '//report%message// &
+            & '; displacement control cannot pass a turning point of its monitor (an arc-length METHOD can)'
+      end if
+   end function why_stuck
+end module path_follower

@@ -1,0 +1,199 @@
+!> Linear buckling about an equilibrium state: the increments of the load factor at which the linearised tangent is singular.
+!>
+!>   (K + dl K') x = 0,   K' the stress stiffness of the step's loads
+!>
+!> K is the bordered tangent of the state: supports and active contacts hold, contact points that slide keep their
+!> tangency. The eigenvalues 1/dl of -K^-1 K' of largest size are found by block_krylov, whatever the sign of K: the state
+!> may be past its first critical load. The closer the state to a critical one, the better the estimate.
+module linear_buckling
+   use kinds, only: wp
+   use errors, only: error_t, fail
+   use text, only: to_text
+   use problem, only: problem_t, dof
+   use rod_state, only: state_t
+   use linear_system, only: system_t
+   use stress_stiffness, only: new_stress_stiffness
+   use contact_set, only: reaction_rate
+   use bordered_system, only: solve_effective
+   use tangent_modes, only: nodal_mode
+   use band_matrix, only: band_t, band_times
+   use block_krylov, only: operator_t, spectrum_t, largest_eigenvalues
+   use path_record, only: buckling_t
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: buckle
+
+   real(wp), parameter :: tolerance = 1.0e-8_wp !! of the eigenvectors
+   real(wp), parameter :: worst_residual = 1.0e-3_wp !! of the eigenvalue problem
+
+   !> Rows and columns of the sliding coordinates y once the fixed unknowns, which move with them, are expressed by them.
+   type :: border_t
+      real(wp), allocatable :: column(:, :)   !! (n, n_slides) derivative of the residual
+      real(wp), allocatable :: row(:, :)      !! (3, n_slides) tangency by the node's displacements
+      real(wp), allocatable :: corner(:)      !! (n_slides) tangency by its own coordinate
+   end type border_t
+
+   !> Derivative of the bordered matrix.
+   type :: derivative_t
+      type(band_t) :: k
+      type(border_t) :: border
+   end type derivative_t
+
+   !> (x, y) -> -K^-1 K' (x, y), y the sliding coordinates.
+   type, extends(operator_t) :: buckling_operator_t
+      type(problem_t), pointer :: problem => null()
+      type(system_t), pointer :: system => null()
+      type(border_t) :: border
+      type(derivative_t) :: prime
+      type(timers_t), pointer :: timers => null()
+   contains
+      procedure :: apply => apply_buckling
+   end type buckling_operator_t
+
+contains
+
+   !> Load factors and modes of the current step's loads about a converged state.
+   subroutine buckle(problem, state, system, n_modes, buckling, error, timers)
+      type(problem_t), intent(in), target :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout), target :: system !! assembled and factored at `state`, there on return, too
+      integer, intent(in) :: n_modes
+      type(buckling_t), intent(out) :: buckling    !! as many modes as there are, n_modes at most
+      type(error_t), allocatable, intent(out) :: error
+      type(timers_t), intent(inout), target :: timers
+      type(buckling_operator_t) :: operator
+      type(spectrum_t) :: spectrum
+      integer :: n, i, node, d
+
+      n = system%n
+      operator%n = n + system%n_slides
+      operator%symmetric = .false.
+      allocate (operator%weight(operator%n), source=1.0_wp / (problem%size**2 * size(problem%weight)))
+      do node = 1, size(problem%weight)
+         d = dof(problem, node, 1)
+         operator%weight(d:d + 1) = problem%weight(node)
+         operator%weight(d + 2) = problem%weight(node) * problem%size**2
+      end do
+      where (system%fixed) operator%weight(:n) = 0.0_wp
+      operator%border = border_of(problem, system)
+      call differentiate(problem, state, system, operator%border, operator%prime)
+      operator%problem => problem
+      operator%system => system
+      operator%timers => timers
+      call largest_eigenvalues(operator, n_modes, tolerance, spectrum, error)
+      if (allocated(error)) return
+      buckling%step = problem%step
+      ! The loads do not change the tangent in the other modes.
+      spectrum%n = count(abs(spectrum%value) > 1.0e3_wp * epsilon(1.0_wp) * abs(spectrum%value(1)))
+      if (spectrum%n == 0) then
+         call fail(error, 'the loads of the step do not change the stiffness: they cannot make anything buckle')
+         return
+      end if
+      allocate (buckling%load_factor(spectrum%n), buckling%residual(spectrum%n))
+      allocate (buckling%mode(3, size(problem%weight), spectrum%n))
+      do i = 1, spectrum%n
+         buckling%load_factor(i) = 1.0_wp / spectrum%value(i)
+         buckling%residual(i) = residual(operator, spectrum%vector(:, i), buckling%load_factor(i))
+         buckling%mode(:, :, i) = nodal_mode(problem, system, spectrum%vector(:n, i))
+      end do
+      ! A tangent of n elements a wave knows its softest modes to n^4 times rounding only.
+      if (any(buckling%residual > worst_residual)) call fail(error, &
+         & 'the buckling modes are lost in the rounding of the tangent (residual '// &
+         & to_text(maxval(buckling%residual))//'): the mesh is too fine for them')
+   end subroutine buckle
+
+   !> K' at a state. With the geometry held, the border changes with the reactions alone: a sliding coordinate enters the
+   !> energy by its reaction times half the slope of the gap squared.
+   subroutine differentiate(problem, state, system, border, prime)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      type(border_t), intent(in) :: border
+      type(derivative_t), intent(out) :: prime
+      integer :: k, c
+      call new_stress_stiffness(problem, state, system, prime%k)
+      prime%border = border
+      prime%border%row = 0.0_wp
+      prime%border%corner = 0.0_wp
+      do k = 1, system%n_slides
+         c = system%slide(k)
+         if (abs(state%reaction(c)) > 0.0_wp) then
+            prime%border%column(:, k) = border%column(:, k) * reaction_rate(problem, system, c) / state%reaction(c)
+         else
+            prime%border%column(:, k) = 0.0_wp
+         end if
+      end do
+   end subroutine differentiate
+
+   !> The border at a state at which the system is assembled.
+   function border_of(problem, system) result(border)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      type(border_t) :: border
+      real(wp) :: moved(system%n), force(system%n)
+      integer :: k, c, d
+      allocate (border%column(system%n, system%n_slides), border%row(3, system%n_slides), border%corner(system%n_slides))
+      do k = 1, system%n_slides
+         c = system%slide(k)
+         moved = 0.0_wp
+         moved(system%unknown(c)) = -system%slide_gap(k) / system%slope(c)
+         call band_times(system%k, moved, force)
+         border%column(:, k) = force - system%slide_column(:, k)
+         border%row(:, k) = system%tangency_row(:, k)
+         d = dof(problem, problem%candidates%node(c), 1)
+         border%corner(k) = system%tangency_corner(k) + dot_product(border%row(:, k), moved(d:d + 2))
+      end do
+   end function border_of
+
+   subroutine apply_buckling(self, x, y)
+      class(buckling_operator_t), intent(inout) :: self
+      real(wp), intent(in) :: x(:, :)
+      real(wp), intent(out) :: y(:, :)
+      real(wp) :: rhs(self%n)
+      integer :: j, n
+      n = self%system%n
+      do j = 1, size(x, 2)
+         call times_prime(self, x(:, j), rhs)
+         call solve_effective(self%problem, self%system, -rhs(:n), -rhs(n + 1:), y(:n, j), y(n + 1:, j), self%timers)
+      end do
+   end subroutine apply_buckling
+
+   !> K' (x, y).
+   subroutine times_prime(self, x, y)
+      class(buckling_operator_t), intent(in) :: self
+      real(wp), intent(in) :: x(:)
+      real(wp), intent(inout) :: y(:)
+      call times(self, self%prime%k, self%prime%border, x, y)
+   end subroutine times_prime
+
+   !> A bordered matrix times (x, y); fixed unknowns do not count.
+   subroutine times(self, k, border, x, y)
+      class(buckling_operator_t), intent(in) :: self
+      type(band_t), intent(in) :: k
+      type(border_t), intent(in) :: border
+      real(wp), intent(in) :: x(:)
+      real(wp), intent(inout) :: y(:)
+      real(wp) :: held(self%system%n)
+      integer :: n, j, d
+      n = self%system%n
+      held = merge(0.0_wp, x(:n), self%system%fixed)
+      call band_times(k, held, y(:n))
+      do j = 1, self%system%n_slides
+         y(:n) = y(:n) + border%column(:, j) * x(n + j)
+         d = dof(self%problem, self%problem%candidates%node(self%system%slide(j)), 1)
+         y(n + j) = dot_product(border%row(:, j), held(d:d + 2)) + border%corner(j) * x(n + j)
+      end do
+      where (self%system%fixed) y(:n) = 0.0_wp
+   end subroutine times
+
+   !> |K x + dl K' x| over |K x|, free unknowns only.
+   real(wp) function residual(self, x, load_factor)
+      class(buckling_operator_t), intent(in) :: self
+      real(wp), intent(in) :: x(:), load_factor
+      real(wp) :: kx(self%n), kpx(self%n)
+      call times(self, self%system%k, self%border, x, kx)
+      call times_prime(self, x, kpx)
+      residual = norm2(kx + load_factor * kpx) / max(norm2(kx), tiny(1.0_wp))
+   end function residual
+end module linear_buckling

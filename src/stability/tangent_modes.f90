@@ -1,0 +1,129 @@
+!> Eigenvalues of the tangent next to zero, and their modes: what tells how stable a state is, and where a path may branch.
+!>
+!> K x = mu M x on the null space of the active constraints, sliding contact points eliminated; M holds the weights of the
+!> arc-length metric, so mu is a force times a length whatever the mesh. The pivot count c of the tangent numbers the
+!> eigenvalues: mu_1 ... mu_c are negative, mu_(c+1) ... positive. Each is continuous along the path as long as the
+!> contact set does not change, so "the count goes from c to c + 2" means that mu_(c+1) and mu_(c+2) have zeros.
+module tangent_modes
+   use kinds, only: wp
+   use errors, only: error_t
+   use problem, only: problem_t, dof
+   use linear_system, only: system_t, to_global
+   use bordered_system, only: solve_effective
+   use block_krylov, only: operator_t, spectrum_t, largest_eigenvalues
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: modes_t, lowest_modes, nodal_mode, numbered_eigenvalue
+
+   !> The eigenvalues nearest zero, the nearest first.
+   type :: modes_t
+      integer :: n = 0                       !! how many
+      integer :: negative_pivots = 0         !! c above
+      real(wp), allocatable :: mu(:)
+      real(wp), allocatable :: x(:, :)       !! (unknowns, n) node axes, <x, x> = 1 in the metric
+      real(wp), allocatable :: shift(:, :)   !! (sliding points, n) their part of the modes
+   end type modes_t
+
+   real(wp), parameter :: tolerance = 1.0e-5_wp !! of the eigenvectors; the eigenvalues are as good as its square
+
+   !> x -> K^-1 M x.
+   type, extends(operator_t) :: inverse_tangent_t
+      type(system_t), pointer :: system => null()
+      type(problem_t), pointer :: problem => null()
+      type(timers_t), pointer :: timers => null()
+   contains
+      procedure :: apply => apply_inverse
+   end type inverse_tangent_t
+
+contains
+
+   !> Finds modes at a state at which the system is assembled and factored.
+   subroutine lowest_modes(problem, system, wanted, modes, error, timers)
+      type(problem_t), intent(in), target :: problem
+      type(system_t), intent(in), target :: system
+      integer, intent(in) :: wanted          !! eigenvalues
+      type(modes_t), intent(out) :: modes
+      type(error_t), allocatable, intent(out) :: error !! no convergence
+      type(timers_t), intent(inout), target :: timers
+      type(inverse_tangent_t) :: operator
+      type(spectrum_t) :: spectrum
+      real(wp) :: x(system%n), none(system%n_slides)
+      integer :: node, d, i
+      operator%n = system%n
+      allocate (operator%weight(system%n), source=0.0_wp)
+      do node = 1, size(problem%weight)
+         d = dof(problem, node, 1)
+         operator%weight(d:d + 1) = problem%weight(node)
+      end do
+      ! What supports and rigid contacts hold does not move in any mode.
+      where (system%fixed) operator%weight = 0.0_wp
+      operator%system => system
+      operator%problem => problem
+      operator%timers => timers
+      call largest_eigenvalues(operator, wanted, tolerance, spectrum, error)
+      modes%n = spectrum%n
+      modes%negative_pivots = system%negative_pivots
+      allocate (modes%mu(modes%n), modes%shift(system%n_slides, modes%n))
+      modes%x = spectrum%vector
+      none = 0.0_wp
+      do i = 1, modes%n
+         modes%mu(i) = 1.0_wp / spectrum%value(i)
+         call solve_effective(problem, system, operator%weight * modes%x(:, i), none, x, modes%shift(:, i), timers)
+         modes%shift(:, i) = modes%mu(i) * modes%shift(:, i)
+      end do
+   end subroutine lowest_modes
+
+   subroutine apply_inverse(self, x, y)
+      class(inverse_tangent_t), intent(inout) :: self
+      real(wp), intent(in) :: x(:, :)
+      real(wp), intent(out) :: y(:, :)
+      real(wp) :: shift(self%system%n_slides), none(self%system%n_slides)
+      integer :: j
+      none = 0.0_wp
+      do j = 1, size(x, 2)
+         call solve_effective(self%problem, self%system, self%weight * x(:, j), none, y(:, j), shift, self%timers)
+      end do
+   end subroutine apply_inverse
+
+   !> A mode in global axes, its largest translation 1. The first node that moves by half of that or more moves in the
+   !> positive sense of its larger component.
+   function nodal_mode(problem, system, x) result(mode)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: x(:)           !! (unknowns) node axes
+      real(wp) :: mode(3, size(problem%weight))
+      real(wp) :: largest
+      integer :: node
+      do node = 1, size(mode, 2)
+         mode(:, node) = to_global(problem, system, x, node)
+      end do
+      largest = sqrt(maxval(mode(1, :)**2 + mode(2, :)**2))
+      if (.not. largest > 0.0_wp) return
+      mode = mode / largest
+      do node = 1, size(mode, 2)
+         if (hypot(mode(1, node), mode(2, node)) < 0.5_wp) cycle
+         if (mode(maxloc(abs(mode(1:2, node)), 1), node) < 0.0_wp) mode = -mode
+         exit
+      end do
+   end function nodal_mode
+
+   !> The eigenvalue of a number (in ascending order). Where it is not among the modes, its sign times the largest that is.
+   pure real(wp) function numbered_eigenvalue(modes, number) result(mu)
+      type(modes_t), intent(in) :: modes
+      integer, intent(in) :: number
+      integer :: i, left
+      logical :: negative
+      negative = number <= modes%negative_pivots
+      left = merge(modes%negative_pivots - number, number - modes%negative_pivots - 1, negative)
+      mu = maxval(abs(modes%mu))
+      do i = 1, modes%n
+         if (modes%mu(i) < 0.0_wp .neqv. negative) cycle
+         mu = abs(modes%mu(i))
+         if (left == 0) exit
+         mu = maxval(abs(modes%mu))
+         left = left - 1
+      end do
+      if (negative) mu = -mu
+   end function numbered_eigenvalue
+end module tangent_modes
