@@ -37,7 +37,7 @@ contains
       type(model_t), intent(inout) :: model
       type(mode_offset_t), intent(in) :: offsets(:)
       real(wp), intent(in) :: mode(:, :, :)    !! (3, nodes, offsets) the mode of each, any scale
-      type(error_t), allocatable, intent(out) :: error !! a mode that does not bend its chain, chains that share a curve or a moving end
+      type(error_t), allocatable, intent(out) :: error !! a mode that does not bend its chain; chains that overlap
       type(imperfection_t) :: shape
       real(wp), allocatable :: knot(:), w(:), one(:)
       logical :: done(size(offsets))
