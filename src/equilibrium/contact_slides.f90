@@ -10,10 +10,10 @@ module contact_slides
    use rod_state, only: state_t
    use rod_geometry, only: element_geometry_t, slid_pair, node_reference
    use ge_element, only: ge_columns
-   use linear_system, only: system_t, evaluate_element, turn_pair
+   use linear_system, only: system_t, evaluate_element, turn_pair, row_times
    implicit none
    private
-   public :: linearise_slides, slide_row, slides_fit, slide_fraction, shift_contacts, &
+   public :: linearise_slides, slide_row, slide_force, slides_fit, slide_fraction, shift_contacts, &
       & close_short_gaps, drop_slides
 
    real(wp), parameter :: least_length = 0.1_wp !! of an element beside a sliding node, over its tributary length
@@ -131,6 +131,18 @@ contains
       d = dof(problem, problem%candidates%node(system%slide(k)), 1)
       slide_row = dot_product(system%tangency_row(:, k), x(d:d + 2))
    end function slide_row
+
+   !> Work of the forces that a unit move of a sliding point sets free, on a displacement that fixed unknowns take no part
+   !> in. Its own node's fixed unknown moves with the point.
+   pure real(wp) function slide_force(system, k, x)
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: k
+      real(wp), intent(in) :: x(:)     !! zero at the fixed unknowns
+      integer :: c, d
+      c = system%slide(k)
+      d = system%unknown(c)
+      slide_force = dot_product(system%slide_column(:, k), x) + (system%slide_gap(k) / system%slope(c)) * row_times(system, d, x)
+   end function slide_force
 
    !> False when a contact node would slide beyond the reach of its elements.
    pure logical function slides_fit(problem, state, system, y)

@@ -40,6 +40,7 @@ module block_krylov
 
    integer, parameter :: max_restarts = 10
    real(wp), parameter :: rounding = 1.0e-9_wp
+   real(wp), parameter :: steady = 1.0e-5_wp !! change of eigenvalues that have come to rest
    real(wp), parameter :: dependent = 1.0e-10_wp !! a vector that loses this much in orthogonalisation adds nothing
 
 contains
@@ -53,8 +54,12 @@ contains
       type(error_t), allocatable, intent(out) :: error !! no convergence, or complex eigenvalues among those wanted
       real(wp), allocatable :: v(:, :), w(:, :), theta(:), imaginary(:), ritz(:, :), residual(:, :), size_of(:), start(:, :)
       integer :: block, largest, k, found, restart, i
+      real(wp), allocatable :: last(:)
+      real(wp) :: last_size
       logical :: exhausted
 
+      allocate (last(0))
+      last_size = huge(1.0_wp)
       block = min(wanted + 1, operator%n)
       largest = min(operator%n, max(6 * block, 40))
       allocate (v(operator%n, largest + block), w(operator%n, largest + block))
@@ -79,6 +84,12 @@ contains
             size_of = [(norm(operator, residual(:, i)) / max(abs(theta(i)) + rounding * abs(theta(1)), tiny(1.0_wp)), &
                & i=1, found)]
             if ((all(size_of <= tolerance) .and. k > wanted) .or. exhausted .or. k == operator%n) exit restarts
+            ! More vectors do not help against the rounding of the operator.
+            if (found == size(last)) then
+               if (all(abs(theta(:found) - last) <= steady * abs(last)) .and. maxval(size_of) > 0.5_wp * last_size) exit restarts
+            end if
+            last = theta(:found)
+            last_size = maxval(size_of)
             if (k + block > largest) exit grow
             call extend(w(:, k - block + 1:k))
          end do grow

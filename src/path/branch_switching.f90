@@ -52,7 +52,7 @@ contains
          report%message = 'the tangent at the bifurcation is singular'
          return
       end if
-      call lowest_modes(problem, run%system, landmark%multiplicity + 2, modes, error, timers)
+      call lowest_modes(problem, run%state, run%system, landmark%multiplicity + 2, modes, error, timers)
       if (modes%n < mode) then
          report%message = 'the null vector was not found'
          return

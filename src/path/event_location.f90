@@ -54,9 +54,9 @@ contains
       end if
       if (branching) then
          call linearise(problem, trial, trial, run%system, timers)
-         f = eigenvalue()
+         f = eigenvalue(trial)
          call linearise(problem, run%state, run%state, run%system, timers)
-         bracket = new_bracket(eigenvalue(), f)
+         bracket = new_bracket(eigenvalue(run%state), f)
       else
          bracket = new_bracket(event%before, event%after)
       end if
@@ -88,7 +88,7 @@ contains
          if (.not. report%converged) exit search
          probe = probe_at(problem, run, here)
          if (branching) then
-            f = eigenvalue()
+            f = eigenvalue(here)
          else
             f = event_value(problem, event, here, probe)
          end if
@@ -113,10 +113,11 @@ contains
    contains
 
       !> The eigenvalue that changes its sign, where the system is factored now.
-      real(wp) function eigenvalue()
+      real(wp) function eigenvalue(state)
+         type(state_t), intent(in) :: state
          type(modes_t) :: modes
          type(error_t), allocatable :: error
-         call lowest_modes(problem, run%system, eigenvalues_looked_at, modes, error, timers)
+         call lowest_modes(problem, state, run%system, eigenvalues_looked_at, modes, error, timers)
          eigenvalue = numbered_eigenvalue(modes, event%number)
       end function eigenvalue
    end subroutine locate

@@ -3,6 +3,7 @@
 module path_acceptance
    use kinds, only: wp
    use errors, only: error_t
+   use text, only: to_text
    use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t
@@ -109,7 +110,7 @@ contains
          call count_up(timers, counter_located)
          probe = new_probe(problem, places(k), run%system, 0.0_wp)
          if (events(k)%kind == event_bifurcation) then
-            call find_null_vectors(events(k), step, critical)
+            call find_null_vectors(places(k), events(k), step, critical)
             more = size(critical%null_vector, 3) - 1
             call keep_landmark(run, 'BP', places(k), run%arc_length + path_length(problem, run%state, places(k)), more + 1)
          else if (events(k)%kind == event_limit) then
@@ -177,14 +178,15 @@ contains
       end subroutine announce
 
       !> The modes whose eigenvalues vanish at a bifurcation, where the system is factored now.
-      subroutine find_null_vectors(event, controls, point)
+      subroutine find_null_vectors(state, event, controls, point)
+         type(state_t), intent(in) :: state
          type(event_t), intent(in) :: event
          type(step_t), intent(in) :: controls
          type(critical_t), intent(inout) :: point   !! gets its null vectors and a note of their number
          type(modes_t) :: modes
          type(error_t), allocatable :: error
          integer :: n, j
-         call lowest_modes(problem, run%system, most_null_vectors, modes, error, timers)
+         call lowest_modes(problem, state, run%system, most_null_vectors, modes, error, timers)
          n = max(count(abs(modes%mu) <= max(1.0e3_wp * controls%locate_tolerance, same_place) * event%scale), 1)
          allocate (point%null_vector(3, size(run%state%u, 2), n))
          do j = 1, n
@@ -192,7 +194,7 @@ contains
          end do
          point%note = 'bifurcation, simple'
          if (n == 2) point%note = 'bifurcation, double'
-         if (n > 2) point%note = 'bifurcation, multiple'
+         if (n > 2) point%note = 'bifurcation, '//to_text(n)//'-fold'
       end subroutine find_null_vectors
    end subroutine accept
 

@@ -9,7 +9,7 @@ module stress_stiffness
    use gauss_tableau, only: max_stages
    use problem, only: problem_t, dof
    use rod_state, only: state_t, element_displacement, element_load
-   use linear_system, only: system_t, sum_elements, turn_pair
+   use linear_system, only: system_t, sum_elements, turn_pair, apply_elements
    use bordered_system, only: apply_increment
    use contact_set, only: reaction_rate
    use ge_element, only: ge_evaluate, ge_load_t, ge_columns
@@ -17,7 +17,13 @@ module stress_stiffness
    use band_matrix, only: band_t
    implicit none
    private
-   public :: new_stress_stiffness
+   public :: stress_stiffness_t, new_stress_stiffness, apply_stress
+
+   type :: stress_stiffness_t
+      type(band_t) :: k                        !! per unit of load factor, node axes
+      real(wp), allocatable :: element(:, :, :) !! (6, 6, elements) its elements, node axes
+      real(wp), allocatable :: contact(:, :, :) !! (2, 2, candidates) and its contacts
+   end type stress_stiffness_t
 
 contains
 
@@ -26,10 +32,10 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
-      type(band_t), intent(out) :: matrix
+      type(stress_stiffness_t), intent(out) :: matrix
       type(system_t) :: stresses
       type(state_t) :: moved
-      real(wp) :: y(1 + system%n_slides), rate, t(2), turned(2)
+      real(wp) :: y(1 + system%n_slides), rate, t(2)
       integer :: e, c, d
       y(1) = 1.0_wp
       if (system%n_slides > 0) y(2:) = system%slide_rate
@@ -51,20 +57,43 @@ contains
          end if
       end do
       call sum_elements(problem, stresses)
-      matrix = stresses%k
+      matrix%k = stresses%k
+      matrix%element = stresses%ek
+      allocate (matrix%contact(2, 2, problem%candidates%n), source=0.0_wp)
       ! A reaction on a curved obstacle.
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
-         rate = reaction_rate(problem, system, c) * system%bend(c)
-         d = dof(problem, problem%candidates%node(c), 1)
-         t = [system%normal(2, c), -system%normal(1, c)]
-         turned = t
-         if (system%turned(problem%candidates%node(c))) call turn_pair(system%axis(:, problem%candidates%node(c)), turned)
-         matrix%a(1, d) = matrix%a(1, d) - rate * turned(1)**2
-         matrix%a(2, d) = matrix%a(2, d) - rate * turned(1) * turned(2)
-         matrix%a(1, d + 1) = matrix%a(1, d + 1) - rate * turned(2)**2
+         associate (node => problem%candidates%node(c))
+            rate = reaction_rate(problem, system, c) * system%bend(c)
+            t = [system%normal(2, c), -system%normal(1, c)]
+            if (system%turned(node)) call turn_pair(system%axis(:, node), t)
+            matrix%contact(:, 1, c) = -rate * t * t(1)
+            matrix%contact(:, 2, c) = -rate * t * t(2)
+            d = dof(problem, node, 1)
+         end associate
+         matrix%k%a(1, d) = matrix%k%a(1, d) + matrix%contact(1, 1, c)
+         matrix%k%a(2, d) = matrix%k%a(2, d) + matrix%contact(2, 1, c)
+         matrix%k%a(1, d + 1) = matrix%k%a(1, d + 1) + matrix%contact(2, 2, c)
       end do
    end subroutine new_stress_stiffness
+
+   !> K' x and x^T K' x without the rounding of the sum (see apply_elements).
+   subroutine apply_stress(problem, system, matrix, x, y, form)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      type(stress_stiffness_t), intent(in) :: matrix
+      real(wp), intent(in) :: x(:)             !! (n) node axes, zero at the fixed unknowns
+      real(wp), intent(out) :: y(:), form
+      real(wp) :: force(2)
+      integer :: c, d
+      call apply_elements(problem, system, matrix%element, problem%model%step(problem%step)%load%pressure, x, y, form)
+      do c = 1, problem%candidates%n
+         d = dof(problem, problem%candidates%node(c), 1)
+         force = matmul(matrix%contact(:, :, c), x(d:d + 1))
+         y(d:d + 1) = y(d:d + 1) + force
+         form = form + dot_product(x(d:d + 1), force)
+      end do
+   end subroutine apply_stress
 
    !> Of one GE element: central differences of its condensed tangent, to the sixth order in n h^2/EI.
    subroutine ge_stress_stiffness(problem, state, dz, e, k)

@@ -8,18 +8,20 @@ module tangent_modes
    use kinds, only: wp
    use errors, only: error_t
    use problem, only: problem_t, dof
-   use linear_system, only: system_t, to_global
+   use rod_state, only: state_t
+   use linear_system, only: system_t, to_global, contact_tangent, apply_elements
+   use contact_slides, only: slide_force
    use bordered_system, only: solve_effective
    use block_krylov, only: operator_t, spectrum_t, largest_eigenvalues
    use timing, only: timers_t
    implicit none
    private
-   public :: modes_t, lowest_modes, nodal_mode, numbered_eigenvalue
+   public :: modes_t, lowest_modes, apply_tangent, nodal_mode, numbered_eigenvalue
 
    !> The eigenvalues nearest zero, the nearest first.
    type :: modes_t
       integer :: n = 0                       !! how many
-      integer :: negative_pivots = 0         !! c above
+      integer :: negative = 0                !! c above
       real(wp), allocatable :: mu(:)
       real(wp), allocatable :: x(:, :)       !! (unknowns, n) node axes, <x, x> = 1 in the metric
       real(wp), allocatable :: shift(:, :)   !! (sliding points, n) their part of the modes
@@ -39,8 +41,9 @@ module tangent_modes
 contains
 
    !> Finds modes at a state at which the system is assembled and factored.
-   subroutine lowest_modes(problem, system, wanted, modes, error, timers)
+   subroutine lowest_modes(problem, state, system, wanted, modes, error, timers)
       type(problem_t), intent(in), target :: problem
+      type(state_t), intent(in) :: state
       type(system_t), intent(in), target :: system
       integer, intent(in) :: wanted          !! eigenvalues
       type(modes_t), intent(out) :: modes
@@ -48,8 +51,8 @@ contains
       type(timers_t), intent(inout), target :: timers
       type(inverse_tangent_t) :: operator
       type(spectrum_t) :: spectrum
-      real(wp) :: x(system%n), none(system%n_slides)
-      integer :: node, d, i
+      real(wp) :: x(system%n), held(system%n), none(system%n_slides)
+      integer :: node, d, i, j
       operator%n = system%n
       allocate (operator%weight(system%n), source=0.0_wp)
       do node = 1, size(problem%weight)
@@ -63,7 +66,8 @@ contains
       operator%timers => timers
       call largest_eigenvalues(operator, wanted, tolerance, spectrum, error)
       modes%n = spectrum%n
-      modes%negative_pivots = system%negative_pivots
+      ! Next to zero, the factors' signs are those of rounding; the refined values know better.
+      modes%negative = system%negative_pivots - count(spectrum%value < 0.0_wp)
       allocate (modes%mu(modes%n), modes%shift(system%n_slides, modes%n))
       modes%x = spectrum%vector
       none = 0.0_wp
@@ -71,8 +75,46 @@ contains
          modes%mu(i) = 1.0_wp / spectrum%value(i)
          call solve_effective(problem, system, operator%weight * modes%x(:, i), none, x, modes%shift(:, i), timers)
          modes%shift(:, i) = modes%mu(i) * modes%shift(:, i)
+         held = merge(0.0_wp, modes%x(:, i), system%fixed)
+         call apply_tangent(problem, state, system, held, modes%shift(:, i), x, modes%mu(i))
+      end do
+      modes%negative = modes%negative + count(modes%mu < 0.0_wp)
+      ! The refined values may have changed places.
+      do i = 1, modes%n - 1
+         j = i - 1 + minloc(abs(modes%mu(i:)), 1)
+         modes%mu([i, j]) = modes%mu([j, i])
+         modes%x(:, [i, j]) = modes%x(:, [j, i])
+         modes%shift(:, [i, j]) = modes%shift(:, [j, i])
       end do
    end subroutine lowest_modes
+
+   !> K x, and x^T K x, to an accuracy that the assembled tangent does not have (see apply_elements). Sliding points move
+   !> along with the mode.
+   subroutine apply_tangent(problem, state, system, x, shift, y, form)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system     !! assembled at `state`
+      real(wp), intent(in) :: x(:)             !! (n) node axes, zero at the fixed unknowns
+      real(wp), intent(in) :: shift(:)         !! (n_slides)
+      real(wp), intent(out) :: y(:)            !! (n) without the part of the sliding points
+      real(wp), intent(out) :: form            !! with it
+      real(wp) :: force(2), k(2, 2)
+      integer :: i, c, d
+      associate (rate => problem%model%step(problem%step)%load%pressure)
+         call apply_elements(problem, system, system%ek, problem%constant%pressure + state%load_factor * rate, x, y, form)
+      end associate
+      do c = 1, problem%candidates%n
+         if (.not. state%active(c)) cycle
+         call contact_tangent(problem, state, system, c, force, k)
+         d = dof(problem, problem%candidates%node(c), 1)
+         force = matmul(k, x(d:d + 1))
+         y(d:d + 1) = y(d:d + 1) + force
+         form = form + dot_product(x(d:d + 1), force)
+      end do
+      do i = 1, system%n_slides
+         form = form - shift(i) * slide_force(system, i, x)
+      end do
+   end subroutine apply_tangent
 
    subroutine apply_inverse(self, x, y)
       class(inverse_tangent_t), intent(inout) :: self
@@ -114,16 +156,14 @@ contains
       integer, intent(in) :: number
       integer :: i, left
       logical :: negative
-      negative = number <= modes%negative_pivots
-      left = merge(modes%negative_pivots - number, number - modes%negative_pivots - 1, negative)
-      mu = maxval(abs(modes%mu))
+      negative = number <= modes%negative
+      left = merge(modes%negative - number, number - modes%negative - 1, negative)
+      mu = merge(-1.0_wp, 1.0_wp, negative) * maxval(abs(modes%mu))
       do i = 1, modes%n
          if (modes%mu(i) < 0.0_wp .neqv. negative) cycle
-         mu = abs(modes%mu(i))
+         if (left == 0) mu = modes%mu(i)
          if (left == 0) exit
-         mu = maxval(abs(modes%mu))
          left = left - 1
       end do
-      if (negative) mu = -mu
    end function numbered_eigenvalue
 end module tangent_modes
