@@ -38,7 +38,7 @@ module block_krylov
       real(wp), allocatable :: residual(:)     !! |Op v - value v| over |value|
    end type spectrum_t
 
-   integer, parameter :: max_restarts = 10
+   integer, parameter :: max_restarts = 4
    real(wp), parameter :: rounding = 1.0e-9_wp
    real(wp), parameter :: steady = 1.0e-5_wp !! change of eigenvalues that have come to rest
    real(wp), parameter :: dependent = 1.0e-10_wp !! a vector that loses this much in orthogonalisation adds nothing
@@ -74,15 +74,7 @@ contains
       call operator%apply(v(:, :k), w(:, :k))
       restarts: do restart = 1, max_restarts
          grow: do
-            call project(operator, v(:, :k), w(:, :k), theta, imaginary, ritz)
-            found = min(wanted, k)
-            residual = matmul(w(:, :k), ritz(:, :found))
-            do i = 1, found
-               residual(:, i) = residual(:, i) - theta(i) * matmul(v(:, :k), ritz(:, i))
-            end do
-            ! Beside a nearly singular matrix's huge eigenvalue the others are known to its rounding only.
-            size_of = [(norm(operator, residual(:, i)) / max(abs(theta(i)) + rounding * abs(theta(1)), tiny(1.0_wp)), &
-               & i=1, found)]
+            call take_ritz_values()
             if ((all(size_of <= tolerance) .and. k > wanted) .or. exhausted .or. k == operator%n) exit restarts
             ! More vectors do not help against the rounding of the operator.
             if (found == size(last)) then
@@ -100,6 +92,7 @@ contains
          k = i
          call orthonormalise_pair(operator, v, w, k)
          call extend(residual)
+         if (restart == max_restarts) call take_ritz_values()
       end do restarts
       spectrum%n = found
       spectrum%value = theta(:found)
@@ -117,6 +110,20 @@ contains
       end if
 
    contains
+
+      !> Ritz values of the present basis, and what is wrong with them.
+      subroutine take_ritz_values()
+         integer :: j
+         call project(operator, v(:, :k), w(:, :k), theta, imaginary, ritz)
+         found = min(wanted, k)
+         residual = matmul(w(:, :k), ritz(:, :found))
+         do j = 1, found
+            residual(:, j) = residual(:, j) - theta(j) * matmul(v(:, :k), ritz(:, j))
+         end do
+         ! Beside a nearly singular matrix's huge eigenvalue the others are known to its rounding only.
+         size_of = [(norm(operator, residual(:, j)) / max(abs(theta(j)) + rounding * abs(theta(1)), tiny(1.0_wp)), &
+            & j=1, found)]
+      end subroutine take_ritz_values
 
       !> Adds vectors to the basis, and what the operator makes of them.
       subroutine extend(more)

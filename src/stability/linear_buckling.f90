@@ -18,6 +18,7 @@ module linear_buckling
    use tangent_modes, only: nodal_mode, apply_tangent
    use band_matrix, only: band_t, band_times
    use block_krylov, only: operator_t, spectrum_t, largest_eigenvalues
+   use spectrum_slicing, only: pencil_t, eigenvalues_below, slice
    use path_record, only: buckling_t
    use timing, only: timers_t
    implicit none
@@ -82,14 +83,17 @@ contains
       operator%system => system
       operator%timers => timers
       call largest_eigenvalues(operator, n_modes, tolerance, spectrum, error)
-      if (allocated(error)) return
-      buckling%step = problem%step
       ! The loads do not change the tangent in the other modes.
       spectrum%n = count(abs(spectrum%value) > 1.0e3_wp * epsilon(1.0_wp) * abs(spectrum%value(1)))
       if (spectrum%n == 0) then
+         if (allocated(error)) deallocate (error)
          call fail(error, 'the loads of the step do not change the stiffness: they cannot make anything buckle')
          return
       end if
+      ! Where eigenvalues can be counted, it is made sure that these are the first ones.
+      if (system%n_slides == 0 .and. system%negative_pivots == 0) call check_by_counting(operator, n_modes, spectrum, error)
+      if (allocated(error)) return
+      buckling%step = problem%step
       allocate (buckling%load_factor(spectrum%n), buckling%residual(spectrum%n))
       allocate (buckling%mode(3, size(problem%weight), spectrum%n))
       do i = 1, spectrum%n
@@ -101,6 +105,65 @@ contains
          & 'the buckling modes are lost in the rounding of the tangent (residual '// &
          & to_text(maxval(buckling%residual))//'): the mesh is too fine for them')
    end subroutine buckle
+
+   !> Replaces the spectrum by the first eigenvalues of both signs when it did not converge, or left some out.
+   subroutine check_by_counting(operator, wanted, spectrum, error)
+      type(buckling_operator_t), intent(in) :: operator
+      integer, intent(in) :: wanted
+      type(spectrum_t), intent(inout) :: spectrum
+      type(error_t), allocatable, intent(inout) :: error  !! allocated on entry when it did not converge
+      real(wp), parameter :: inside = 0.9999_wp
+      type(pencil_t) :: pencil
+      type(spectrum_t) :: both
+      real(wp), allocatable :: value(:), vector(:, :)
+      real(wp) :: bound
+      logical, allocatable :: taken(:)
+      integer, allocatable :: order(:)
+      integer :: side, i
+      logical :: missing
+      pencil%k = operator%system%k
+      pencil%prime = operator%prime%stress%k
+      pencil%fixed = operator%system%fixed
+      pencil%weight = operator%weight
+      bound = 1.0_wp / minval(abs(spectrum%value(:spectrum%n)))
+      if (.not. allocated(error) .and. spectrum%n == wanted) then
+         ! Just inside the last one found, pivots and iteration must agree.
+         missing = eigenvalues_below(pencil, bound * inside) /= found(1)
+         if (.not. missing) missing = eigenvalues_below(pencil, -bound * inside) /= found(-1)
+         if (.not. missing) return
+      else if (.not. allocated(error)) then
+         return
+      end if
+      if (allocated(error)) deallocate (error)
+      allocate (both%value(0), both%vector(operator%n, 0))
+      ! An estimate that has not converged is too large, never too small.
+      do side = 1, -1, -2
+         call slice(pencil, wanted, side * bound * (2.0_wp - inside), value, vector, error)
+         if (allocated(error)) return
+         both%vector = reshape([both%vector, vector], [operator%n, size(both%value) + size(value)])
+         both%value = [both%value, 1.0_wp / value]
+      end do
+      both%n = min(wanted, size(both%value))
+      allocate (order(both%n), taken(size(both%value)))
+      taken = .false.
+      do i = 1, both%n
+         order(i) = maxloc(abs(both%value), 1, mask=.not. taken)
+         taken(order(i)) = .true.
+      end do
+      spectrum%n = both%n
+      spectrum%value = both%value(order)
+      spectrum%vector = both%vector(:, order)
+
+   contains
+
+      !> Eigenvalues of a sign inside the last one that the iteration found.
+      pure integer function found(sense)
+         integer, intent(in) :: sense
+         associate (value => spectrum%value(:spectrum%n))
+            found = count(sense * value > 0.0_wp .and. abs(value) * bound * inside > 1.0_wp)
+         end associate
+      end function found
+   end subroutine check_by_counting
 
    !> K' at a state. With the geometry held, the border changes with the reactions alone: a sliding coordinate enters the
    !> energy by its reaction times half the slope of the gap squared.
