@@ -18,7 +18,8 @@ module bordered_system
       & counter_factorisation, counter_solution
    implicit none
    private
-   public :: linearise, assemble_bordered, factor_system, set_path_row, solve_bordered, solve_effective, apply_increment
+   public :: linearise, assemble_bordered, factor_system, set_path_row, solve_bordered, solve_effective, apply_increment, &
+      & resultant_rates
 
 contains
 
@@ -233,34 +234,53 @@ contains
       end do
    end subroutine solve_bordered
 
-   !> Adds a solved increment to the state: displacements, stored resultants, load factor, sliding nodes (slides_fit).
-   subroutine apply_increment(problem, system, x, y, state)
+   !> Linear change of the stored resultants of GE elements under an increment; what closes their own defects is not in it.
+   pure function resultant_rates(problem, system, x, y) result(rate)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:), y(:)
-      type(state_t), intent(inout) :: state
+      real(wp), intent(in) :: x(:), y(:)     !! as solve_bordered gives them
+      real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements)
       real(wp) :: du(6)
-      integer :: e, node, k, i, z
+      integer :: e, k, i, z
+      rate = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
          if (problem%model%mesh%family(e) /= family_ge) cycle
          du(1:3) = to_global(problem, system, x, problem%model%mesh%node(1, e))
          du(4:6) = to_global(problem, system, x, problem%model%mesh%node(2, e))
          z = problem%z_size(e)
          do k = 1, 6
-            state%z(:z, e) = state%z(:z, e) + system%op(:z, k, e) * du(k)
+            rate(:z, e) = rate(:z, e) + system%op(:z, k, e) * du(k)
          end do
-         state%z(:z, e) = state%z(:z, e) + system%op(:z, 7, e) + system%op(:z, 8, e) * y(1)
+         rate(:z, e) = rate(:z, e) + system%op(:z, 8, e) * y(1)
+      end do
+      do k = 1, system%n_slides
+         do i = 1, 2
+            e = problem%candidates%element(i, system%slide(k))
+            z = problem%z_size(e)
+            rate(:z, e) = rate(:z, e) + system%slide_op(:z, i, k) * y(1 + k)
+         end do
+      end do
+   end function resultant_rates
+
+   !> Adds a solved increment to the state: displacements, stored resultants, load factor, sliding nodes (slides_fit).
+   subroutine apply_increment(problem, system, x, y, state)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: x(:), y(:)
+      type(state_t), intent(inout) :: state
+      real(wp) :: rate(size(state%z, 1), size(state%z, 2))
+      integer :: e, node, k, z
+      rate = resultant_rates(problem, system, x, y)
+      do e = 1, problem%model%mesh%n_elements
+         if (problem%model%mesh%family(e) /= family_ge) cycle
+         z = problem%z_size(e)
+         state%z(:z, e) = state%z(:z, e) + rate(:z, e) + system%op(:z, 7, e)
       end do
       do node = 1, problem%model%mesh%n_nodes
          state%u(:, node) = state%u(:, node) + to_global(problem, system, x, node)
       end do
       state%load_factor = state%load_factor + y(1)
       do k = 1, system%n_slides
-         do i = 1, 2
-            e = problem%candidates%element(i, system%slide(k))
-            z = problem%z_size(e)
-            state%z(:z, e) = state%z(:z, e) + system%slide_op(:z, i, k) * y(1 + k)
-         end do
          call slide_node(problem%model, problem%tableau, state%geometry, problem%candidates%element(:, system%slide(k)), &
             & y(1 + k))
       end do

@@ -40,7 +40,6 @@ module block_krylov
 
    integer, parameter :: max_restarts = 4
    real(wp), parameter :: rounding = 1.0e-9_wp
-   real(wp), parameter :: steady = 1.0e-5_wp !! change of eigenvalues that have come to rest
    real(wp), parameter :: dependent = 1.0e-10_wp !! a vector that loses this much in orthogonalisation adds nothing
 
 contains
@@ -78,7 +77,7 @@ contains
             if ((all(size_of <= tolerance) .and. k > wanted) .or. exhausted .or. k == operator%n) exit restarts
             ! More vectors do not help against the rounding of the operator.
             if (found == size(last)) then
-               if (all(abs(theta(:found) - last) <= steady * abs(last)) .and. maxval(size_of) > 0.5_wp * last_size) exit restarts
+               if (all(abs(theta(:found) - last) <= tolerance * abs(last)) .and. maxval(size_of) > 0.5_wp * last_size) exit restarts
             end if
             last = theta(:found)
             last_size = maxval(size_of)

@@ -9,8 +9,8 @@ module stress_stiffness
    use gauss_tableau, only: max_stages
    use problem, only: problem_t, dof
    use rod_state, only: state_t, element_displacement, element_load
-   use linear_system, only: system_t, sum_elements, turn_pair, apply_elements
-   use bordered_system, only: apply_increment
+   use linear_system, only: system_t, sum_elements, turn_pair, to_global, apply_elements
+   use bordered_system, only: resultant_rates
    use contact_set, only: reaction_rate
    use ge_element, only: ge_evaluate, ge_load_t, ge_columns
    use ul2_element, only: ul2_stress_stiffness
@@ -34,25 +34,26 @@ contains
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
       type(stress_stiffness_t), intent(out) :: matrix
       type(system_t) :: stresses
-      type(state_t) :: moved
-      real(wp) :: y(1 + system%n_slides), rate, t(2)
+      real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements)
+      real(wp) :: y(1 + system%n_slides), reaction, t(2), du(6)
       integer :: e, c, d
       y(1) = 1.0_wp
       if (system%n_slides > 0) y(2:) = system%slide_rate
-      moved = state
-      call apply_increment(problem, system, system%tangent, y, moved)
+      rate = resultant_rates(problem, system, system%tangent, y)
       stresses = system
       stresses%ef = 0.0_wp
       stresses%eraw = 0.0_wp
       stresses%el = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
          if (problem%model%mesh%family(e) == family_ge) then
-            call ge_stress_stiffness(problem, state, moved%z(:, e) - state%z(:, e), e, stresses%ek(:, :, e))
+            call ge_stress_stiffness(problem, state, rate(:, e), e, stresses%ek(:, :, e))
          else
+            du(1:3) = to_global(problem, system, system%tangent, problem%model%mesh%node(1, e))
+            du(4:6) = to_global(problem, system, system%tangent, problem%model%mesh%node(2, e))
             associate (g => state%geometry%element(e), flexible => problem%compliance(e))
                call ul2_stress_stiffness(g%length, g%chord, 1.0_wp / flexible%axial, 1.0_wp / flexible%bending, &
                   & problem%model%step(problem%step)%load%pressure(e), element_displacement(problem, state, e), &
-                  & element_displacement(problem, moved, e) - element_displacement(problem, state, e), stresses%ek(:, :, e))
+                  & du, stresses%ek(:, :, e))
             end associate
          end if
       end do
@@ -64,11 +65,11 @@ contains
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
          associate (node => problem%candidates%node(c))
-            rate = reaction_rate(problem, system, c) * system%bend(c)
+            reaction = reaction_rate(problem, system, c) * system%bend(c)
             t = [system%normal(2, c), -system%normal(1, c)]
             if (system%turned(node)) call turn_pair(system%axis(:, node), t)
-            matrix%contact(:, 1, c) = -rate * t * t(1)
-            matrix%contact(:, 2, c) = -rate * t * t(2)
+            matrix%contact(:, 1, c) = -reaction * t * t(1)
+            matrix%contact(:, 2, c) = -reaction * t * t(2)
             d = dof(problem, node, 1)
          end associate
          matrix%k%a(1, d) = matrix%k%a(1, d) + matrix%contact(1, 1, c)
