@@ -118,7 +118,7 @@ contains
          type(modes_t) :: modes
          type(error_t), allocatable :: error
          call lowest_modes(problem, state, run%system, eigenvalues_looked_at, modes, error, timers)
-         eigenvalue = numbered_eigenvalue(modes, event%number)
+         eigenvalue = numbered_eigenvalue(modes, event%number, event%least, event%most)
       end function eigenvalue
    end subroutine locate
 

@@ -13,7 +13,8 @@ module path_acceptance
    use corrector, only: increment_t
    use path_run, only: run_t, probe_at, keep_landmark
    use step_control, only: stop_met
-   use path_events, only: probe_t, event_t, new_probe, detect_events, event_stop, event_bifurcation, event_limit
+   use path_events, only: probe_t, event_t, new_probe, detect_events, event_stop, event_bifurcation, event_limit, &
+      & event_contact
    use event_location, only: locate
    use contact_set, only: reaction_rate
    use sliding_nodes, only: rehome_nodes
@@ -93,7 +94,7 @@ contains
                told = .true.
             else if (.not. located(k)) then
                ! Nor does a count mean anything where a sliding contact ends, its reaction zero.
-               told = label /= '' .or. any(run%state%active .neqv. trial%active)
+               told = label /= '' .or. any(run%state%active .neqv. trial%active) .or. any(events%kind == event_contact)
             end if
             if (located(k)) branching_at = fraction(k)
             if (told) fraction(k) = huge(1.0_wp)

@@ -34,6 +34,7 @@ module path_events
       integer :: monitor = 0                  !! value events: 0 is the load factor; turning points: index into step%turning
       real(wp) :: value = 0.0_wp
       integer :: number = 0                   !! bifurcation: which eigenvalue of the tangent changes its sign
+      integer :: least = 0, most = 0          !! and the smaller and the larger pivot count at both ends
       logical, allocatable :: marked(:)       !! contact: the candidates concerned
       real(wp) :: gap_scale = 1.0_wp, reaction_scale = 1.0_wp !! contact: make both branches comparable
       real(wp) :: scale = 1.0_wp              !! what the zero of its function was measured against
@@ -83,7 +84,7 @@ contains
          if (most == least + 1) most = least
       end if
       do i = least + 1, most
-         event = event_t(kind=event_bifurcation, label='BP', number=i, note='bifurcation')
+         event = event_t(kind=event_bifurcation, label='BP', number=i, least=least, most=most, note='bifurcation')
          call append(event)
       end do
       do i = 1, size(step%turning)

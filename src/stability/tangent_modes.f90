@@ -21,7 +21,8 @@ module tangent_modes
    !> The eigenvalues nearest zero, the nearest first.
    type :: modes_t
       integer :: n = 0                       !! how many
-      integer :: negative = 0                !! c above
+      integer :: pivots = 0                  !! c as the factors have it
+      logical, allocatable :: was_negative(:) !! (n) sign of each as the iteration has it
       real(wp), allocatable :: mu(:)
       real(wp), allocatable :: x(:, :)       !! (unknowns, n) node axes, <x, x> = 1 in the metric
       real(wp), allocatable :: shift(:, :)   !! (sliding points, n) their part of the modes
@@ -66,8 +67,8 @@ contains
       operator%timers => timers
       call largest_eigenvalues(operator, wanted, tolerance, spectrum, error)
       modes%n = spectrum%n
-      ! Next to zero, the factors' signs are those of rounding; the refined values know better.
-      modes%negative = system%negative_pivots - count(spectrum%value < 0.0_wp)
+      modes%pivots = system%negative_pivots
+      modes%was_negative = spectrum%value < 0.0_wp
       allocate (modes%mu(modes%n), modes%shift(system%n_slides, modes%n))
       modes%x = spectrum%vector
       none = 0.0_wp
@@ -78,13 +79,13 @@ contains
          held = merge(0.0_wp, modes%x(:, i), system%fixed)
          call apply_tangent(problem, state, system, held, modes%shift(:, i), x, modes%mu(i))
       end do
-      modes%negative = modes%negative + count(modes%mu < 0.0_wp)
       ! The refined values may have changed places.
       do i = 1, modes%n - 1
          j = i - 1 + minloc(abs(modes%mu(i:)), 1)
          modes%mu([i, j]) = modes%mu([j, i])
          modes%x(:, [i, j]) = modes%x(:, [j, i])
          modes%shift(:, [i, j]) = modes%shift(:, [j, i])
+         modes%was_negative([i, j]) = modes%was_negative([j, i])
       end do
    end subroutine lowest_modes
 
@@ -151,13 +152,24 @@ contains
    end function nodal_mode
 
    !> The eigenvalue of a number (in ascending order). Where it is not among the modes, its sign times the largest that is.
-   pure real(wp) function numbered_eigenvalue(modes, number) result(mu)
+   !>
+   !> Next to zero pivots and iteration have the sign of rounding, each its own, while the refined value is right. What c is
+   !> there follows from the counts at both ends of the stretch of path in question.
+   pure real(wp) function numbered_eigenvalue(modes, number, least, most) result(mu)
       type(modes_t), intent(in) :: modes
       integer, intent(in) :: number
-      integer :: i, left
+      integer, intent(in) :: least, most    !! c is between these
+      real(wp), parameter :: next_to_zero = 1.0e-5_wp
+      integer :: i, left, counted, negative_count
       logical :: negative
-      negative = number <= modes%negative
-      left = merge(modes%negative - number, number - modes%negative - 1, negative)
+      counted = merge(1, 0, modes%was_negative(1))
+      if (modes%n > 1) then
+         if (abs(modes%mu(1)) <= next_to_zero * abs(modes%mu(2)) .and. most == least + 1) &
+            & counted = min(max(modes%pivots - least, 0), 1)
+      end if
+      negative_count = modes%pivots - counted - count(modes%was_negative(2:)) + count(modes%mu < 0.0_wp)
+      negative = number <= negative_count
+      left = merge(negative_count - number, number - negative_count - 1, negative)
       mu = merge(-1.0_wp, 1.0_wp, negative) * maxval(abs(modes%mu))
       do i = 1, modes%n
          if (modes%mu(i) < 0.0_wp .neqv. negative) cycle
