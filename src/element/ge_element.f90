@@ -89,7 +89,7 @@ contains
       real(wp) :: g_phi(max_stages), d(2, max_stages), bnn(3, max_stages), position(2, max_stages)
       real(wp) :: system(max_unknowns, max_unknowns), rhs(max_unknowns, n_by)
       real(wp) :: dphi(n_by), dn(2, n_by), dend(3, n_by), dtail(3, n_by), flexibility(3, 3), ends(3, ge_columns)
-      real(wp) :: t(2), nu(2), axial, shear, beta, end_defect(3), tail(3), hc, he, residual_m, turn(2)
+      real(wp) :: t(2), nu(2), axial, shear, beta, end_defect(3), tail(3), hc, he, residual_m, turn(2), more(2), along, across
       integer :: s, i, j, l, unknowns
       logical :: pressurised, singular
 
@@ -115,8 +115,15 @@ contains
          rho(:, i) = (1.0_wp + axial * compliance%axial) * t + (shear * compliance%shear) * nu
          g(i) = -shear - axial * shear * beta
          g_phi(i) = axial + beta * (axial**2 - shear**2)
-         if (present(more_force)) g_phi(i) = g_phi(i) + dot_product(more_force(:, i), rho(:, i))
          d(:, i) = (beta * shear) * t + (1.0_wp + beta * axial) * nu
+         if (present(more_force)) then
+            ! The strains stay, but a shear-flexible section shears when it turns under an axial force (Haringx).
+            more = [dot_product(more_force(:, i), t), dot_product(more_force(:, i), nu)]
+            across = 1.0_wp + beta * axial - compliance%shear * more(1)
+            along = beta * shear
+            d(:, i) = along * t + across * nu
+            g_phi(i) = across * (axial + more(1)) - along * (shear + more(2))
+         end if
          bnn(1, i) = compliance%axial * t(1) * t(1) + compliance%shear * nu(1) * nu(1)
          bnn(2, i) = compliance%axial * t(1) * t(2) + compliance%shear * nu(1) * nu(2)
          bnn(3, i) = compliance%axial * t(2) * t(2) + compliance%shear * nu(2) * nu(2)

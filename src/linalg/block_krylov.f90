@@ -39,7 +39,7 @@ module block_krylov
    end type spectrum_t
 
    integer, parameter :: max_restarts = 4
-   real(wp), parameter :: rounding = 1.0e-9_wp
+   real(wp), parameter :: rounding = 1.0e-13_wp
    real(wp), parameter :: dependent = 1.0e-10_wp !! a vector that loses this much in orthogonalisation adds nothing
 
 contains
@@ -82,7 +82,7 @@ contains
             last = theta(:found)
             last_size = maxval(size_of)
             if (k + block > largest) exit grow
-            call extend(w(:, k - block + 1:k))
+            call extend(w(:, max(k - block, 0) + 1:k))
          end do grow
          ! Start again from the best vectors and what is still wrong with them.
          i = min(k, 2 * block)
@@ -119,8 +119,8 @@ contains
          do j = 1, found
             residual(:, j) = residual(:, j) - theta(j) * matmul(v(:, :k), ritz(:, j))
          end do
-         ! Beside a nearly singular matrix's huge eigenvalue the others are known to its rounding only.
-         size_of = [(norm(operator, residual(:, j)) / max(abs(theta(j)) + rounding * abs(theta(1)), tiny(1.0_wp)), &
+         ! Beside the largest eigenvalue the others are known to its rounding only.
+         size_of = [(max(norm(operator, residual(:, j)) - rounding * abs(theta(1)), 0.0_wp) / max(abs(theta(j)), tiny(1.0_wp)), &
             & j=1, found)]
       end subroutine take_ritz_values
 

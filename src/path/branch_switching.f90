@@ -101,7 +101,7 @@ contains
 
    contains
 
-      !> The strategy of the step, from here on and in this direction.
+      !> The strategy of the step, from here on and in this direction; not further at first than the switch went.
       subroutine set_increment()
          real(wp) :: change(size(problem%model%monitor))
          run%control = landmark%control
@@ -113,10 +113,11 @@ contains
                & abs(landmark%direction_load)
             run%control%increment = min(run%last_length, step%largest)
          else if (step%method == method_load) then
-            run%control%increment = sign(step%increment, run%last_load)
+            run%control%increment = sign(min(max(abs(run%last_load), step%smallest), abs(step%increment)), run%last_load)
          else if (step%method == method_displacement) then
             change = monitor_values(problem, trial, run%system) - monitor_values(problem, run%state, run%system)
-            run%control%increment = sign(step%increment, change(step%monitor))
+            run%control%increment = sign(min(max(abs(change(step%monitor)), step%smallest), abs(step%increment)), &
+               & change(step%monitor))
          end if
       end subroutine set_increment
    end subroutine switch_branch

@@ -98,7 +98,10 @@ contains
             & to_text(branch%bifurcation))
          return
       end if
-      if (branch%mode > landmarks(at)%multiplicity) then
+      if (landmarks(at)%multiplicity == 0) then
+         call note_trouble(outcome, called//': the bifurcation was bracketed, but not located')
+         return
+      else if (branch%mode > landmarks(at)%multiplicity) then
          call note_trouble(outcome, called//': the bifurcation has '//to_text(landmarks(at)%multiplicity)// &
             & ' null vector(s), not '//to_text(branch%mode))
          return
@@ -124,6 +127,8 @@ contains
       allocate (run%landmark(0))
       run%state = landmarks(at)%state
       run%arc_length = landmarks(at)%arc_length
+      run%left_at = run%arc_length
+      run%home = pack(landmarks, landmarks%label == 'BP')
       call linearise(problem, run%state, run%state, run%system, timers)
       call record(problem, run, run%state, 'BP', nothing, recorder, outcome, timers)
       if (allocated(outcome%why)) return

@@ -1,12 +1,12 @@
 !> Locates an event that was seen to happen within an increment.
 module event_location
    use kinds, only: wp
-   use model, only: step_t, method_linearised
+   use model, only: step_t, method_linearised, method_load, method_cylindrical
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: linearise
-   use path_control, only: control_t, is_free, plane_distance
+   use path_control, only: control_t, is_arc_length, is_free, plane_distance
    use corrector, only: increment_t, take_increment, correct
    use path_events, only: event_t, probe_t, event_value, event_bifurcation, event_contact
    use tangent_modes, only: modes_t, lowest_modes, numbered_eigenvalue
@@ -18,13 +18,13 @@ module event_location
    private
    public :: locate
 
-   integer, parameter :: eigenvalues_looked_at = 3
+   integer, parameter :: eigenvalues_looked_at = 4
 
 contains
 
    !> Finds the zero of an event's function between the last accepted point and the trial by the Illinois rule on the
    !> length of the increment.
-   subroutine locate(problem, step, run, trial, event, place, report, fraction, located, timers)
+   subroutine locate(problem, step, run, trial, event, place, report, fraction, located, later, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
@@ -34,6 +34,7 @@ contains
       type(increment_t), intent(out) :: report
       real(wp), intent(out) :: fraction             !! of the increment
       logical, intent(out) :: located
+      logical, intent(out) :: later                 !! bifurcation: it comes after the trial; the pivots there have the sign of rounding
       type(timers_t), intent(inout) :: timers
       integer, parameter :: max_tries = 60
       type(control_t) :: control
@@ -43,29 +44,53 @@ contains
       real(wp) :: f, whole
       integer :: try
       logical :: branching, held, low_moved
+      later = .false.
+      located = .false.
+      fraction = 1.0_wp
+      place = trial
       branching = event%kind == event_bifurcation
       held = event%kind == event_contact
       control = run%control
       whole = control%increment
-      if (is_free(control%method)) then
-         ! What has no constraint has no way to tell a part of the increment: the plane normal to the tangent has.
-         control%method = method_linearised
-         whole = plane_distance(problem, control, run%state, trial)
+      if (is_arc_length(control%method)) then
+         ! The load tells parts of an increment best: what rounding adds across the path, much where a structure hardly moves
+         ! before it buckles, is nothing to it. Else a plane normal to the tangent: free strategies have no constraint of
+         ! their own that could.
+         if (event%load_tells) then
+            control%method = method_load
+            whole = trial%load_factor - run%state%load_factor
+         else if (run%control%method == method_cylindrical .or. is_free(run%control%method)) then
+            control%method = method_linearised
+            ! Of the displacements only, as the strategy: with the load in it the plane may meet the path twice.
+            control%load_scale = 0.0_wp
+            whole = plane_distance(problem, control, run%state, trial)
+            if (.not. (is_free(run%control%method) .or. whole > 0.3_wp * run%control%increment)) then
+               control = run%control
+               whole = control%increment
+            end if
+         end if
       end if
+      control%whole = whole
       if (branching) then
          call linearise(problem, trial, trial, run%system, timers)
          f = eigenvalue(trial)
          call linearise(problem, run%state, run%state, run%system, timers)
          bracket = new_bracket(eigenvalue(run%state), f)
+         later = bracket%f_low * f > 0.0_wp .and. event%before * f > 0.0_wp
+         if (later) return
       else
          bracket = new_bracket(event%before, event%after)
       end if
       event%scale = bracket%scale
       below = run%state
       above = trial
-      place = trial
-      fraction = 1.0_wp
-      located = abs(event%after) <= step%locate_tolerance * bracket%scale
+      located = abs(bracket%f_high) <= step%locate_tolerance * bracket%scale
+      if (branching .and. bracket%f_low * event%before <= 0.0_wp) then
+         ! It was passed next to the last point, which had the sign of rounding.
+         place = run%state
+         fraction = 0.0_wp
+         located = .true.
+      end if
       search: do try = 1, max_tries
          if (located) exit search
          fraction = bracket_guess(bracket)
@@ -93,7 +118,7 @@ contains
             f = event_value(problem, event, here, probe)
          end if
          place = here
-         located = abs(f) <= step%locate_tolerance * bracket%scale
+         located = abs(f) <= step%locate_tolerance * bracket%scale .and. load_error() <= step%locate_tolerance
          if (located) exit search
          call bracket_update(bracket, fraction, f, low_moved)
          if (low_moved) then
@@ -111,6 +136,12 @@ contains
       if (branching .and. located .and. size(below%active) > 0) located = all(below%active .eqv. above%active)
 
    contains
+
+      !> What is left to the zero, as a change of the load factor over its size.
+      real(wp) function load_error()
+         load_error = abs((above%load_factor - below%load_factor) * f / max(abs(bracket%f_high - bracket%f_low), tiny(f))) / &
+            & max(abs(here%load_factor), abs(trial%load_factor - run%state%load_factor))
+      end function load_error
 
       !> The eigenvalue that changes its sign, where the system is factored now.
       real(wp) function eigenvalue(state)

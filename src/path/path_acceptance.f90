@@ -35,6 +35,7 @@ module path_acceptance
    end type outcome_t
 
    integer, parameter :: most_null_vectors = 4
+   real(wp), parameter :: loosest = 1.0e-4_wp    !! eigenvalues below this part of what they were count as zero
    real(wp), parameter :: same_place = 1.0e-5_wp !! of an increment: located events nearer than that are one
 
 contains
@@ -58,9 +59,9 @@ contains
       type(increment_t), allocatable :: reports(:)
       real(wp), allocatable :: fraction(:)
       real(wp) :: rate, limit_at, branching_at
-      logical, allocatable :: located(:)
+      logical, allocatable :: located(:), later(:)
       logical :: told
-      integer :: i, k, more
+      integer :: i, k, more, unseen
 
       finished = .false.
       allocate (missed(0))
@@ -68,9 +69,10 @@ contains
       if (run%step_points == 0) run%probe%load_rate = probe%load_rate
       if (run%step_points == 0) run%probe%monitor_rate = probe%monitor_rate
       call detect_events(problem, step, run%probe, probe, run%state, trial, events)
-      allocate (places(size(events)), reports(size(events)), fraction(size(events)), located(size(events)))
+      allocate (places(size(events)), reports(size(events)), fraction(size(events)), located(size(events)), &
+         & later(size(events)))
       do i = 1, size(events)
-         call locate(problem, step, run, trial, events(i), places(i), reports(i), fraction(i), located(i), timers)
+         call locate(problem, step, run, trial, events(i), places(i), reports(i), fraction(i), located(i), later(i), timers)
       end do
       limit_at = huge(1.0_wp)
       do i = 1, size(events)
@@ -78,15 +80,20 @@ contains
       end do
       branching_at = huge(1.0_wp)
       more = 0
+      unseen = 0
       do while (any(fraction <= 1.0_wp))
          k = minloc(fraction, 1)
          if (fraction(k) > 1.0_wp) exit
-         critical = critical_t(label=events(k)%label, note=events(k)%note)
+         critical = new_critical(events(k)%label, events(k)%note)
          if (events(k)%kind == event_bifurcation) then
             ! A jump of the pivot count where the contact set changes is no bifurcation, nor is the limit point's own change
             ! of sign, and a multiple bifurcation is one.
-            told = .false.
-            if (more > 0 .and. abs(fraction(k) - branching_at) <= same_place) then
+            told = later(k)
+            if (told) then
+               unseen = unseen + nint(sign(1.0_wp, events(k)%before))
+            else if (run%on_bifurcation .and. fraction(k) <= same_place) then
+               told = .true.
+            else if (more > 0 .and. abs(fraction(k) - branching_at) <= same_place) then
                more = more - 1
                told = .true.
             else if (abs(fraction(k) - limit_at) <= same_place) then
@@ -119,6 +126,11 @@ contains
          end if
          call announce(critical, places(k), probe, located(k))
          if (allocated(outcome%why)) return
+         if (events(k)%kind == event_bifurcation .or. events(k)%kind == event_limit) then
+            finished = is_home(places(k))
+            if (finished) call announce(new_critical('EP', 'back on the path it left, at a bifurcation'), places(k), probe, .true.)
+            if (finished) return
+         end if
          if (events(k)%kind == event_stop) then
             finished = .true.
             run%state = places(k)
@@ -132,12 +144,14 @@ contains
       call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers)
       if (allocated(outcome%why)) return
       do i = 1, size(missed)
-         call announce(critical_t(label=missed(i)%label, note=missed(i)%note), trial, probe, .false.)
+         call announce(new_critical(missed(i)%label, missed(i)%note), trial, probe, .false.)
          if (allocated(outcome%why)) return
+         ! It counts, though nothing can start there.
+         call keep_landmark(run, missed(i)%label, trial, run%arc_length + path_length(problem, run%state, trial), 0)
       end do
-      if (label == 'C+') call announce(critical_t(label=label, note='contact gained'), trial, probe, .true.)
-      if (label == 'C-') call announce(critical_t(label=label, note='contact lost'), trial, probe, .true.)
-      if (finished) call announce(critical_t(label='EP', note='end of the step'), trial, probe, .true.)
+      if (label == 'C+') call announce(new_critical(label, 'contact gained'), trial, probe, .true.)
+      if (label == 'C-') call announce(new_critical(label, 'contact lost'), trial, probe, .true.)
+      if (finished) call announce(new_critical('EP', 'end of the step'), trial, probe, .true.)
       if (allocated(outcome%why)) return
       run%step_points = run%step_points + 1
       run%last_length = path_length(problem, run%state, trial)
@@ -157,10 +171,26 @@ contains
       run%arc_length = run%arc_length + path_length(problem, run%state, trial)
       run%state = trial
       run%probe = probe
+      run%probe%negative_pivots = probe%negative_pivots - unseen
+      run%on_bifurcation = abs(branching_at - 1.0_wp) <= same_place
       if (label == '') call rehome_nodes(problem, run%control, run%direction, run%direction_load, run%state, run%system, &
          & timers)
 
    contains
+
+      !> True for a branch at a bifurcation of the path that it left: beyond, it is that path, or itself again.
+      logical function is_home(place)
+         type(state_t), intent(in) :: place
+         real(wp), parameter :: near = 1.0e-4_wp   ! of the branch's length
+         real(wp) :: travelled
+         integer :: j
+         is_home = .false.
+         if (.not. allocated(run%home)) return
+         travelled = run%arc_length - run%left_at + path_length(problem, run%state, place)
+         do j = 1, size(run%home)
+            is_home = is_home .or. path_length(problem, run%home(j)%state, place) <= near * travelled
+         end do
+      end function is_home
 
       !> Reports the point recorded last as a critical one.
       subroutine announce(point, state, values, exact)
@@ -188,7 +218,7 @@ contains
          type(error_t), allocatable :: error
          integer :: n, j
          call lowest_modes(problem, state, run%system, most_null_vectors, modes, error, timers)
-         n = max(count(abs(modes%mu) <= max(1.0e3_wp * controls%locate_tolerance, same_place) * event%scale), 1)
+         n = max(count(abs(modes%mu) <= min(max(1.0e3_wp * controls%locate_tolerance, same_place), loosest) * event%scale), 1)
          allocate (point%null_vector(3, size(run%state%u, 2), n))
          do j = 1, n
             point%null_vector(:, :, j) = nodal_mode(problem, run%system, modes%x(:, j))
@@ -198,6 +228,14 @@ contains
          if (n > 2) point%note = 'bifurcation, '//to_text(n)//'-fold'
       end subroutine find_null_vectors
    end subroutine accept
+
+   !> A critical point with its words. (gfortran 12 loses the length of a deferred-length component in a constructor.)
+   function new_critical(label, note) result(critical)
+      character(*), intent(in) :: label, note
+      type(critical_t) :: critical
+      critical%label = label
+      critical%note = note
+   end function new_critical
 
    !> Hands a converged point to the recorder and to the independent measures.
    subroutine record(problem, run, state, label, report, recorder, outcome, timers)

@@ -17,9 +17,9 @@ module path_control
    use kinds, only: wp
    use model, only: monitor_t, quantity_displacement, method_load, method_displacement, method_cylindrical, &
       & method_spherical, method_linearised, method_minimum_residual, method_variable_load, method_generalised
-   use problem, only: problem_t
+   use problem, only: problem_t, dof
    use rod_state, only: state_t
-   use linear_system, only: system_t, to_global
+   use linear_system, only: system_t, to_global, row_times
    use bordered_system, only: set_path_row, solve_bordered
    use timing, only: timers_t
    implicit none
@@ -31,6 +31,7 @@ module path_control
       integer :: method = method_load
       integer :: monitor = 0
       real(wp) :: increment = 0.0_wp           !! load factor, monitor's unit or arc length
+      real(wp) :: whole = 0.0_wp               !! the increment that this one is a part of, where one is divided
       real(wp) :: load_scale = 0.0_wp          !! arc length per unit load factor
       real(wp), allocatable :: tangent(:, :)   !! (3, nodes) unit tangent at the start, only displacements count
       real(wp) :: tangent_load = 0.0_wp        !! its load factor component
@@ -209,7 +210,7 @@ contains
       real(wp), allocatable :: row(:, :)
       real(wp) :: dl, scale
       dl = state%load_factor - start%load_factor
-      scale = abs(control%increment)
+      scale = max(abs(control%increment), abs(control%whole))
       if (.not. scale > 0.0_wp) scale = 1.0_wp
       select case (control%method)
       case (method_load)
@@ -231,14 +232,25 @@ contains
       end select
    end function control_error
 
-   !> Change of a displacement monitor under nodal increments x.
+   !> Change of a monitor along the tangent: nodal increments x per unit of load factor.
    real(wp) function monitor_change(problem, monitor, system, x) result(change)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: monitor           !! index into model%monitor
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: x(:)             !! (n) node axes; system%tangent gives the derivative by the load factor
       real(wp) :: row(3, problem%model%mesh%n_nodes)
-      integer :: node
+      integer :: node, i, d
+      associate (watched => problem%model%monitor(monitor))
+         if (watched%quantity /= quantity_displacement) then
+            change = 0.0_wp
+            do i = 1, size(watched%node)
+               if (.not. problem%model%fixed(watched%component, watched%node(i))) cycle
+               d = dof(problem, watched%node(i), watched%component)
+               change = change + watched%factor * (row_times(system, d, x) - system%load(d))
+            end do
+            return
+         end if
+      end associate
       row = 0.0_wp
       call monitor_row(problem%model%monitor(monitor), row)
       change = 0.0_wp

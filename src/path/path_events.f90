@@ -37,6 +37,7 @@ module path_events
       integer :: least = 0, most = 0          !! and the smaller and the larger pivot count at both ends
       logical, allocatable :: marked(:)       !! contact: the candidates concerned
       real(wp) :: gap_scale = 1.0_wp, reaction_scale = 1.0_wp !! contact: make both branches comparable
+      logical :: load_tells = .false.         !! the load grows so steadily over the increment that it tells parts of it
       real(wp) :: scale = 1.0_wp              !! what the zero of its function was measured against
       real(wp) :: before = 0.0_wp, after = 0.0_wp !! its function at both ends of the increment
       character(:), allocatable :: note
@@ -74,23 +75,26 @@ contains
       type(event_t), allocatable, intent(out) :: events(:)
       type(event_t) :: event
       integer :: i, least, most
+      logical :: steady
       allocate (events(0))
       least = min(before%negative_pivots, after%negative_pivots)
       most = max(before%negative_pivots, after%negative_pivots)
       if (before%load_rate * after%load_rate < 0.0_wp) then
-         event = event_t(kind=event_limit, label='LP', note='limit point of the load')
+         event = event_t(kind=event_limit, label='LP')
+         event%note = 'limit point of the load'
          call append(event)
          ! It takes one change of sign of its own; with more of them it turns out later which.
          if (most == least + 1) most = least
       end if
       do i = least + 1, most
-         event = event_t(kind=event_bifurcation, label='BP', number=i, least=least, most=most, note='bifurcation')
+         event = event_t(kind=event_bifurcation, label='BP', number=i, least=least, most=most)
+         event%note = 'bifurcation'
          call append(event)
       end do
       do i = 1, size(step%turning)
          if (before%monitor_rate(i) * after%monitor_rate(i) >= 0.0_wp) cycle
-         event = event_t(kind=event_turning, label='TP', monitor=i, &
-            & note='turning point of '//trim(problem%model%monitor(step%turning(i))%name))
+         event = event_t(kind=event_turning, label='TP', monitor=i)
+         event%note = 'turning point of '//trim(problem%model%monitor(step%turning(i))%name)
          call append(event)
       end do
       if (size(before%active) > 0) then
@@ -99,16 +103,21 @@ contains
       end if
       do i = 1, size(step%locate)
          event = event_t(kind=event_value_reached, label='UZ', monitor=step%locate(i)%monitor, &
-            & value=step%locate(i)%value, note='value asked for')
+            & value=step%locate(i)%value)
+         event%note = 'value asked for'
          if (crosses(event)) call append(event)
       end do
       do i = 1, size(step%stop)
-         event = event_t(kind=event_stop, label='EP', monitor=step%stop(i)%monitor, value=step%stop(i)%value, &
-            & note='end of the step')
+         event = event_t(kind=event_stop, label='EP', monitor=step%stop(i)%monitor, value=step%stop(i)%value)
+         event%note = 'end of the step'
          if (.not. crosses(event)) cycle
          if ((probe_value(after, event) > event%value) .eqv. step%stop(i)%rising) call append(event)
       end do
+      steady = before%load_rate * after%load_rate > 0.0_wp .and. &
+         & (after%load_factor - before%load_factor) * before%load_rate > 0.0_wp .and. &
+         & min(abs(before%load_rate), abs(after%load_rate)) > 0.3_wp * max(abs(before%load_rate), abs(after%load_rate))
       do i = 1, size(events)
+         events(i)%load_tells = steady
          events(i)%before = event_value(problem, events(i), from, before)
          events(i)%after = event_value(problem, events(i), to, after)
       end do
@@ -177,7 +186,8 @@ contains
                counted = counted .or. region_of(problem, other, k)
             end do
             if (parts == 1) cycle
-            event = event_t(kind=event_contact, label=label, note=gone)
+            event = event_t(kind=event_contact, label=label)
+            event%note = gone
             event%marked = region
             if (parts > 1) then
                event%note = divided

@@ -32,9 +32,12 @@ module path_run
       real(wp) :: arc_length = 0.0_wp            !! travelled since the start of the run
       integer :: points = 0                      !! recorded so far, all steps
       integer :: step_points = 0                 !! accepted in this step
+      logical :: on_bifurcation = .false.        !! the last point is one that was recorded: its pivots have the sign of rounding
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! of the last increment: arc length, load factor
       real(wp), allocatable :: direction(:, :)   !! last increment of the displacements
       real(wp) :: direction_load = 0.0_wp        !! and of the load factor
+      type(landmark_t), allocatable :: home(:)   !! branch: the bifurcations of the path that it left
+      real(wp) :: left_at = 0.0_wp               !! branch: arc_length where it left
       logical :: keep_landmarks = .false.
       type(landmark_t), allocatable :: landmark(:) !! LP and BP of this step, in order; only when they are kept
    end type run_t

@@ -159,15 +159,19 @@ contains
       type(modes_t), intent(in) :: modes
       integer, intent(in) :: number
       integer, intent(in) :: least, most    !! c is between these
-      real(wp), parameter :: next_to_zero = 1.0e-5_wp
-      integer :: i, left, counted, negative_count
+      real(wp), parameter :: next_to_zero = 1.0e-3_wp
+      integer :: i, left, negative_count, tiny_ones, counted
       logical :: negative
-      counted = merge(1, 0, modes%was_negative(1))
-      if (modes%n > 1) then
-         if (abs(modes%mu(1)) <= next_to_zero * abs(modes%mu(2)) .and. most == least + 1) &
-            & counted = min(max(modes%pivots - least, 0), 1)
-      end if
-      negative_count = modes%pivots - counted - count(modes%was_negative(2:)) + count(modes%mu < 0.0_wp)
+      tiny_ones = 0
+      do i = 1, modes%n - 1
+         if (abs(modes%mu(i)) <= next_to_zero * abs(modes%mu(i + 1))) tiny_ones = i
+      end do
+      ! Without those: negative ones among the others, found here or not.
+      counted = modes%pivots - count(modes%was_negative(:tiny_ones))
+      if (tiny_ones > 0 .and. tiny_ones <= most - least) counted = min(max(counted, least), most - tiny_ones)
+      counted = max(counted, count(modes%was_negative(tiny_ones + 1:)))
+      negative_count = counted + count(modes%mu(:tiny_ones) < 0.0_wp) + count(modes%mu(tiny_ones + 1:) < 0.0_wp) - &
+         & count(modes%was_negative(tiny_ones + 1:))
       negative = number <= negative_count
       left = merge(negative_count - number, number - negative_count - 1, negative)
       mu = merge(-1.0_wp, 1.0_wp, negative) * maxval(abs(modes%mu))
