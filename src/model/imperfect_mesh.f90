@@ -8,7 +8,7 @@ module imperfect_mesh
    use reference_curve, only: curve_point
    implicit none
    private
-   public :: move_to_curves, add_mode_offsets, remove_mode_offsets
+   public :: move_to_curves, add_mode_offsets
 
 contains
 
@@ -32,15 +32,16 @@ contains
       end associate
    end subroutine move_to_curves
 
-   !> Adds buckling modes as imperfections: on each chain the sum of its offsets, a spline through the nodes.
+   !> Adds buckling modes as imperfections. Every node of a chain goes by the sum of its modes, across the chain; where the
+   !> chain's ends move the whole nominal chain goes along (turned and scaled), so that chains stay joined.
    subroutine add_mode_offsets(model, offsets, mode, error)
       type(model_t), intent(inout) :: model
       type(mode_offset_t), intent(in) :: offsets(:)
-      real(wp), intent(in) :: mode(:, :, :)    !! (3, nodes, offsets) the mode of each, any scale
-      type(error_t), allocatable, intent(out) :: error !! a mode that does not bend its chain; chains that overlap
+      real(wp), intent(in) :: mode(:, :, :)    !! (3, nodes, offsets) the mode of each, its largest translation 1
+      type(error_t), allocatable, intent(out) :: error !! a mode that does not bend its chain; chains that overlap or come apart
       type(imperfection_t) :: shape
-      real(wp), allocatable :: knot(:), w(:), one(:)
-      logical :: done(size(offsets))
+      real(wp), allocatable :: knot(:), w(:), goal(:, :)
+      logical :: done(size(offsets)), closed
       integer, allocatable :: node(:)
       integer :: i, j, k, n
       done = .false.
@@ -49,78 +50,90 @@ contains
          associate (element => offsets(i)%element, mesh => model%mesh)
             n = size(element)
             node = [mesh%node(1, element), mesh%node(2, element(n))]
-            allocate (knot(n + 1), w(n + 1), source=0.0_wp)
-            do k = 1, n
-               knot(k + 1) = knot(k) + (mesh%s(2, element(k)) - mesh%s(1, element(k)))
-            end do
+            closed = node(n + 1) == node(1)
+            goal = mesh%x(:, node)
             do j = i, size(offsets)
                if (size(offsets(j)%element) /= n) cycle
                if (any(offsets(j)%element /= element)) cycle
                done(j) = .true.
-               one = normal_components(model, element, mode(:, :, j))
-               if (.not. maxval(abs(one)) > 1.0e-6_wp * maxval(abs(mode(1:2, :, j)))) then
-                  call fail(error, 'mode '//to_text(offsets(j)%mode)//' does not bend the elements of its imperfection')
-                  return
-               end if
-               w = w + offsets(j)%amplitude * one / maxval(abs(one))
+               goal = goal + offsets(j)%amplitude * mode(1:2, node, j)
             end do
-            if (node(n + 1) == node(1)) w(n + 1) = w(1)
-            call nodal_imperfection(knot, w, node(n + 1) == node(1), shape)
+            do k = 1, n
+               if (model%curve(mesh%curve(element(k)))%imperfection == 0) cycle
+               call fail(error, 'two imperfections share a curve')
+               return
+            end do
+            if (.not. closed) call move_chain(model, element, goal(:, 1), goal(:, n + 1))
+            allocate (knot(n + 1), source=0.0_wp)
+            do k = 1, n
+               knot(k + 1) = knot(k) + (mesh%s(2, element(k)) - mesh%s(1, element(k)))
+            end do
+            w = normal_distances(model, element, goal)
+            if (closed) w(n + 1) = w(1)
+            if (.not. maxval(abs(w)) > 1.0e-6_wp * maxval(abs(goal - mesh%x(:, node)))) then
+               call fail(error, 'mode '//to_text(offsets(i)%mode)//' does not bend the elements of its imperfection')
+               return
+            end if
+            call nodal_imperfection(knot, w, closed, shape)
             model%imperfection = [model%imperfection, shape]
             do k = 1, n
                associate (curve => model%curve(mesh%curve(element(k))))
-                  if (curve%imperfection > 0 .and. curve%imperfection < size(model%imperfection)) then
-                     call fail(error, 'two imperfections share a curve')
-                     return
-                  end if
                   if (curve%imperfection == 0) curve%offset = knot(k)
                   curve%imperfection = size(model%imperfection)
                end associate
             end do
-            deallocate (knot, w)
+            deallocate (knot)
          end associate
       end do
       call move_to_curves(model)
       call check_joints(model, error)
    end subroutine add_mode_offsets
 
-   !> Takes the offsets of earlier steps away: curves that a mode of any step bends are perfect again.
-   subroutine remove_mode_offsets(model)
+   !> Turns, scales and moves the nominal curves of a chain so that its ends lie at two given points.
+   subroutine move_chain(model, element, first, last)
       type(model_t), intent(inout) :: model
-      integer :: k, i, j, e, side
-      real(wp) :: angle, speed
-      do k = 1, size(model%step)
-         do i = 1, size(model%step(k)%mode_offset)
-            associate (element => model%step(k)%mode_offset(i)%element, mesh => model%mesh)
-               do j = 1, size(element)
-                  e = element(j)
-                  model%curve(mesh%curve(e))%imperfection = 0
-                  do side = 1, 2
-                     call curve_point(model%curve(mesh%curve(e)), model%imperfection, mesh%s(side, e), &
-                        & mesh%x(:, mesh%node(side, e)), angle, speed)
-                  end do
-               end do
+      integer, intent(in) :: element(:)
+      real(wp), intent(in) :: first(2), last(2)
+      real(wp) :: old(2), new(2), start(2), turn, ratio, from(2)
+      integer :: k, e, c, moved
+      associate (mesh => model%mesh)
+         start = mesh%x(:, mesh%node(1, element(1)))
+         old = mesh%x(:, mesh%node(2, element(size(element)))) - start
+         new = last - first
+         turn = atan2(old(1) * new(2) - old(2) * new(1), dot_product(old, new))
+         ratio = norm2(new) / norm2(old)
+         moved = 0
+         do k = 1, size(element)
+            e = element(k)
+            c = mesh%curve(e)
+            mesh%s(:, e) = ratio * mesh%s(:, e)
+            if (c == moved) cycle
+            moved = c
+            associate (curve => model%curve(c))
+               from = curve%origin - start
+               curve%origin = first + ratio * [cos(turn) * from(1) - sin(turn) * from(2), sin(turn) * from(1) + cos(turn) * from(2)]
+               curve%angle = curve%angle + turn
+               curve%curvature = curve%curvature / ratio
+               curve%length = ratio * curve%length
             end associate
          end do
-      end do
-   end subroutine remove_mode_offsets
+      end associate
+   end subroutine move_chain
 
-   !> Component of a mode to the left of the chain at its nodes.
-   function normal_components(model, element, mode) result(w)
+   !> How far to the left of the nominal chain its nodes are to go.
+   function normal_distances(model, element, goal) result(w)
       type(model_t), intent(in) :: model
       integer, intent(in) :: element(:)
-      real(wp), intent(in) :: mode(:, :)
-      real(wp) :: w(size(element) + 1), angle
+      real(wp), intent(in) :: goal(:, :)       !! (2, nodes of the chain)
+      real(wp) :: w(size(element) + 1), x(2), angle, speed
       integer :: k, side, e
       do k = 1, size(element) + 1
          e = element(min(k, size(element)))
          side = merge(1, 2, k <= size(element))
-         associate (curve => model%curve(model%mesh%curve(e)))
-            angle = curve%angle + curve%curvature * model%mesh%s(side, e)
-         end associate
-         w(k) = dot_product([-sin(angle), cos(angle)], mode(1:2, model%mesh%node(side, e)))
+         call curve_point(model%curve(model%mesh%curve(e)), model%imperfection, model%mesh%s(side, e), x, angle, speed)
+         w(k) = dot_product([-sin(angle), cos(angle)], goal(:, k) - x)
       end do
-   end function normal_components
+   end function normal_distances
 
    !> All curves must agree on where a common node is.
    subroutine check_joints(model, error)
@@ -135,8 +148,8 @@ contains
             do i = 1, 2
                call curve_point(model%curve(mesh%curve(e)), model%imperfection, mesh%s(i, e), x, angle, speed)
                if (norm2(x - mesh%x(:, mesh%node(i, e))) <= apart * maxval(abs(mesh%x))) cycle
-               call fail(error, 'the imperfections of the curves that meet in node '// &
-                  & to_text(mesh%node_label(mesh%node(i, e)))//' move it to different places')
+               call fail(error, 'the chains that meet in node '//to_text(mesh%node_label(mesh%node(i, e)))// &
+                  & ' move it to different places: give SHAPE=MODE for all of them')
                return
             end do
          end do

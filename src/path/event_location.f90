@@ -34,7 +34,7 @@ contains
       type(increment_t), intent(out) :: report
       real(wp), intent(out) :: fraction             !! of the increment
       logical, intent(out) :: located
-      logical, intent(out) :: later                 !! bifurcation: it comes after the trial; the pivots there have the sign of rounding
+      logical, intent(out) :: later                 !! bifurcation: it comes after the trial, whose pivots have the sign of rounding
       type(timers_t), intent(inout) :: timers
       integer, parameter :: max_tries = 60
       type(control_t) :: control

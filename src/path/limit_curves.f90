@@ -8,7 +8,8 @@ module limit_curves
    use kinds, only: wp
    use text, only: to_text
    use errors, only: error_t
-   use model, only: step_t, limit_curve_t, method_linearised, method_cylindrical
+   use model, only: step_t, limit_curve_t, method_linearised, method_cylindrical, parameter_modulus, parameter_ea, &
+      & parameter_ei
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
@@ -28,7 +29,12 @@ module limit_curves
 
    integer, parameter :: max_searches = 40          !! evaluations of h for one limit point
    integer, parameter :: max_cuts = 12              !! halvings of a step along the curve
+   real(wp), parameter :: farthest = 0.5_wp         !! the search from a predicted place, over the step that predicted it,
+   real(wp), parameter :: nearest = 0.3_wp          !! or in units, whichever is larger
+   real(wp), parameter :: sharpest = 0.7_wp         !! cosine of the angle between two steps
+   real(wp), parameter :: small_drop = 0.01_wp      !! of the load, over one unit of arc length from the limit point
    real(wp), parameter :: easy = 5.0_wp             !! evaluations that let the step grow
+   real(wp), parameter :: first_step = 0.1_wp       !! of the curve, over the increment asked for
    real(wp), parameter :: first_distance = 1.0e-3_wp !! arc length of the first move along the path
 
    !> The last limit point and what is needed to move from it.
@@ -50,6 +56,7 @@ module limit_curves
       type(state_t) :: state
       type(increment_t) :: report
       real(wp) :: rate = 0.0_wp                      !! h
+      real(wp) :: slope = 0.0_wp                     !! dh/da per unit of a, 0 when the search did not tell
       integer :: iterations = 0
    end type trial_t
 
@@ -84,7 +91,7 @@ contains
       type(timers_t), intent(inout) :: timers
       type(follower_t) :: follower
       type(trial_t) :: trial
-      real(wp) :: way(2), place(2), last, start, distance, largest, target
+      real(wp) :: turned_at, way(2), place(2), last, start, distance, largest, target
       character(2) :: label
       integer :: i, passed, points, searches, cuts
       logical :: final, turned, exact
@@ -127,18 +134,19 @@ contains
          if (allocated(outcome%why)) return
          points = 1
          way = [0.0_wp, sign(1.0_wp, curve%increment)]
-         distance = 1.0_wp
+         ! How far a step takes the path is not known yet.
+         distance = first_step
          cuts = 0
          turned = .false.
+         turned_at = follower%coordinate
          do while (points < curve%max_points)
             place = distance * way
             call shorten_to_values(place, exact, final)
-            call search(follower, step, place, merge([1.0_wp, 0.0_wp], [way(2), -way(1)], exact .or. points == 1), trial, &
-               & searches, timers)
+            call look(place, merge([1.0_wp, 0.0_wp], [way(2), -way(1)], exact .or. points == 1))
             if (trial%report%converged .and. .not. exact) then
                call shorten_to_values(place, exact, final)
                ! The search went past a value asked for: once more, there.
-               if (exact) call search(follower, step, place, [1.0_wp, 0.0_wp], trial, searches, timers)
+               if (exact) call look(place, [1.0_wp, 0.0_wp])
             end if
             if (.not. trial%report%converged) then
                cuts = cuts + 1
@@ -155,7 +163,7 @@ contains
             turned = place(2) * way(2) < 0.0_wp
             if (norm2(place) > 0.0_wp) way = place / norm2(place)
             follower%coordinate = follower%coordinate + place(2) * follower%unit(2)
-            call go(trial, place)
+            call go(trial)
             if (.not. follower%system%ok) then
                trouble = 'the tangent at a limit point is singular'
                return
@@ -167,6 +175,11 @@ contains
             call report(label, .false.)
             if (allocated(outcome%why)) return
             if (final) exit
+            if (turned .and. .not. exact) turned_at = as_value(curve, follower%coordinate)
+            if ((follower%coordinate - start) * sign(1.0_wp, last - start) < 0.0_wp) then
+               trouble = 'it turned back near '//to_text(turned_at)//' and is now before its start: it never reaches the last value'
+               return
+            end if
             if (searches < easy) distance = min(1.5_wp * distance, largest / max(abs(way(2)), 0.1_wp))
             if (searches > 2 * easy) distance = 0.5_wp * distance
          end do
@@ -181,11 +194,25 @@ contains
             trouble = 'no limit point was found with the obstacle rigid: '//trial%report%message
             return
          end if
-         call go(trial, place)
+         call go(trial)
          call report('EP', .true.)
       end associate
 
    contains
+
+      !> Searches from a place, but not far: there are other limit points, and those behind the last one.
+      subroutine look(at, normal)
+         real(wp), intent(inout) :: at(2)
+         real(wp), intent(in) :: normal(2)
+         real(wp) :: predicted(2)
+         predicted = at
+         call search(follower, step, at, normal, trial, searches, timers)
+         if (.not. trial%report%converged .or. points == 1) return
+         if (norm2(at - predicted) <= max(nearest, farthest * norm2(predicted)) .and. &
+            & (points == 2 .or. exact .or. dot_product(at, way) >= sharpest * norm2(at))) return
+         trial%report%converged = .false.
+         trial%report%message = 'the curve turns too sharply, or ends'
+      end subroutine look
 
       !> Ends a step at the last value, or at the first of those asked for on the way, when it would go past it.
       subroutine shorten_to_values(at, shortened, is_last)
@@ -217,21 +244,23 @@ contains
       end subroutine shorten_to_values
 
       !> Makes a trial the last limit point.
-      subroutine go(to, at)
+      subroutine go(to)
          type(trial_t), intent(in) :: to
-         real(wp), intent(in) :: at(2)
-         real(wp) :: direction(3, size(to%state%u, 2))
+         real(wp) :: direction(3, size(to%state%u, 2)), unit
          direction = follower%control%tangent
          follower%problem = to%problem
          follower%state = to%state
          call linearise(follower%problem, follower%state, follower%state, follower%system, timers)
          call rehome_nodes(follower%problem, follower%control, direction, 0.0_wp, follower%state, follower%system, timers)
          call stand_here(follower, direction, 0.0_wp, timers)
-         ! One step along the curve moves the path by about that much: both coordinates then count alike.
-         if (abs(at(1)) > 0.0_wp) follower%unit(1) = follower%unit(1) * max(abs(at(1)), 0.1_wp * norm2(at))
-         way = [way(1), way(2)]
-         if (abs(at(1)) > 0.0_wp) way(1) = sign(way(1) / max(abs(at(1)), 0.1_wp * norm2(at)), way(1))
-         way = way / norm2(way)
+         ! The unit of arc length is what lowers the load by a hundredth; the step keeps its place in the plane.
+         if (abs(to%slope) > 0.0_wp) then
+            unit = sqrt(2.0_wp * small_drop * abs(follower%state%load_factor) * follower%unit(1) / abs(to%slope))
+            unit = min(max(unit, 0.5_wp * follower%unit(1)), 2.0_wp * follower%unit(1))
+            way(1) = way(1) * follower%unit(1) / unit
+            way = way / norm2(way)
+            follower%unit(1) = unit
+         end if
       end subroutine go
 
       !> Hands over the last limit point.
@@ -267,18 +296,21 @@ contains
       follower%control%method = method_linearised
    end subroutine stand_here
 
-   !> The rate of the load one unit away from the limit point.
+   !> Sets the unit of arc length: what lowers the load by a hundredth; and the rate of the load there.
    subroutine scale_rate(follower, trial, timers)
       type(follower_t), intent(inout) :: follower
       type(trial_t), intent(out) :: trial
       type(timers_t), intent(inout) :: timers
       integer :: try
-      do try = 1, 8
+      do try = 1, 12
          call evaluate(follower, [1.0_wp, 0.0_wp], trial, timers)
          if (trial%report%converged .and. abs(trial%rate) > 0.0_wp) exit
          follower%unit(1) = 0.5_wp * follower%unit(1)
       end do
-      if (abs(trial%rate) > 0.0_wp) follower%rate_scale = abs(trial%rate)
+      if (.not. abs(trial%rate) > 0.0_wp) return
+      ! The rate grows in proportion to the arc length.
+      follower%unit(1) = sqrt(2.0_wp * small_drop * abs(follower%state%load_factor) * follower%unit(1) / abs(trial%rate))
+      follower%rate_scale = 2.0_wp * small_drop * abs(follower%state%load_factor) / follower%unit(1)
    end subroutine scale_rate
 
    !> h at a place on the surface, both coordinates in their units and counted from the last limit point.
@@ -300,6 +332,10 @@ contains
             & as_value(follower%curve, follower%coordinate + place(2) * follower%unit(2)))
       else
          trial%problem = follower%problem
+      end if
+      if (present_value(trial%problem, follower%curve) <= 0.0_wp .and. must_be_positive(follower%curve)) then
+         trial%report%message = 'the parameter would no longer be positive'
+         return
       end if
       start = carry_state(follower%problem, trial%problem, follower%state)
       trial%state = start
@@ -373,6 +409,7 @@ contains
          trial = next
          ! The load is off by h^2 over twice the slope.
          if (accurate(h, slope) .or. (bracketed .and. abs(high - low) < 1.0e-10_wp)) then
+            if (abs(normal(1)) > 0.7_wp) trial%slope = slope / normal(1)
             place = place + q * normal
             trial%iterations = total
             return
@@ -401,6 +438,12 @@ contains
             & abs(rate) <= 1.0e-3_wp * follower%rate_scale
       end function accurate
    end subroutine search
+
+   !> Moduli and stiffnesses.
+   pure logical function must_be_positive(curve)
+      type(limit_curve_t), intent(in) :: curve
+      must_be_positive = any(curve%parameter == [parameter_modulus, parameter_ea, parameter_ei])
+   end function must_be_positive
 
    pure real(wp) function as_coordinate(curve, value)
       type(limit_curve_t), intent(in) :: curve

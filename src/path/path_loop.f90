@@ -3,9 +3,9 @@ module path_loop
    use kinds, only: wp
    use text, only: to_text
    use errors, only: error_t
-   use model, only: method_displacement
+   use model, only: model_t, method_displacement
    use problem, only: problem_t, new_problem
-   use imperfect_mesh, only: add_mode_offsets, remove_mode_offsets
+   use imperfect_mesh, only: add_mode_offsets
    use rod_state, only: state_t, new_state
    use linear_system, only: new_system
    use bordered_system, only: linearise
@@ -37,14 +37,16 @@ contains
       type(run_t) :: run
       type(increment_t) :: nothing
       type(buckling_t) :: buckled(size(problem%model%step))
+      type(model_t) :: perfect
       integer :: k, n_branches
       call timing_start(timers, phase_path)
       n_branches = 0
+      perfect = problem%model
       run%state = new_state(problem)
       run%system = new_system(problem)
       steps: do k = 1, size(problem%model%step)
          problem%step = k
-         if (size(problem%model%step(k)%mode_offset) > 0) call start_anew(problem, buckled, run, outcome)
+         if (size(problem%model%step(k)%mode_offset) > 0) call start_anew(perfect, buckled, problem, run, outcome)
          if (allocated(outcome%why)) exit steps
          call begin_step(problem, run, outcome, timers)
          if (allocated(outcome%why)) exit steps
@@ -115,9 +117,10 @@ contains
    end function starts_fresh
 
    !> The stress-free structure with buckling modes as imperfections; nothing stays of the steps before.
-   subroutine start_anew(problem, buckled, run, outcome)
-      type(problem_t), intent(inout) :: problem
+   subroutine start_anew(perfect, buckled, problem, run, outcome)
+      type(model_t), intent(in) :: perfect           !! the deck's
       type(buckling_t), intent(in) :: buckled(:)     !! (steps) modes found so far
+      type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
       type(outcome_t), intent(inout) :: outcome
       type(problem_t) :: fresh
@@ -139,7 +142,10 @@ contains
             end associate
          end do
          fresh = problem
-         call remove_mode_offsets(fresh%model)
+         ! The deck's geometry, not that of an earlier step of this kind.
+         fresh%model%mesh = perfect%mesh
+         fresh%model%curve = perfect%curve
+         fresh%model%imperfection = perfect%imperfection
          call add_mode_offsets(fresh%model, step%mode_offset, mode, error)
          if (allocated(error)) then
             outcome%why = 'step '//trim(step%name)//': '//error%message
