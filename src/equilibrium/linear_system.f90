@@ -347,6 +347,11 @@ contains
             & abs(system%eraw(3, e)) / problem%size, abs(system%eraw(6, e)) / problem%size)
       end do
       scale = max(scale, maxval(abs(state%reaction), mask=state%active))
+      ! Loads of several steps may cancel; what is left is known to the rounding of the parts.
+      associate (rate => problem%model%step(problem%step)%load)
+         scale = max(scale, maxval(abs(problem%constant%node_force(1:2, :))), &
+            & abs(state%load_factor) * maxval(abs(rate%node_force(1:2, :))))
+      end associate
       worst = 0.0_wp
       do node = 1, problem%model%mesh%n_nodes
          do i = 1, 3

@@ -53,10 +53,10 @@ contains
       control = run%control
       whole = control%increment
       if (is_arc_length(control%method)) then
-         ! The load tells parts of an increment best: what rounding adds across the path, much where a structure hardly moves
-         ! before it buckles, is nothing to it. Else a plane normal to the tangent: free strategies have no constraint of
+         ! Where the contact set stays, the load tells parts of an increment best: what rounding adds across the path, much
+         ! where a structure hardly moves before it buckles, is nothing to it. Else a plane normal to the tangent: free strategies have no constraint of
          ! their own that could.
-         if (event%load_tells) then
+         if (event%load_tells .and. alike(run%state, trial)) then
             control%method = method_load
             whole = trial%load_factor - run%state%load_factor
          else if (run%control%method == method_cylindrical .or. is_free(run%control%method)) then
@@ -118,6 +118,7 @@ contains
             f = event_value(problem, event, here, probe)
          end if
          place = here
+         event%pivots = run%system%negative_pivots
          located = abs(f) <= step%locate_tolerance * bracket%scale .and. load_error() <= step%locate_tolerance
          if (located) exit search
          call bracket_update(bracket, fraction, f, low_moved)

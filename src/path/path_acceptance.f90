@@ -14,7 +14,7 @@ module path_acceptance
    use path_run, only: run_t, probe_at, keep_landmark
    use step_control, only: stop_met
    use path_events, only: probe_t, event_t, new_probe, detect_events, event_stop, event_bifurcation, event_limit, &
-      & event_contact
+      & event_contact, event_value_reached, event_turning
    use event_location, only: locate
    use contact_set, only: reaction_rate
    use sliding_nodes, only: rehome_nodes
@@ -41,7 +41,7 @@ module path_acceptance
 contains
 
    !> Looks for events up to a converged trial point, records them and the point, and goes there.
-   subroutine accept(problem, step, run, trial, label, report, recorder, finished, outcome, timers)
+   subroutine accept(problem, step, run, trial, label, report, recorder, finished, outcome, timers, hidden)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
@@ -52,6 +52,8 @@ contains
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
+      logical, intent(inout), optional :: hidden !! true on entry: look whether more happened than the ends tell; then nothing is
+      !! recorded, and it stays true
       type(event_t), allocatable :: events(:), missed(:)
       type(probe_t) :: probe
       type(critical_t) :: critical
@@ -74,6 +76,10 @@ contains
       do i = 1, size(events)
          call locate(problem, step, run, trial, events(i), places(i), reports(i), fraction(i), located(i), later(i), timers)
       end do
+      if (present(hidden)) then
+         hidden = hidden .and. any_hidden()
+         if (hidden) return
+      end if
       limit_at = huge(1.0_wp)
       do i = 1, size(events)
          if (events(i)%kind == event_limit .and. located(i)) limit_at = fraction(i)
@@ -132,6 +138,7 @@ contains
             if (finished) return
          end if
          if (events(k)%kind == event_stop) then
+            if (.not. located(k)) call note_trouble(outcome, 'the end of a path was bracketed, but not located')
             finished = .true.
             run%state = places(k)
             run%probe = probe
@@ -177,6 +184,18 @@ contains
          & timers)
 
    contains
+
+      !> True when a point between has a pivot count that neither end has: eigenvalues went and came back.
+      pure logical function any_hidden()
+         integer :: j
+         any_hidden = .false.
+         if (any(run%state%active .neqv. trial%active)) return
+         do j = 1, size(events)
+            if (.not. located(j) .or. all(events(j)%kind /= [event_value_reached, event_stop, event_turning])) cycle
+            any_hidden = any_hidden .or. events(j)%pivots < min(run%probe%negative_pivots, probe%negative_pivots) .or. &
+               & events(j)%pivots > max(run%probe%negative_pivots, probe%negative_pivots)
+         end do
+      end function any_hidden
 
       !> True for a branch at a bifurcation of the path that it left: beyond, it is that path, or itself again.
       logical function is_home(place)

@@ -35,6 +35,7 @@ module path_events
       real(wp) :: value = 0.0_wp
       integer :: number = 0                   !! bifurcation: which eigenvalue of the tangent changes its sign
       integer :: least = 0, most = 0          !! and the smaller and the larger pivot count at both ends
+      integer :: pivots = 0                   !! count where it was located
       logical, allocatable :: marked(:)       !! contact: the candidates concerned
       real(wp) :: gap_scale = 1.0_wp, reaction_scale = 1.0_wp !! contact: make both branches comparable
       logical :: load_tells = .false.         !! the load grows so steadily over the increment that it tells parts of it

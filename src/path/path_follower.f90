@@ -36,7 +36,7 @@ contains
       type(timers_t), intent(inout) :: timers
       type(state_t) :: trial
       type(increment_t) :: report
-      logical :: finished, scaled, limited, turned
+      logical :: finished, scaled, limited, turned, hidden
       integer :: cuts, searches
       real(wp) :: full
 
@@ -73,16 +73,12 @@ contains
          end if
          cuts = 0
          if (run%step_points > 0 .and. searches < max_searches) then
-            if (events_hidden(run%probe, probe_at(problem, run, trial), run%state, trial)) then
-               ! Shorter increments tell the events apart.
-               searches = searches + 1
-               run%control%increment = 0.5_wp * run%control%increment
-               call count_up(timers, counter_cut)
-               call linearise(problem, run%state, run%state, run%system, timers)
+            hidden = events_hidden(run%probe, probe_at(problem, run, trial), run%state, trial)
+            if (hidden) then
+               call search_closer()
                cycle points
             end if
          end if
-         searches = 0
          if (contact_begins(problem, run%state, trial)) then
             call linearise(problem, run%state, run%state, run%system, timers)
             call turn_corner(problem, step, run, recorder, turned, finished, outcome, timers)
@@ -90,8 +86,14 @@ contains
             if (turned) cycle points
             call linearise(problem, trial, run%state, run%system, timers)
          end if
-         call accept(problem, step, run, trial, '  ', report, recorder, finished, outcome, timers)
+         hidden = searches < max_searches .and. run%step_points > 0
+         call accept(problem, step, run, trial, '  ', report, recorder, finished, outcome, timers, hidden)
          if (finished .or. allocated(outcome%why)) return
+         if (hidden) then
+            call search_closer()
+            cycle points
+         end if
+         searches = 0
          if (is_arc_length(step%method) .and. .not. is_arc_length(run%control%method)) then
             call begin_arc_length(step, run, scaled)
             if (.not. scaled) outcome%why = 'the first increment moved nothing: the arc length has no scale'
@@ -102,6 +104,16 @@ contains
          if (limited) run%control%increment = full
          if (.not. limited) call next_increment(step, report%iterations, run%control)
       end do points
+
+   contains
+
+      !> Shorter increments tell apart events that the ends of one do not.
+      subroutine search_closer()
+         searches = searches + 1
+         run%control%increment = 0.5_wp * run%control%increment
+         call count_up(timers, counter_cut)
+         call linearise(problem, run%state, run%state, run%system, timers)
+      end subroutine search_closer
    end subroutine follow_points
 
    !> Tries whether the contact set changes at a corner just ahead; if so, goes there and around it.
