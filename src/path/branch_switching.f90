@@ -43,7 +43,7 @@ contains
       type(state_t) :: trial, predicted
       type(control_t) :: hold
       real(wp), allocatable :: shape(:, :), y(:)
-      real(wp) :: length, along, sense, wander
+      real(wp) :: length, along, sense, wander, drift
       integer :: try, node
 
       run%state = landmark%state
@@ -79,6 +79,9 @@ contains
          deallocate (y)
          predicted = trial
          hold%increment = sense * length * metric(problem, hold%tangent, shape)
+         ! Counted from where the path is without its rounding, so that points do not depend on that.
+         drift = metric(problem, hold%tangent, landmark%drift)
+         if (abs(drift) < 0.1_wp * abs(hold%increment)) hold%increment = hold%increment - drift
          call correct(problem, run%state, hold, .false., trial, run%system, report, timers)
          if (report%converged) then
             wander = path_length(problem, predicted, trial)
@@ -111,7 +114,7 @@ contains
             if (.not. run%control%load_scale > 0.0_wp .and. abs(landmark%direction_load) > 0.0_wp) &
                & run%control%load_scale = sqrt(metric(problem, landmark%direction, landmark%direction)) / &
                & abs(landmark%direction_load)
-            run%control%increment = min(run%last_length, step%largest)
+            run%control%increment = min(length, step%largest)
          else if (step%method == method_load) then
             run%control%increment = sign(min(max(abs(run%last_load), step%smallest), abs(step%increment)), run%last_load)
          else if (step%method == method_displacement) then

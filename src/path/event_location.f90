@@ -54,8 +54,8 @@ contains
       whole = control%increment
       if (is_arc_length(control%method)) then
          ! Where the contact set stays, the load tells parts of an increment best: what rounding adds across the path, much
-         ! where a structure hardly moves before it buckles, is nothing to it. Else a plane normal to the tangent: free strategies have no constraint of
-         ! their own that could.
+         ! where a structure hardly moves before it buckles, is nothing to it. Else a plane normal to the tangent: free
+         ! strategies have no constraint of their own that could.
          if (event%load_tells .and. alike(run%state, trial)) then
             control%method = method_load
             whole = trial%load_factor - run%state%load_factor

@@ -126,9 +126,11 @@ contains
          if (events(k)%kind == event_bifurcation) then
             call find_null_vectors(places(k), events(k), step, critical)
             more = size(critical%null_vector, 3) - 1
-            call keep_landmark(run, 'BP', places(k), run%arc_length + path_length(problem, run%state, places(k)), more + 1)
+            call keep_landmark(run, 'BP', places(k), trial, branching_at, &
+               & run%arc_length + path_length(problem, run%state, places(k)), more + 1)
          else if (events(k)%kind == event_limit) then
-            call keep_landmark(run, 'LP', places(k), run%arc_length + path_length(problem, run%state, places(k)), 0)
+            call keep_landmark(run, 'LP', places(k), trial, 0.0_wp, &
+               & run%arc_length + path_length(problem, run%state, places(k)), 0)
          end if
          call announce(critical, places(k), probe, located(k))
          if (allocated(outcome%why)) return
@@ -154,7 +156,8 @@ contains
          call announce(new_critical(missed(i)%label, missed(i)%note), trial, probe, .false.)
          if (allocated(outcome%why)) return
          ! It counts, though nothing can start there.
-         call keep_landmark(run, missed(i)%label, trial, run%arc_length + path_length(problem, run%state, trial), 0)
+         call keep_landmark(run, missed(i)%label, trial, trial, 1.0_wp, &
+            & run%arc_length + path_length(problem, run%state, trial), 0)
       end do
       if (label == 'C+') call announce(new_critical(label, 'contact gained'), trial, probe, .true.)
       if (label == 'C-') call announce(new_critical(label, 'contact lost'), trial, probe, .true.)

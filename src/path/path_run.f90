@@ -20,6 +20,7 @@ module path_run
       real(wp) :: arc_length = 0.0_wp
       real(wp), allocatable :: direction(:, :)   !! of its path: displacements
       real(wp) :: direction_load = 0.0_wp        !! and load factor
+      real(wp), allocatable :: drift(:, :)       !! displacements less those between its neighbours: rounding
       type(control_t) :: control
    end type landmark_t
 
@@ -66,10 +67,12 @@ contains
    end function probe_at
 
    !> Keeps the critical point recorded last.
-   subroutine keep_landmark(run, label, state, arc_length, multiplicity)
+   subroutine keep_landmark(run, label, state, trial, part, arc_length, multiplicity)
       type(run_t), intent(inout) :: run
       character(*), intent(in) :: label
       type(state_t), intent(in) :: state
+      type(state_t), intent(in) :: trial         !! the next point
+      real(wp), intent(in) :: part               !! of the way there
       real(wp), intent(in) :: arc_length
       integer, intent(in) :: multiplicity
       type(landmark_t) :: landmark
@@ -80,6 +83,7 @@ contains
       landmark%multiplicity = multiplicity
       landmark%arc_length = arc_length
       landmark%direction = state%u - run%state%u
+      landmark%drift = state%u - (run%state%u + part * (trial%u - run%state%u))
       landmark%direction_load = state%load_factor - run%state%load_factor
       landmark%control = run%control
       if (.not. allocated(run%landmark)) allocate (run%landmark(0))
