@@ -254,7 +254,8 @@ contains
          call rehome_nodes(follower%problem, follower%control, direction, 0.0_wp, follower%state, follower%system, timers)
          call stand_here(follower, direction, 0.0_wp, timers)
          ! The unit of arc length is what lowers the load by a hundredth; the step keeps its place in the plane.
-         if (abs(to%slope) > 0.0_wp) then
+         ! Not where the curve is about to turn back: there the slope vanishes.
+         if (abs(to%slope) > 0.0_wp .and. abs(way(1)) < 0.3_wp) then
             unit = sqrt(2.0_wp * small_drop * abs(follower%state%load_factor) * follower%unit(1) / abs(to%slope))
             unit = min(max(unit, 0.5_wp * follower%unit(1)), 2.0_wp * follower%unit(1))
             way(1) = way(1) * follower%unit(1) / unit
