@@ -3,7 +3,7 @@
 !> Unless a test changes it: EA = 100, EI = 1, shear-rigid, no support, no load, no obstacle, one step.
 module model_fixture
    use kinds, only: wp
-   use model, only: model_t, curve_t, imperfection_t, family_ge, family_ul2, shape_sine, new_load
+   use model, only: model_t, curve_t, imperfection_t, family_ge, family_ul2, shape_sine, obstacle_circle, new_load
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
@@ -77,7 +77,7 @@ contains
       model%curve(1) = curve
       model%section(1)%ea = 100.0_wp
       model%section(1)%ei = 1.0_wp
-      model%step(1)%load = new_load(model%mesh%n_nodes, n)
+      model%step(1)%load = new_load(model%mesh%n_nodes, n, 0)
       allocate (model%step(1)%stop(0), model%step(1)%locate(0), model%step(1)%turning(0), model%step(1)%branch(0), &
          & model%step(1)%limit_curve(0), model%step(1)%mode_offset(0))
    end function chain_model
@@ -112,7 +112,7 @@ contains
       integer, intent(in) :: node(:)
       call add_contact(model, modulus, node)
       associate (obstacle => model%obstacle(size(model%obstacle)))
-         obstacle%is_circle = .true.
+         obstacle%kind = obstacle_circle
          obstacle%inside = inside
          obstacle%centre = centre
          obstacle%radius = radius
@@ -126,8 +126,7 @@ contains
       integer, intent(in) :: node(:)
       call add_contact(model, modulus, node)
       associate (obstacle => model%obstacle(size(model%obstacle)))
-         obstacle%point(:, 1) = first
-         obstacle%point(:, 2) = second
+         obstacle%point = reshape([first, second], [2, 2])
       end associate
    end subroutine add_line
 
@@ -137,7 +136,7 @@ contains
       real(wp), intent(in) :: modulus
       integer, intent(in) :: node(:)
       type(model_t) :: old
-      integer :: n
+      integer :: n, s
       n = size(model%obstacle)
       old = model
       deallocate (model%obstacle, model%contact)
@@ -148,6 +147,9 @@ contains
       model%obstacle(n + 1)%modulus = modulus
       model%contact(n + 1)%obstacle = n + 1
       model%contact(n + 1)%node = node
+      do s = 1, size(model%step)
+         model%step(s)%load%motion = reshape([model%step(s)%load%motion, 0.0_wp, 0.0_wp], [2, n + 1])
+      end do
    end subroutine add_contact
 
    !> Newton's method at a given load factor, contact set held, `increments` equal steps from the state's own load factor.

@@ -4,6 +4,7 @@ module output_fixture
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp, pi
    use model, only: model_t, limit_curve_t, family_ge, family_ul2, method_load, quantity_reaction, parameter_modulus, &
+      & obstacle_circle, &
       & parameter_constant_load
    use path_record, only: point_t, critical_t, region_t, buckling_t, limit_point_t
    implicit none
@@ -54,7 +55,7 @@ contains
       model%obstacle(1)%name = 'table'
       model%obstacle(1)%point = reshape([0.0_wp, 1.0_wp, 2.0_wp, 3.0_wp], [2, 2])
       model%obstacle(2)%name = 'pipe/1'
-      model%obstacle(2)%is_circle = .true.
+      model%obstacle(2)%kind = obstacle_circle
       model%obstacle(2)%centre = [0.5_wp, -0.5_wp]
       model%obstacle(2)%radius = 4.0_wp
       model%obstacle(2)%reference_angle = pi / 2

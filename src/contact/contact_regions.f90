@@ -7,11 +7,11 @@
 module contact_regions
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp, degree
-   use model, only: obstacle_t
+   use model, only: obstacle_t, obstacle_line, obstacle_circle
    use problem, only: problem_t
-   use rod_state, only: state_t, node_position
+   use rod_state, only: state_t, candidate_position
    use reference_curve, only: curve_length
-   use obstacle_geometry, only: contact_angle, contact_curvature
+   use obstacle_geometry, only: obstacle_gap, has_angle, contact_angle, contact_curvature
    use section_forces, only: local_forces, rod_direction
    use gap_profile, only: gap_and_slope, natural_curvature
    use path_record, only: region_t
@@ -101,7 +101,7 @@ contains
          s = candidate_coordinate(problem, state, candidate) + direction * beyond
          angle = ieee_value(angle, ieee_quiet_nan)
          associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(candidate)))
-            if (.not. obstacle%is_circle) return
+            if (.not. has_angle(obstacle)) return
             e = problem%candidates%element(1, candidate)
             if (e > 0) then
                theta = rod_direction(problem, state, e, 2)
@@ -111,7 +111,7 @@ contains
                if (e > 0) theta = rod_direction(problem, state, e, 1)
             end if
             t = [cos(theta), sin(theta)]
-            x = node_position(state, problem%candidates%node(candidate)) + direction * beyond * t
+            x = candidate_position(problem, state, candidate) + direction * beyond * t
             angle = contact_angle(obstacle, x)
          end associate
       end subroutine set_end
@@ -123,7 +123,7 @@ contains
       type(region_t), intent(inout) :: region
       real(wp) :: span, best, candidate
       integer :: turn
-      if (.not. obstacle%is_circle) return
+      if (.not. has_angle(obstacle)) return
       span = (region%end - region%start) / obstacle%radius / degree
       best = region%angle_end
       do turn = 2, -2, -1
@@ -207,7 +207,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate, side
-      real(wp) :: local(3, 2), near, far, slope, h, curvature, stretch, direction, a, b, root, t(2), theta
+      real(wp) :: local(3, 2), near, far, slope, h, direction, a, b, root
       integer :: e, inner, outer
       e = problem%candidates%element(side, candidate)
       inner = merge(2, 1, side == 1)
@@ -215,13 +215,9 @@ contains
       direction = merge(-1.0_wp, 1.0_wp, side == 1)
       h = state%geometry%element(e)%length
       call local_forces(problem, state, e, local)
-      theta = rod_direction(problem, state, e, inner)
-      t = [cos(theta), sin(theta)]
-      curvature = contact_curvature(problem%model%obstacle(problem%candidates%obstacle(candidate)), &
-         & node_position(state, problem%candidates%node(candidate)), t)
-      near = misfit(inner)
-      far = misfit(outer)
-      slope = -direction * problem%compliance(e)%bending * local(2, outer)
+      near = misfit(inner, candidate)
+      far = misfit(outer, problem%candidates%neighbour(side, candidate))
+      slope = -direction * problem%compliance(e)%bending * local(2, outer) - obstacle_slope()
       ! misfit(d) = far + slope (d - h) + a (d - h)^2, d counted from the candidate outwards
       a = (near - far + slope * h) / h**2
       beyond = 0.0_wp
@@ -235,13 +231,38 @@ contains
    contains
 
       !> Curvature of the rod minus that of the obstacle under a rod stretched like this one.
-      real(wp) function misfit(k)
-         integer, intent(in) :: k
-         real(wp) :: natural
-         natural = natural_curvature(state%geometry%element(e))
+      real(wp) function misfit(k, c)
+         integer, intent(in) :: k, c
+         real(wp) :: stretch
          stretch = 1.0_wp + local(1, k) * problem%compliance(e)%axial
-         misfit = natural + local(3, k) * problem%compliance(e)%bending - stretch * curvature
+         misfit = natural_curvature(state%geometry%element(e)) + local(3, k) * problem%compliance(e)%bending &
+            & - stretch * obstacle_curvature(k, c, 0.0_wp)
       end function misfit
+
+      !> Curvature of a rod on the obstacle, at the point nearest to a candidate moved along the rod.
+      real(wp) function obstacle_curvature(k, c, moved) result(curvature)
+         integer, intent(in) :: k, c      !! end of the element and its candidate
+         real(wp), intent(in) :: moved
+         real(wp) :: x(2), t(2), theta, gap, normal(2), bend
+         theta = rod_direction(problem, state, e, k)
+         t = [cos(theta), sin(theta)]
+         associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(c)))
+            x = candidate_position(problem, state, c) + moved * t
+            call obstacle_gap(obstacle, x, gap, normal, bend)
+            curvature = contact_curvature(obstacle, x - (gap + problem%candidates%gap_offset(c)) * normal, t)
+         end associate
+      end function obstacle_curvature
+
+      !> How that curvature changes along the rod, outwards, at the far end.
+      real(wp) function obstacle_slope() result(change)
+         real(wp), parameter :: part = 1.0e-4_wp
+         integer :: c
+         c = problem%candidates%neighbour(side, candidate)
+         change = 0.0_wp
+         if (any(problem%model%obstacle(problem%candidates%obstacle(c))%kind == [obstacle_line, obstacle_circle])) return
+         change = direction * (obstacle_curvature(outer, c, part * h) - obstacle_curvature(outer, c, -part * h)) &
+            & / (2.0_wp * part * h)
+      end function obstacle_slope
    end function rigid_overhang
 
    !> Winkler: zero of the cubic through gaps and slopes at both ends of the open element.

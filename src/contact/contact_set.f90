@@ -19,7 +19,7 @@ module contact_set
       & counter_lcp_failed, counter_set_changes
    implicit none
    private
-   public :: contact_step_t, solve_contact_step, reaction_rate, gap_tolerance
+   public :: contact_step_t, solve_contact_step, reaction_rate, gap_rate, gap_tolerance
 
    real(wp), parameter :: gap_tolerance = 1.0e-11_wp      !! of the structure's size
    real(wp), parameter :: reaction_tolerance = 1.0e-10_wp !! of the force scale
@@ -110,7 +110,7 @@ contains
       end do
    end subroutine predict
 
-   !> Change of a candidate's gap.
+   !> Change of a candidate's gap; an obstacle moves with the load factor.
    pure real(wp) function gap_change(problem, system, candidate, x, y)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -119,7 +119,7 @@ contains
       real(wp) :: du(3)
       integer :: k
       du = to_global(problem, system, x, problem%candidates%node(candidate))
-      gap_change = dot_product(system%normal(:, candidate), du(1:2))
+      gap_change = dot_product(system%normal(:, candidate), du(1:2) - y(1) * system%motion(:, candidate))
       do k = 1, system%n_slides
          if (system%slide(k) == candidate) gap_change = gap_change + system%slide_gap(k) * y(1 + k)
       end do
@@ -153,6 +153,17 @@ contains
          reaction_rate = -system%spring(candidate) * gap_change(problem, system, candidate, system%tangent, y)
       end if
    end function reaction_rate
+
+   !> Derivative of the gap of a candidate along the path, by the load factor.
+   pure real(wp) function gap_rate(problem, system, candidate)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: candidate
+      real(wp) :: y(1 + system%n_slides)
+      y(1) = 1.0_wp
+      y(2:) = system%slide_rate
+      gap_rate = gap_change(problem, system, candidate, system%tangent, y)
+   end function gap_rate
 
    !> Finds the contact set that the prediction is consistent with.
    subroutine complement(problem, state, system, gap, reaction, x, y, result, timers)

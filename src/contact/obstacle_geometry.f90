@@ -1,10 +1,11 @@
 !> Gap function of the obstacles: value, gradient and curvature at a point.
 module obstacle_geometry
    use kinds, only: wp, degree
-   use model, only: obstacle_t
+   use model, only: obstacle_t, obstacle_line, obstacle_circle, obstacle_arc
+   use obstacle_curve, only: foot_t, nearest_point
    implicit none
    private
-   public :: obstacle_gap, contact_angle, contact_curvature
+   public :: obstacle_gap, has_angle, contact_angle, contact_curvature
 
 contains
 
@@ -15,8 +16,16 @@ contains
       real(wp), intent(out) :: gap
       real(wp), intent(out) :: normal(2)   !! unit gradient, towards the free side
       real(wp), intent(out) :: bend        !! curvature of the gap function along the tangent
+      type(foot_t) :: foot
       real(wp) :: d(2), r
-      if (obstacle%is_circle) then
+      select case (obstacle%kind)
+      case (obstacle_line)
+         d = obstacle%point(:, 2) - obstacle%point(:, 1)
+         d = d / norm2(d)
+         normal = [-d(2), d(1)]
+         gap = dot_product(x - obstacle%point(:, 1), normal)
+         bend = 0.0_wp
+      case (obstacle_circle)
          d = x - obstacle%centre
          r = norm2(d)
          if (r > 0.0_wp) then
@@ -33,18 +42,27 @@ contains
             gap = -gap
             bend = -bend
          end if
-      else
-         d = obstacle%point(:, 2) - obstacle%point(:, 1)
-         d = d / norm2(d)
-         normal = [-d(2), d(1)]
-         gap = dot_product(x - obstacle%point(:, 1), normal)
+      case default
+         ! The normal of the curve, not the direction from its point: that one has no meaning where the gap is small.
+         foot = nearest_point(obstacle%curve, x)
+         normal = [-foot%tangent(2), foot%tangent(1)]
+         gap = dot_product(x - foot%point, normal)
+         ! Nearest points end where the gap is the radius of curvature; there the distance has no curvature.
+         r = 1.0_wp - foot%curvature * gap
          bend = 0.0_wp
-      end if
+         if (r > epsilon(r)) bend = -foot%curvature / r
+      end select
    end subroutine obstacle_gap
 
-   !> Direction of a point seen from the circle's centre, in degrees from the reference direction, in (-180, 180].
-   pure real(wp) function contact_angle(obstacle, x) result(angle)
+   !> True where contact has an angle about a centre.
+   pure logical function has_angle(obstacle)
       type(obstacle_t), intent(in) :: obstacle
+      has_angle = obstacle%kind == obstacle_circle .or. obstacle%kind == obstacle_arc
+   end function has_angle
+
+   !> Direction of a point seen from the centre, in degrees from the reference direction, in (-180, 180].
+   pure real(wp) function contact_angle(obstacle, x) result(angle)
+      type(obstacle_t), intent(in) :: obstacle !! with has_angle
       real(wp), intent(in) :: x(2)
       real(wp) :: d(2), c, s
       d = x - obstacle%centre
@@ -53,15 +71,15 @@ contains
       angle = atan2(c * d(2) - s * d(1), c * d(1) + s * d(2)) / degree
    end function contact_angle
 
-   !> Curvature d(angle)/ds that a rod running along the obstacle at point x in direction `tangent` would have.
+   !> Curvature d(angle)/ds that a rod running along the obstacle through point x in direction `tangent` would have.
    pure real(wp) function contact_curvature(obstacle, x, tangent) result(curvature)
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: x(2)         !! on the surface
+      real(wp), intent(in) :: x(2)         !! on the surface, or on a curve that keeps its distance from it
       real(wp), intent(in) :: tangent(2)
-      real(wp) :: d(2)
-      curvature = 0.0_wp
-      if (.not. obstacle%is_circle) return
-      d = x - obstacle%centre
-      curvature = sign(1.0_wp / norm2(d), d(1) * tangent(2) - d(2) * tangent(1))
+      real(wp) :: gap, normal(2), bend
+      call obstacle_gap(obstacle, x, gap, normal, bend)
+      curvature = -bend
+      ! The free side is on the left of (n_y, -n_x).
+      if (normal(2) * tangent(1) - normal(1) * tangent(2) < 0.0_wp) curvature = bend
    end function contact_curvature
 end module obstacle_geometry

@@ -208,13 +208,17 @@ contains
 
    pure subroutine contact_cards(t)
       type(card_spec_t), allocatable, intent(inout) :: t(:)
-      call card(t, 'OBSTACLE', in_model, 'A line or circle that the structure cannot cross; without friction.')
+      call card(t, 'OBSTACLE', in_model, 'A line or curve that the structure cannot cross; without friction. '// &
+         'But for circles, the free side is on the left of the direction in which the points come, and obstacles go on '// &
+         'straight beyond their ends.')
       call param(t, 'NAME', kind_name, 'each once')
-      call param(t, 'TYPE', kind_word, 'what the data line says', words='LINE|CIRCLE')
+      call param(t, 'TYPE', kind_word, 'what the data line says', words='LINE|CIRCLE|ARC|POLYLINE|SPLINE')
       call param(t, 'SIDE', kind_word, 'where the structure is', default='INSIDE', words='INSIDE|OUTSIDE', &
          only='TYPE=CIRCLE')
       call param(t, 'REFERENCE', kind_real, 'direction from the centre that contact angles count from, in degrees '// &
-         'anticlockwise from the x axis', default='0', only='TYPE=CIRCLE')
+         'anticlockwise from the x axis', default='0', only='TYPE=CIRCLE|ARC')
+      call param(t, 'RADIUS', kind_real, 'of the rounded corners; left out: the largest with which no corner takes more than '// &
+         'a tenth of a segment', optional=.true., only='TYPE=POLYLINE', bound=positive)
       call param(t, 'FOUNDATION', kind_word, 'WINKLER: reaction per unit length = MODULUS * WIDTH * penetration', &
          default='RIGID', words='RIGID|WINKLER')
       call param(t, 'MODULUS', kind_real, 'force per area and penetration (per length and penetration with WIDTH 1)', &
@@ -222,15 +226,29 @@ contains
       call param(t, 'WIDTH', kind_real, 'width of the foundation', default='1', only='FOUNDATION=WINKLER', &
          bound=positive)
       call lines(t, when='TYPE=LINE', most=1)
-      call field(t, 'x1', kind_real, 'first point; the free side is on the left of first to second point', &
+      call field(t, 'x1', kind_real, 'first point', &
          unit='length')
       call field(t, 'y1', kind_real, 'first point', unit='length')
-      call field(t, 'x2', kind_real, 'second point; the line goes on beyond both', unit='length')
+      call field(t, 'x2', kind_real, 'second point', unit='length')
       call field(t, 'y2', kind_real, 'second point', unit='length')
       call lines(t, when='TYPE=CIRCLE', most=1)
       call field(t, 'xc', kind_real, 'centre', unit='length')
       call field(t, 'yc', kind_real, 'centre', unit='length')
       call field(t, 'radius', kind_real, 'of the circle', unit='length', bound=positive)
+      call lines(t, when='TYPE=ARC', most=1)
+      call field(t, 'xc', kind_real, 'centre', unit='length')
+      call field(t, 'yc', kind_real, 'centre', unit='length')
+      call field(t, 'radius', kind_real, 'of the arc', unit='length', bound=positive)
+      call field(t, 'start', kind_real, 'direction from the centre to the first point, anticlockwise from the x axis', &
+         unit='degree')
+      call field(t, 'end', kind_real, 'direction to the last point, at most 180 degrees away; a larger angle than start: '// &
+         'anticlockwise, free inside; a smaller one: clockwise, free outside', unit='degree')
+      call lines(t, when='TYPE=POLYLINE', least=2)
+      call field(t, 'x', kind_real, 'a corner, or an end', unit='length')
+      call field(t, 'y', kind_real, 'a corner, or an end', unit='length')
+      call lines(t, when='TYPE=SPLINE', least=2)
+      call field(t, 'x', kind_real, 'a point that the natural cubic spline passes through', unit='length')
+      call field(t, 'y', kind_real, 'a point that the natural cubic spline passes through', unit='length')
 
       call card(t, 'CONTACT', in_model, 'Nodes that may touch an obstacle.')
       call param(t, 'OBSTACLE', kind_name, 'the obstacle')
@@ -241,8 +259,14 @@ contains
          default='AUTO', words='AUTO|NODES|SLIDING')
 
       call card(t, 'MONITOR', in_model, 'A quantity of the path: offset + factor * mean displacement (U) or sum of '// &
-         'support reactions (R) of the nodes.')
+         'support reactions (R) of the nodes, or sum of the reactions of an obstacle.')
       call param(t, 'NAME', kind_name, 'each once, and not LOAD')
+      call param(t, 'OBSTACLE', kind_name, 'whose contact reactions are summed', optional=.true.)
+      call lines(t, when='OBSTACLE', most=1)
+      call field(t, 'quantity', kind_word, 'sum of the reactions on the structure: in x, in y; of the normal reactions', &
+         words='RF1|RF2|RN')
+      call field(t, 'factor', kind_real, 'such as -1', default='1', bound=not_zero)
+      call field(t, 'offset', kind_real, 'in the unit of the monitor', default='0')
       call lines(t, most=1)
       call field(t, 'node or set', kind_label_or_set, node_or_set)
       call field(t, 'quantity', kind_word, 'displacement x, y, rotation; reaction x, y, moment', &

@@ -14,7 +14,9 @@ module deck_to_model
    use read_imperfections, only: read_imperfection_cards
    use read_sections, only: read_section_cards
    use read_supports, only: read_support_cards
-   use read_contact, only: read_obstacle_cards, read_contact_cards, read_monitor_cards
+   use read_obstacles, only: read_obstacle_cards
+   use read_contact, only: read_contact_cards
+   use read_monitors, only: read_monitor_cards
    use read_steps, only: read_step_cards
    use read_loads, only: read_load_cards
    use read_path_control, only: read_path_cards, check_steps
@@ -111,7 +113,7 @@ contains
          case ('BOUNDARY')
             names%supports_incomplete = .true.
             names%loads_incomplete = .true.
-         case ('CLOAD', 'DLOAD')
+         case ('CLOAD', 'DLOAD', 'OBSTACLE MOTION')
             names%loads_incomplete = .true.
          end select
       end do

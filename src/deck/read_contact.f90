@@ -1,67 +1,21 @@
-!> *OBSTACLE, *CONTACT and *MONITOR.
+!> *CONTACT: which nodes may touch which obstacle.
 module read_contact
-   use kinds, only: wp, degree
-   use text, only: to_text, same_name
-   use model, only: model_t, mesh_t, obstacle_t, contact_t, monitor_t, family_ge, &
-      quantity_displacement, quantity_reaction
+   use kinds, only: wp
+   use text, only: to_text
+   use model, only: model_t, contact_t, family_ge, obstacle_line, obstacle_circle, obstacle_arc
    use obstacle_geometry, only: obstacle_gap
+   use obstacle_curve, only: sharpest_turn
    use diagnostics, only: diagnostics_t
    use deck_cards, only: deck_t, complain
-   use card_values, only: parameter_text, parameter_word, parameter_real, parameter_place, value_place, &
-      field_word, field_real, &
-      field_place, whole_line
-   use deck_names, only: deck_names_t, find_set, find_named, find_nodes
+   use card_values, only: parameter_word, parameter_real, parameter_place, value_place
+   use deck_names, only: deck_names_t, find_set, find_named
    implicit none
    private
-   public :: read_obstacle_cards, read_contact_cards, read_monitor_cards
+   public :: read_contact_cards
 
    real(wp), parameter :: penetration_tolerance = 1.0e-6_wp !! of the perfect geometry, over the structure's extent
 
 contains
-
-   !> Reads the obstacles.
-   subroutine read_obstacle_cards(deck, names, model, diagnostics)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(inout) :: names        !! gets the obstacles
-      type(model_t), intent(inout) :: model             !! gets obstacle
-      type(diagnostics_t), intent(inout) :: diagnostics
-      type(obstacle_t) :: obstacle
-      integer :: card, line, position
-      logical :: is_new
-      allocate (model%obstacle(0))
-      do card = 1, deck%n_cards
-         if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'OBSTACLE') cycle
-         call names%obstacle%add(parameter_text(deck, card, 'NAME'), position, is_new)
-         if (.not. is_new) then
-            call complain(deck, diagnostics, card, parameter_place(deck, card, 'NAME'), 'the name is used already')
-            cycle
-         end if
-         obstacle = obstacle_t()
-         obstacle%name = parameter_text(deck, card, 'NAME')
-         obstacle%is_circle = parameter_word(deck, card, 'TYPE') == 'CIRCLE'
-         obstacle%inside = parameter_word(deck, card, 'SIDE') == 'INSIDE'
-         obstacle%reference_angle = parameter_real(deck, card, 'REFERENCE') * degree
-         obstacle%rigid = parameter_word(deck, card, 'FOUNDATION') == 'RIGID'
-         if (.not. obstacle%rigid) &
-            obstacle%modulus = parameter_real(deck, card, 'MODULUS') * parameter_real(deck, card, 'WIDTH')
-         line = deck%card(card)%first_line
-         if (.not. deck%data_line(line)%sound) then
-            obstacle%point(1, 2) = 1.0_wp
-            obstacle%radius = 1.0_wp
-         else if (obstacle%is_circle) then
-            obstacle%centre = [field_real(deck, line, 1), field_real(deck, line, 2)]
-            obstacle%radius = field_real(deck, line, 3)
-         else
-            obstacle%point(:, 1) = [field_real(deck, line, 1), field_real(deck, line, 2)]
-            obstacle%point(:, 2) = [field_real(deck, line, 3), field_real(deck, line, 4)]
-            if (norm2(obstacle%point(:, 2) - obstacle%point(:, 1)) <= 0.0_wp) then
-               call complain(deck, diagnostics, card, whole_line(deck, line), 'both points are at the same place')
-               obstacle%point(1, 2) = obstacle%point(1, 1) + 1.0_wp ! so that a gap can be computed
-            end if
-         end if
-         model%obstacle = [model%obstacle, obstacle]
-      end do
-   end subroutine read_obstacle_cards
 
    !> Reads which nodes may touch which obstacle.
    subroutine read_contact_cards(deck, names, model, diagnostics)
@@ -133,7 +87,8 @@ contains
       if (deepest == 0 .or. least >= -penetration_tolerance * extent) return
       if (names%obstacle%incomplete) return ! its place may be wrong
       hint = 'the order of its points'
-      if (model%obstacle(contact%obstacle)%is_circle) hint = 'its SIDE'
+      if (model%obstacle(contact%obstacle)%kind == obstacle_circle) hint = 'its SIDE'
+      if (model%obstacle(contact%obstacle)%kind == obstacle_arc) hint = 'which of its angles comes first'
       call wrong('node '//label(deepest)//' begins '//rounded(-least)//' behind the obstacle; check '//hint//', or GAP')
 
    contains
@@ -155,23 +110,36 @@ contains
             ' behind the obstacle; leave it room with GAP')
       end subroutine check_imperfect
 
-      !> Contact is looked for at nodes and along elements that see the obstacle: it must not be smaller than they are.
+      !> Contact is looked for at nodes and along elements that see the obstacle: what bulges towards the structure must not
+      !> be smaller than they are.
       subroutine check_size()
+         real(wp), parameter :: most_turn = 1.0_wp !! [rad] that an obstacle may turn within the length of an element
          logical :: candidate(model%mesh%n_nodes)
-         integer :: e
-         real(wp) :: length
+         integer :: e, longest
+         real(wp) :: length(model%mesh%n_elements)
          associate (obstacle => model%obstacle(contact%obstacle))
-            if (.not. obstacle%is_circle .or. obstacle%inside) return
             candidate = .false.
             candidate(contact%node) = .true.
+            length = 0.0_wp
             do e = 1, model%mesh%n_elements
                if (.not. all(candidate(model%mesh%node(:, e)))) cycle
-               length = norm2(model%mesh%x(:, model%mesh%node(2, e)) - model%mesh%x(:, model%mesh%node(1, e)))
-               if (length <= obstacle%radius) cycle
-               call wrong('element '//to_text(model%mesh%element_label(e))//' is longer than the radius of the '// &
-                  'obstacle, which could pass between its nodes; use more elements')
-               return
+               length(e) = norm2(model%mesh%x(:, model%mesh%node(2, e)) - model%mesh%x(:, model%mesh%node(1, e)))
             end do
+            longest = maxloc(length, 1)
+            select case (obstacle%kind)
+            case (obstacle_line)
+               return
+            case (obstacle_circle)
+               if (obstacle%inside .or. length(longest) <= obstacle%radius) return
+               longest = findloc(length > obstacle%radius, .true., 1)
+               call wrong('element '//to_text(model%mesh%element_label(longest))//' is longer than the radius of the '// &
+                  'obstacle, which could pass between its nodes; use more elements')
+            case default
+               if (sharpest_turn(obstacle%curve, length(longest)) <= most_turn) return
+               call wrong('the obstacle bulges so much within the length of element '// &
+                  to_text(model%mesh%element_label(longest))//' that it could pass between its nodes; use more '// &
+                  'elements, or a smoother obstacle')
+            end select
          end associate
       end subroutine check_size
 
@@ -252,80 +220,4 @@ contains
          if (reason /= '') return
       end do
    end function no_sliding
-
-   !> Reads the monitors.
-   subroutine read_monitor_cards(deck, names, model, diagnostics)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(inout) :: names        !! with the mesh; gets the monitors
-      type(model_t), intent(inout) :: model             !! with supports; gets monitor
-      type(diagnostics_t), intent(inout) :: diagnostics
-      type(monitor_t) :: monitor
-      integer :: card, line, position
-      logical :: is_new
-      allocate (model%monitor(0))
-      do card = 1, deck%n_cards
-         if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'MONITOR') cycle
-         monitor%name = parameter_text(deck, card, 'NAME')
-         if (same_name(monitor%name, 'LOAD')) then
-            call complain(deck, diagnostics, card, parameter_place(deck, card, 'NAME'), 'LOAD means the load factor')
-            cycle
-         end if
-         call names%monitor%add(parameter_text(deck, card, 'NAME'), position, is_new)
-         if (.not. is_new) then
-            call complain(deck, diagnostics, card, parameter_place(deck, card, 'NAME'), 'the name is used already')
-            cycle
-         end if
-         line = deck%card(card)%first_line
-         monitor%quantity = quantity_displacement
-         monitor%component = 1
-         if (allocated(monitor%node)) deallocate (monitor%node)
-         allocate (monitor%node(0))
-         if (deck%data_line(line)%sound) then
-            call quantity(field_word(deck, line, 2), monitor)
-            call find_nodes(deck, names, diagnostics, line, 1, monitor%node)
-            monitor%factor = field_real(deck, line, 3)
-            monitor%offset = field_real(deck, line, 4)
-            call check_monitor(deck, names, model, diagnostics, card, line, monitor)
-         end if
-         model%monitor = [model%monitor, monitor]
-      end do
-   end subroutine read_monitor_cards
-
-   pure subroutine quantity(word, monitor)
-      character(*), intent(in) :: word
-      type(monitor_t), intent(inout) :: monitor
-      if (word(1:1) == 'R') monitor%quantity = quantity_reaction
-      select case (word)
-      case ('U1', 'RF1')
-         monitor%component = 1
-      case ('U2', 'RF2')
-         monitor%component = 2
-      case default
-         monitor%component = 3
-      end select
-   end subroutine quantity
-
-   !> Nodes of elements; for a reaction, at least one of them supported.
-   subroutine check_monitor(deck, names, model, diagnostics, card, line, monitor)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(in) :: names
-      type(model_t), intent(in) :: model
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: card, line
-      type(monitor_t), intent(in) :: monitor
-      integer :: i
-      if (size(monitor%node) == 0) return
-      if (.not. names%mesh_incomplete) then
-         do i = 1, size(monitor%node)
-            if (names%connected(monitor%node(i))) cycle
-            call complain(deck, diagnostics, card, field_place(deck, line, 1), &
-               'node '//to_text(model%mesh%node_label(monitor%node(i)))//' belongs to no element')
-            return
-         end do
-      end if
-      if (monitor%quantity == quantity_reaction .and. .not. names%supports_incomplete) then
-         if (.not. any(model%fixed(monitor%component, monitor%node))) call complain(deck, diagnostics, card, &
-            field_place(deck, line, 2), 'no *BOUNDARY of the model part supports this, so there is no reaction')
-      end if
-   end subroutine check_monitor
 end module read_contact

@@ -1,4 +1,4 @@
-!> *CLOAD, *DLOAD and *BOUNDARY of the steps: the loads and displacements that grow with the load factor.
+!> *CLOAD, *DLOAD, *BOUNDARY and *OBSTACLE MOTION of the steps: what grows with the load factor.
 module read_loads
    use kinds, only: wp
    use text, only: to_text
@@ -7,6 +7,7 @@ module read_loads
    use deck_cards, only: deck_t, complain
    use card_values, only: field_given, field_place, field_word, field_integer, field_real
    use deck_names, only: deck_names_t, find_nodes, find_elements
+   use read_obstacles, only: read_motion
    use read_supports, only: read_dofs, dof_number
    implicit none
    private
@@ -17,13 +18,13 @@ contains
    !> Reads the loads of all steps.
    subroutine read_load_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(in) :: names           !! with the mesh
-      type(model_t), intent(inout) :: model             !! with sections and supports; gets step%load
+      type(deck_names_t), intent(in) :: names           !! with the mesh and obstacles
+      type(model_t), intent(inout) :: model             !! with sections, supports and obstacles; gets step%load
       type(diagnostics_t), intent(inout) :: diagnostics
       integer :: card, line, s
       integer :: prescribed_in(3, model%mesh%n_nodes)   ! line of the deck, for the step being read
       do s = 1, size(model%step)
-         model%step(s)%load = new_load(model%mesh%n_nodes, model%mesh%n_elements)
+         model%step(s)%load = new_load(model%mesh%n_nodes, model%mesh%n_elements, size(model%obstacle))
       end do
       prescribed_in = 0
       do card = 1, deck%n_cards
@@ -37,6 +38,8 @@ contains
                   call read_node_load(deck, names, model, diagnostics, line, load)
                case ('DLOAD')
                   call read_element_load(deck, names, model, diagnostics, line, load)
+               case ('OBSTACLE MOTION')
+                  call read_motion(deck, names, diagnostics, line, load)
                case ('BOUNDARY')
                   call read_displacement(deck, names, model, diagnostics, line, prescribed_in, load)
                end select

@@ -2,7 +2,7 @@
 module read_steps
    use kinds, only: wp
    use text, only: to_text, plural, parse_integer, parse_real
-   use model, only: model_t, step_t, quantity_reaction, method_load, method_displacement, method_cylindrical, &
+   use model, only: model_t, step_t, quantity_displacement, method_load, method_displacement, method_cylindrical, &
       method_spherical, method_linearised, method_minimum_residual, method_variable_load, method_generalised
    use diagnostics, only: diagnostics_t
    use deck_cards, only: deck_t, complain
@@ -140,7 +140,7 @@ contains
          call find_named(deck, names%monitor, diagnostics, card, value_place(deck, card, 'MONITOR'), 'monitor', &
             step%monitor)
          if (step%monitor > 0) then
-            if (model%monitor(step%monitor)%quantity == quantity_reaction) call complain(deck, diagnostics, card, &
+            if (model%monitor(step%monitor)%quantity /= quantity_displacement) call complain(deck, diagnostics, card, &
                value_place(deck, card, 'MONITOR'), 'monitor '//trim(model%monitor(step%monitor)%name)// &
                ' is a reaction; displacement control needs U1, U2 or UR')
          end if

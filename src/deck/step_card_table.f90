@@ -81,6 +81,13 @@ contains
       call field(t, 'magnitude', kind_real, 'size of the load', unit='force/length; GRAV: length/time^2')
       call field(t, 'x direction', kind_real, 'GRAV only, and required there; any length', optional=.true.)
       call field(t, 'y direction', kind_real, 'GRAV only, and required there', optional=.true.)
+
+      call card(t, 'OBSTACLE MOTION', in_step, 'Moves obstacles. What earlier steps have moved stays there; repeated '// &
+         'motions add up.')
+      call lines(t)
+      call field(t, 'obstacle', kind_name, 'which one')
+      call field(t, 'dx', kind_real, 'motion at load factor 1', unit='length')
+      call field(t, 'dy', kind_real, 'motion at load factor 1', unit='length')
    end subroutine load_cards
 
    pure subroutine path_cards(t)

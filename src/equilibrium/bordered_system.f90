@@ -1,6 +1,6 @@
 !> The linearised equations with their border: factored once, solved for any right-hand side.
 !>
-!>   K x - load y_1 - slide y_2.. = rhs      row_1.x + corner y_1 = path      row_k.x + corner_k y_k = tangency
+!>   K x - load y_1 - slide y_2.. = rhs      row_1.x + corner y_1 = path      row_k.x + rate_k y_1 + corner_k y_k = tangency
 !>
 !> y_1 is the increment of the load factor, y_2.. are those of the sliding contact nodes' coordinates. Row 1 is the path
 !> constraint; it keeps the system regular at limit points, where K is singular.
@@ -89,7 +89,7 @@ contains
       system%slide_rate = shift(:, 1)
       if (m == 0) return
       do j = 1, m
-         shift(j, 1) = -slide_row(problem, system, j, system%column(:, 1))
+         shift(j, 1) = -slide_row(problem, system, j, system%column(:, 1)) - system%tangency_rate(j)
       end do
       schur = tangency_schur(problem, system)
       call count_missing(schur)
@@ -222,6 +222,7 @@ contains
       matrix(1, 1) = matrix(1, 1) + system%path_corner
       b(1, 1) = path_rhs - dot_product(system%path_row, x)
       do i = 2, m
+         matrix(i, 1) = matrix(i, 1) + system%tangency_rate(i - 1)
          matrix(i, i) = matrix(i, i) + system%tangency_corner(i - 1)
          b(i, 1) = tangency_rhs(i - 1) - slide_row(problem, system, i - 1, x)
       end do

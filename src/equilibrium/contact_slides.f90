@@ -35,9 +35,10 @@ contains
          deallocate (system%slide, system%column)
          allocate (system%slide(ns), system%column(system%n, 1 + ns))
          if (allocated(system%slide_op)) deallocate (system%slide_op, system%slide_column, system%slide_gap, &
-            & system%tangency, system%tangency_row, system%tangency_corner)
+            & system%tangency, system%tangency_row, system%tangency_corner, system%tangency_rate, system%slide_direction)
          if (ns > 0) allocate (system%slide_op(size(state%z, 1), 2, ns), system%slide_column(system%n, ns), &
-            & system%slide_gap(ns), system%tangency(ns), system%tangency_row(3, ns), system%tangency_corner(ns))
+            & system%slide_gap(ns), system%tangency(ns), system%tangency_row(3, ns), system%tangency_corner(ns), &
+            & system%tangency_rate(ns), system%slide_direction(2, ns))
       end if
       system%n_slides = ns
       if (ns == 0) return
@@ -104,10 +105,12 @@ contains
       t = [cos(angle), sin(angle)]
       n = system%normal(:, c)
       across = [n(2), -n(1)]
+      system%slide_direction(:, k) = t0
       system%slide_gap(k) = dot_product(n, t0)
       system%tangency(k) = dot_product(n, t)
       system%tangency_row(1:2, k) = system%bend(c) * dot_product(across, t) * across
       system%tangency_row(3, k) = n(2) * t(1) - n(1) * t(2)
+      system%tangency_rate(k) = -system%bend(c) * dot_product(across, t) * dot_product(across, system%motion(:, c))
       system%tangency_corner(k) = system%bend(c) * dot_product(across, t) * dot_product(across, t0)
       system%tangency_corner(k) = system%tangency_corner(k) + &
          & system%tangency_row(3, k) * (angles(2) - angles(1)) / (2.0_wp * step)

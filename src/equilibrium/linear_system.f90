@@ -33,6 +33,7 @@ module linear_system
       logical, allocatable :: turned(:)         !! (nodes) the axes differ from the global ones
       ! Contact, one entry a candidate.
       real(wp), allocatable :: gap(:), normal(:, :), bend(:)
+      real(wp), allocatable :: motion(:, :)     !! (2, candidates) of the obstacle, per unit of load factor
       integer, allocatable :: unknown(:)        !! eliminated unknown of an active rigid contact, 0 otherwise
       real(wp), allocatable :: slope(:)         !! gap per unit of that unknown
       real(wp), allocatable :: spring(:)        !! Winkler: modulus times tributary length; 0 for rigid
@@ -45,6 +46,8 @@ module linear_system
       real(wp), allocatable :: slide_column(:, :) !! (n, n_slides) minus derivative of the residual
       real(wp), allocatable :: slide_gap(:)     !! (n_slides) derivative of the gap by the coordinate, node displacement fixed
       real(wp), allocatable :: tangency(:), tangency_row(:, :), tangency_corner(:)
+      real(wp), allocatable :: tangency_rate(:) !! (n_slides) derivative of the tangency by the load factor
+      real(wp), allocatable :: slide_direction(:, :) !! (2, n_slides) derivative of the node's position by its coordinate
       ! Border.
       real(wp), allocatable :: column(:, :)     !! (n, 1 + n_slides) solved border columns
       real(wp), allocatable :: tangent(:)       !! (n) derivative along the path by the load factor, tangency kept
@@ -82,6 +85,7 @@ contains
       allocate (system%op(z, ge_columns, elements))
       associate (list => problem%candidates)
          allocate (system%gap(list%n), system%normal(2, list%n), system%bend(list%n), system%slope(list%n))
+         allocate (system%motion(2, list%n), source=0.0_wp)
          allocate (system%unknown(list%n), source=0)
          allocate (system%spring(list%n), source=0.0_wp)
          do c = 1, list%n
@@ -120,6 +124,7 @@ contains
       call timing_start(timers, phase_assembly)
       do c = 1, problem%candidates%n
          call candidate_gap(problem, state, c, system%gap(c), system%normal(:, c), system%bend(c))
+         system%motion(:, c) = problem%model%step(problem%step)%load%motion(:, problem%candidates%obstacle(c))
          if (.not. state%active(c)) system%slope(c) = merge(1.0_wp, 0.0_wp, may_react(problem, c, system%normal(:, c)))
       end do
       call set_constraints(problem, state, system)
@@ -200,11 +205,12 @@ contains
             system%unknown(c) = d
             system%fixed(d) = .true.
             system%value(d) = -system%gap(c) / system%slope(c)
+            system%rate(d) = dot_product(system%normal(:, c), system%motion(:, c)) / system%slope(c)
             if (.not. any(fixed(1:2, node))) cycle
             ! A support that moves takes the gap along.
             other = dof(problem, node, 3 - i)
             system%value(d) = system%value(d) - system%normal(3 - i, c) * system%value(other) / system%slope(c)
-            system%rate(d) = -system%normal(3 - i, c) * system%rate(other) / system%slope(c)
+            system%rate(d) = system%rate(d) - system%normal(3 - i, c) * system%rate(other) / system%slope(c)
          end do
       end associate
    end subroutine set_constraints
@@ -288,13 +294,14 @@ contains
       end do
    end subroutine add_node_loads
 
-   !> Winkler springs, and the curvature of the obstacles under the reactions.
+   !> Winkler springs, and the curvature of the obstacles under the reactions. An obstacle that moves does to its contacts
+   !> what their moving the other way would do.
    subroutine add_contact(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
       integer :: c, d
-      real(wp) :: force(2), k(2, 2)
+      real(wp) :: force(2), k(2, 2), motion(2)
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
          d = dof(problem, problem%candidates%node(c), 1)
@@ -303,6 +310,11 @@ contains
          system%k%a(1, d) = system%k%a(1, d) + k(1, 1)
          system%k%a(2, d) = system%k%a(2, d) + k(2, 1)
          system%k%a(1, d + 1) = system%k%a(1, d + 1) + k(2, 2)
+         motion = system%motion(:, c)
+         associate (node => problem%candidates%node(c))
+            if (system%turned(node)) call turn_pair(system%axis(:, node), motion)
+         end associate
+         system%load(d:d + 1) = system%load(d:d + 1) + matmul(k, motion)
       end do
    end subroutine add_contact
 

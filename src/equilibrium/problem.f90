@@ -45,7 +45,7 @@ contains
       end do
       home = new_geometry(model, problem%tableau)
       problem%candidates = new_candidates(model, home)
-      problem%constant = new_load(model%mesh%n_nodes, model%mesh%n_elements)
+      problem%constant = new_load(model%mesh%n_nodes, model%mesh%n_elements, size(model%obstacle))
       problem%n_unknowns = 3 * model%mesh%n_nodes
       problem%size = structure_size(home%x)
       problem%coordinates = model%mesh%x

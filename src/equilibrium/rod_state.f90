@@ -7,7 +7,8 @@ module rod_state
    use ge_element, only: ge_load_t
    implicit none
    private
-   public :: state_t, new_state, element_displacement, element_load, node_position, candidate_gap, may_react
+   public :: state_t, new_state, element_displacement, element_load, node_position, candidate_position, &
+      & obstacle_shift, candidate_gap, may_react
 
    type :: state_t
       real(wp) :: load_factor = 0.0_wp
@@ -69,6 +70,26 @@ contains
       x = state%geometry%x(:, node) + state%u(1:2, node)
    end function node_position
 
+   !> How far an obstacle has moved.
+   pure function obstacle_shift(problem, state, obstacle) result(shift)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: obstacle
+      real(wp) :: shift(2)
+      shift = problem%constant%motion(:, obstacle) + &
+         & state%load_factor * problem%model%step(problem%step)%load%motion(:, obstacle)
+   end function obstacle_shift
+
+   !> Position of a candidate as seen from its obstacle, which may have moved.
+   pure function candidate_position(problem, state, candidate) result(x)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      real(wp) :: x(2)
+      x = node_position(state, problem%candidates%node(candidate)) - &
+         & obstacle_shift(problem, state, problem%candidates%obstacle(candidate))
+   end function candidate_position
+
    !> Gap of a candidate, its gradient and its curvature along the obstacle.
    pure subroutine candidate_gap(problem, state, candidate, gap, normal, bend)
       type(problem_t), intent(in) :: problem
@@ -76,7 +97,7 @@ contains
       integer, intent(in) :: candidate
       real(wp), intent(out) :: gap, normal(2), bend
       call obstacle_gap(problem%model%obstacle(problem%candidates%obstacle(candidate)), &
-         & node_position(state, problem%candidates%node(candidate)), gap, normal, bend)
+         & candidate_position(problem, state, candidate), gap, normal, bend)
       gap = gap + problem%candidates%gap_offset(candidate)
    end subroutine candidate_gap
 

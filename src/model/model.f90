@@ -4,17 +4,19 @@
 !> always (u, v, rotation): components 1, 2, 3 of every nodal array; rotations are positive anticlockwise.
 module model
    use kinds, only: wp, name_length
+   use obstacle_curve, only: obstacle_curve_t
    implicit none
    private
    public :: model_t, mesh_t, curve_t, imperfection_t, section_t, node_set_t, load_t, obstacle_t, contact_t
    public :: monitor_t, step_t, threshold_t, branch_t, mode_offset_t, limit_curve_t
    public :: family_ul2, family_ge
    public :: shape_none, shape_sine, shape_cosine, shape_clamped, shape_nodal
-   public :: quantity_displacement, quantity_reaction
+   public :: obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, obstacle_spline
+   public :: quantity_displacement, quantity_reaction, quantity_contact
    public :: method_load, method_displacement, method_cylindrical, method_spherical, method_linearised, &
       & method_minimum_residual, method_variable_load, method_generalised
    public :: parameter_modulus, parameter_gap, parameter_imperfection, parameter_ea, parameter_ei, parameter_constant_load
-   public :: new_load
+   public :: new_load, obstacles_move
 
    ! Element families (the deck says UL2, GE2, GE4, GE6, GE8).
    integer, parameter :: family_ul2 = 1 !! the paper's straight updated-Lagrangian element
@@ -23,7 +25,10 @@ module model
    ! Imperfection shapes; see imperfection_t.
    integer, parameter :: shape_none = 0, shape_sine = 1, shape_cosine = 2, shape_clamped = 3, shape_nodal = 4
 
-   integer, parameter :: quantity_displacement = 1, quantity_reaction = 2
+   ! Kinds of obstacles (named in the deck by words).
+   integer, parameter :: obstacle_line = 1, obstacle_circle = 2, obstacle_arc = 3, obstacle_polyline = 4, obstacle_spline = 5
+
+   integer, parameter :: quantity_displacement = 1, quantity_reaction = 2, quantity_contact = 3
 
    ! Increment strategies (named in the deck by words).
    integer, parameter :: method_load = 1, method_displacement = 2, method_cylindrical = 3, &
@@ -92,16 +97,21 @@ module model
       real(wp), allocatable :: line_force(:, :)   !! (2, n_elements) dead, global axes, per unit stress-free length
       real(wp), allocatable :: pressure(:)        !! (n_elements) follower, per deformed length, to the left of the element
       real(wp), allocatable :: displacement(:, :) !! (3, n_nodes) prescribed values of fixed degrees of freedom
+      real(wp), allocatable :: motion(:, :)       !! (2, n_obstacles) how far the obstacles move
    end type load_t
 
-   !> A surface the structure cannot cross. The free side of a line is on the left of first -> second point.
+   !> A surface the structure cannot cross. But for circles, the free side is on the left of the sense in which its points
+   !> come, and what has ends is continued straight.
    type :: obstacle_t
       character(name_length) :: name = ''
-      logical :: is_circle = .false.
+      integer :: kind = obstacle_line
       logical :: inside = .true.                !! circle: the structure lives inside
-      real(wp) :: point(2, 2) = 0.0_wp          !! line: two points
-      real(wp) :: centre(2) = 0.0_wp, radius = 0.0_wp
+      real(wp), allocatable :: point(:, :)      !! (2, points) line: two; polyline, spline: two or more
+      real(wp) :: centre(2) = 0.0_wp            !! circle, arc
+      real(wp) :: radius = 0.0_wp               !! circle, arc; polyline: of its rounded corners
+      real(wp) :: angle(2) = 0.0_wp             !! [rad] arc: directions from the centre to its first and last point
       real(wp) :: reference_angle = 0.0_wp      !! [rad] direction from the centre that contact angles count from
+      type(obstacle_curve_t) :: curve           !! arc, polyline, spline
       logical :: rigid = .true.
       real(wp) :: modulus = 0.0_wp              !! Winkler: force per unit length of rod and unit penetration
    end type obstacle_t
@@ -117,7 +127,8 @@ module model
    type :: monitor_t
       character(name_length) :: name = ''
       integer :: quantity = quantity_displacement
-      integer :: component = 1                  !! 1, 2, 3: u, v, rotation, or the reaction that belongs to it
+      integer :: component = 1                  !! 1, 2, 3: u, v, rotation, or the reaction that belongs to it; contact: x, y, normal
+      integer :: obstacle = 0                   !! contact: whose reactions are summed
       integer, allocatable :: node(:)           !! displacement: the mean over the nodes; reaction: the sum
       real(wp) :: factor = 1.0_wp, offset = 0.0_wp !! value = offset + factor * quantity
    end type monitor_t
@@ -211,12 +222,24 @@ module model
 contains
 
    !> An all-zero load pattern for a mesh.
-   pure function new_load(n_nodes, n_elements) result(load)
-      integer, intent(in) :: n_nodes, n_elements
+   pure function new_load(n_nodes, n_elements, n_obstacles) result(load)
+      integer, intent(in) :: n_nodes, n_elements, n_obstacles
       type(load_t) :: load
       allocate (load%node_force(3, n_nodes), source=0.0_wp)
       allocate (load%line_force(2, n_elements), source=0.0_wp)
       allocate (load%pressure(n_elements), source=0.0_wp)
       allocate (load%displacement(3, n_nodes), source=0.0_wp)
+      allocate (load%motion(2, n_obstacles), source=0.0_wp)
    end function new_load
+
+   !> True when some step moves an obstacle.
+   pure logical function obstacles_move(model)
+      type(model_t), intent(in) :: model
+      integer :: s
+      obstacles_move = .false.
+      do s = 1, size(model%step)
+         if (.not. allocated(model%step(s)%load%motion)) cycle
+         obstacles_move = obstacles_move .or. any(abs(model%step(s)%load%motion) > 0.0_wp)
+      end do
+   end function obstacles_move
 end module model

@@ -2,8 +2,9 @@
 module deck_summary
    use kinds, only: wp, degree
    use model, only: model_t, step_t, threshold_t, branch_t, mode_offset_t, limit_curve_t, obstacle_t, contact_t, &
+      & obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, &
       & method_load, method_displacement
-   use model_words, only: monitor_description, family_name, method_name, side_name, parameter_name, parameter_object
+   use model_words, only: monitor_description, family_name, method_name, side_name, kind_name, parameter_name, parameter_object
    use columns, only: brief, whole, left, right
    use text, only: plural
    implicit none
@@ -39,7 +40,7 @@ contains
       end do
       do i = 1, size(model%monitor)
          call line(unit, 'monitor', trim(model%monitor(i)%name)//': ' &
-            & //monitor_description(model%monitor(i), model%mesh))
+            & //monitor_description(model%monitor(i), model))
       end do
       do i = 1, size(model%step)
          call write_step(unit, model, model%step(i), i)
@@ -121,14 +122,24 @@ contains
    pure function obstacle_text(obstacle) result(text)
       type(obstacle_t), intent(in) :: obstacle
       character(:), allocatable :: text
-      if (obstacle%is_circle) then
-         text = trim(obstacle%name)//': circle of radius '//brief(obstacle%radius)//' about '//place(obstacle%centre) &
+      text = trim(obstacle%name)//': '//kind_name(obstacle)
+      select case (obstacle%kind)
+      case (obstacle_line)
+         text = text//' from '//place(obstacle%point(:, 1))//' to '//place(obstacle%point(:, 2))//', structure on its left'
+      case (obstacle_circle)
+         text = text//' of radius '//brief(obstacle%radius)//' about '//place(obstacle%centre) &
             & //', structure '//side_name(obstacle)//', angles from '//brief(obstacle%reference_angle / degree) &
             & //' degrees'
-      else
-         text = trim(obstacle%name)//': line from '//place(obstacle%point(:, 1))//' to '//place(obstacle%point(:, 2)) &
-            & //', structure on its left'
-      end if
+      case (obstacle_arc)
+         text = text//' of radius '//brief(obstacle%radius)//' about '//place(obstacle%centre)//' from '// &
+            & brief(obstacle%angle(1) / degree)//' to '//brief(obstacle%angle(2) / degree)//' degrees, structure on its left' &
+            & //', angles from '//brief(obstacle%reference_angle / degree)//' degrees'
+      case default
+         text = text//' through '//plural(size(obstacle%point, 2), 'point')//' from '//place(obstacle%point(:, 1))//' to '// &
+            & place(obstacle%point(:, size(obstacle%point, 2)))
+         if (obstacle%kind == obstacle_polyline) text = text//', corners of radius '//brief(obstacle%radius)
+         text = text//', structure on its left'
+      end select
       if (obstacle%rigid) then
          text = text//', rigid'
       else
@@ -162,6 +173,12 @@ contains
       do i = 1, size(step%mode_offset)
          call line(unit, '', repeat(' ', margin)//mode_offset_text(model, step%mode_offset(i)))
       end do
+      if (allocated(step%load%motion)) then
+         do i = 1, size(step%load%motion, 2)
+            if (any(abs(step%load%motion(:, i)) > 0.0_wp)) call line(unit, '', repeat(' ', margin)//'moves '// &
+               & trim(model%obstacle(i)%name)//' by '//place(step%load%motion(:, i))//' at load factor 1')
+         end do
+      end if
       call line(unit, '', repeat(' ', margin)//end_text(model, step))
       do i = 1, size(step%branch)
          call line(unit, '', repeat(' ', margin)//branch_text(model, step, step%branch(i)))

@@ -1,14 +1,16 @@
 !> Words for what the model holds, used by the result file and the listing.
 module model_words
    use kinds, only: wp
-   use model, only: model_t, mesh_t, monitor_t, obstacle_t, limit_curve_t, family_ul2, quantity_displacement, &
+   use model, only: model_t, monitor_t, obstacle_t, limit_curve_t, family_ul2, quantity_displacement, &
+      & quantity_reaction, quantity_contact, obstacle_line, obstacle_circle, &
+      & obstacle_arc, obstacle_polyline, &
       & method_load, method_displacement, method_cylindrical, method_spherical, method_minimum_residual, &
       & method_variable_load, method_generalised, parameter_modulus, parameter_gap, parameter_imperfection, &
       & parameter_ea, parameter_ei
    use text, only: to_text
    implicit none
    private
-   public :: monitor_units, monitor_description, family_name, method_name, side_name
+   public :: monitor_units, monitor_description, family_name, method_name, side_name, kind_name
    public :: parameter_name, parameter_units, parameter_object
 
 contains
@@ -22,18 +24,19 @@ contains
          if (monitor%component == 3) units = 'radian'
       else
          units = 'force'
-         if (monitor%component == 3) units = 'moment'
+         if (monitor%component == 3 .and. monitor%quantity == quantity_reaction) units = 'moment'
       end if
       if (abs(abs(monitor%factor) - 1.0_wp) > 0.0_wp) units = 'scaled '//units
    end function monitor_units
 
    !> What a monitor is: "mean displacement v of 3 nodes, times -1".
-   pure function monitor_description(monitor, mesh) result(description)
+   pure function monitor_description(monitor, model) result(description)
       type(monitor_t), intent(in) :: monitor
-      type(mesh_t), intent(in) :: mesh            !! for the node's label
+      type(model_t), intent(in) :: model          !! for the node's label and the obstacle's name
       character(:), allocatable :: description
       character(*), parameter :: displacement(3) = [character(14) :: 'displacement u', 'displacement v', 'rotation']
       character(*), parameter :: reaction(3) = [character(15) :: 'reaction in x', 'reaction in y', 'reaction moment']
+      character(*), parameter :: contact(2) = ['in x', 'in y']
       if (monitor%quantity == quantity_displacement) then
          description = trim(displacement(monitor%component))
          if (size(monitor%node) > 1) description = 'mean '//description
@@ -41,8 +44,12 @@ contains
          description = trim(reaction(monitor%component))
          if (size(monitor%node) > 1) description = 'sum of '//description
       end if
-      if (size(monitor%node) == 1) then
-         description = description//' of node '//to_text(mesh%node_label(monitor%node(1)))
+      if (monitor%quantity == quantity_contact) then
+         description = 'sum of normal contact reactions of '//trim(model%obstacle(monitor%obstacle)%name)
+         if (monitor%component < 3) description = 'sum of contact reactions '//contact(monitor%component)//' of '// &
+            & trim(model%obstacle(monitor%obstacle)%name)
+      else if (size(monitor%node) == 1) then
+         description = description//' of node '//to_text(model%mesh%node_label(monitor%node(1)))
       else
          description = description//' of '//to_text(size(monitor%node))//' nodes'
       end if
@@ -85,11 +92,29 @@ contains
       end select
    end function method_name
 
-   !> The side of an obstacle on which the structure may be: "inside" or "outside" of a circle, "left" of a line.
+   !> What an obstacle is: "line", "circle", "arc", "polyline" or "spline".
+   pure function kind_name(obstacle) result(name)
+      type(obstacle_t), intent(in) :: obstacle
+      character(:), allocatable :: name
+      select case (obstacle%kind)
+      case (obstacle_line)
+         name = 'line'
+      case (obstacle_circle)
+         name = 'circle'
+      case (obstacle_arc)
+         name = 'arc'
+      case (obstacle_polyline)
+         name = 'polyline'
+      case default
+         name = 'spline'
+      end select
+   end function kind_name
+
+   !> The side of an obstacle on which the structure may be: "inside" or "outside" of a circle, "left" of the others.
    pure function side_name(obstacle) result(name)
       type(obstacle_t), intent(in) :: obstacle
       character(:), allocatable :: name
-      if (.not. obstacle%is_circle) then
+      if (obstacle%kind /= obstacle_circle) then
          name = 'left'
       else if (obstacle%inside) then
          name = 'inside'

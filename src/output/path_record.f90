@@ -28,6 +28,7 @@ module path_record
       real(wp), allocatable :: monitor(:)
       type(region_t), allocatable :: region(:)        !! allocated only when the model has contacts
       real(wp), allocatable :: reaction_total(:)      !! (n_contacts) sum of the normal reactions
+      real(wp), allocatable :: obstacle_shift(:, :)   !! (2, n_obstacles) how far they have moved, where some step moves one
       ! Fields: allocated only where the deck asks for them at this point.
       real(wp), allocatable :: displacement(:, :)     !! (3, n_nodes)
       real(wp), allocatable :: section_forces(:, :, :) !! (3, 2, n_elements) N, Q, M at both ends

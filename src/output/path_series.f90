@@ -4,7 +4,7 @@
 module path_series
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
-   use model, only: model_t
+   use model, only: model_t, obstacles_move
    use model_words, only: monitor_units, monitor_description
    use path_record, only: point_t, critical_t
    use columns, only: whole
@@ -30,6 +30,7 @@ module path_series
 
    type :: contact_series_t
       integer :: count = 0, start = 0, end = 0, angle_start = 0, angle_end = 0, contact = 0, reaction_total = 0
+      integer :: obstacle_shift = 0
    end type contact_series_t
 
    type :: field_series_t
@@ -144,6 +145,8 @@ contains
          call series_append(set, id%contact, region%contact)
       end associate
       call series_append(set, id%reaction_total, point%reaction_total)
+      if (allocated(point%obstacle_shift)) call append_field(set, id%obstacle_shift, size(point%obstacle_shift), &
+         & point%obstacle_shift)
    end subroutine append_contact
 
    !> One row in every field dataset, NaN where the point has no such field.
@@ -215,7 +218,7 @@ contains
       do i = 1, size(model%monitor)
          associate (monitor => model%monitor(i))
             call series_real(set, file, id(i), group//'/'//link_name(monitor%name), number, &
-               & monitor_units(monitor), monitor_description(monitor, model%mesh), few=few)
+               & monitor_units(monitor), monitor_description(monitor, model), few=few)
          end associate
       end do
    end subroutine open_monitor_series
@@ -261,6 +264,8 @@ contains
          & 'contact that each region belongs to, from 1; 0: no such region', ragged=.true.)
       call series_real(set, file, id%reaction_total, group//'/reaction_total', [size(model%contact)], 'force', &
          & 'sum of the normal reactions of each contact')
+      if (obstacles_move(model)) call series_real(set, file, id%obstacle_shift, group//'/obstacle_shift', &
+         & [2, size(model%obstacle)], 'length', 'how far each obstacle has moved, in the order of the deck')
    end subroutine open_contact
 
    !> The fields that at least one step of the deck asks for.

@@ -4,8 +4,9 @@
 module result_tables
    use kinds, only: i8, degree
    use timing, only: timers_t, timing_seconds, timing_calls, counted, n_phases, phase_name, n_counters, counter_name
-   use model, only: model_t, obstacle_t
-   use model_words, only: side_name
+   use model, only: model_t, obstacle_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline
+   use obstacle_curve, only: curve_samples
+   use model_words, only: side_name, kind_name
    use path_record, only: accuracy_t, branch_start_t, buckling_t
    use columns, only: whole
    use hdf5_file, only: hdf5_file_t, hdf5_group
@@ -51,7 +52,7 @@ contains
       call hdf5_write(file, '/mesh/element_label', model%mesh%element_label, '1', 'element numbers of the deck')
    end subroutine write_mesh
 
-   !> A group for every obstacle, with attributes only.
+   !> A group for every obstacle: attributes, and of curves their points and the surface to draw.
    subroutine write_obstacles(file, obstacle)
       type(hdf5_file_t), intent(inout) :: file
       type(obstacle_t), intent(in) :: obstacle(:)
@@ -62,14 +63,21 @@ contains
          group = '/obstacles/'//link_name(obstacle(i)%name)
          call hdf5_group(file, group)
          call hdf5_attribute(file, group, 'side', side_name(obstacle(i)))
-         if (obstacle(i)%is_circle) then
-            call hdf5_attribute(file, group, 'type', 'circle')
+         call hdf5_attribute(file, group, 'type', kind_name(obstacle(i)))
+         call hdf5_attribute(file, group, 'number', i)
+         select case (obstacle(i)%kind)
+         case (obstacle_line)
+            call hdf5_attribute(file, group, 'points', obstacle(i)%point)
+         case (obstacle_circle, obstacle_arc)
             call hdf5_attribute(file, group, 'centre', obstacle(i)%centre)
             call hdf5_attribute(file, group, 'radius', obstacle(i)%radius)
-         else
-            call hdf5_attribute(file, group, 'type', 'line')
-            call hdf5_attribute(file, group, 'points', obstacle(i)%point)
-         end if
+         case default
+            if (obstacle(i)%kind == obstacle_polyline) call hdf5_attribute(file, group, 'radius', obstacle(i)%radius)
+            call hdf5_write(file, group//'/points', obstacle(i)%point, 'length', 'points of the deck')
+         end select
+         if (obstacle(i)%kind == obstacle_arc) call hdf5_attribute(file, group, 'angles', obstacle(i)%angle / degree)
+         if (.not. any(obstacle(i)%kind == [obstacle_line, obstacle_circle])) call hdf5_write(file, group//'/surface', &
+            & curve_samples(obstacle(i)%curve), 'length', 'points along the surface, which goes on straight beyond its ends')
          call hdf5_attribute(file, group, 'reference_angle', obstacle(i)%reference_angle / degree)
          if (obstacle(i)%rigid) then
             call hdf5_attribute(file, group, 'foundation', 'rigid')

@@ -9,11 +9,11 @@ module contact_corner
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
-   use linear_system, only: system_t, to_global
+   use linear_system, only: system_t
    use bordered_system, only: linearise
    use path_control, only: control_t, set_tangent
    use corrector, only: increment_t, take_increment
-   use contact_set, only: reaction_rate, gap_tolerance
+   use contact_set, only: reaction_rate, gap_rate, gap_tolerance
    use gap_profile, only: least_gap_after
    use sliding_nodes, only: move_node
    use bracketing, only: bracket_t, new_bracket, bracket_guess, bracket_update
@@ -131,7 +131,7 @@ contains
       logical, intent(out) :: ok
       type(timers_t), intent(inout) :: timers
       type(control_t) :: ahead
-      real(wp) :: du(3), rate, none(3, size(place%u, 2))
+      real(wp) :: rate, none(3, size(place%u, 2))
       integer :: candidate
       candidate = corner%candidate
       ok = .true.
@@ -148,8 +148,7 @@ contains
       if (place%active(candidate)) then
          rate = reaction_rate(problem, system, candidate)
       else
-         du = to_global(problem, system, system%tangent, problem%candidates%node(candidate))
-         rate = dot_product(system%normal(:, candidate), du(1:2))
+         rate = gap_rate(problem, system, candidate)
       end if
       ! Rates are per unit of load factor, the tangent may point against it.
       if (rate * ahead%tangent_load < 0.0_wp) then

@@ -1,13 +1,15 @@
-!> Values the deck watches: displacements and support reactions of nodes.
+!> Values the deck watches: displacements and support reactions of nodes, contact reactions of obstacles.
 module monitors
    use kinds, only: wp
-   use model, only: monitor_t, quantity_displacement
+   use model, only: monitor_t, quantity_displacement, quantity_contact
    use problem, only: problem_t, dof
    use rod_state, only: state_t
-   use linear_system, only: system_t
+   use linear_system, only: system_t, to_global, row_times
+   use contact_set, only: reaction_rate
+   use path_control, only: monitor_change
    implicit none
    private
-   public :: monitor_values
+   public :: monitor_values, monitor_rate
 
 contains
 
@@ -25,6 +27,11 @@ contains
                do i = 1, size(monitor%node)
                   total = total + state%u(monitor%component, monitor%node(i)) / size(monitor%node)
                end do
+            else if (monitor%quantity == quantity_contact) then
+               do i = 1, problem%candidates%n
+                  if (problem%candidates%obstacle(i) /= monitor%obstacle) cycle
+                  total = total + state%reaction(i) * share(monitor, system%normal(:, i))
+               end do
             else
                do i = 1, size(monitor%node)
                   if (.not. problem%model%fixed(monitor%component, monitor%node(i))) cycle
@@ -36,4 +43,60 @@ contains
          end associate
       end do
    end function monitor_values
+
+   !> Derivative of a monitor along the path, by the load factor.
+   real(wp) function monitor_rate(problem, m, state, system) result(rate)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: m                 !! index into model%monitor
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system     !! assembled and factored at `state`
+      integer :: i, d, k
+      associate (monitor => problem%model%monitor(m))
+         rate = 0.0_wp
+         if (monitor%quantity == quantity_displacement) then
+            rate = monitor_change(problem, m, system, system%tangent)
+         else if (monitor%quantity == quantity_contact) then
+            do i = 1, problem%candidates%n
+               if (problem%candidates%obstacle(i) /= monitor%obstacle .or. .not. state%active(i)) cycle
+               rate = rate + monitor%factor * (reaction_rate(problem, system, i) * share(monitor, system%normal(:, i)) &
+                  & + state%reaction(i) * turning(i))
+            end do
+         else
+            do i = 1, size(monitor%node)
+               if (.not. problem%model%fixed(monitor%component, monitor%node(i))) cycle
+               d = dof(problem, monitor%node(i), monitor%component)
+               rate = rate + monitor%factor * (row_times(system, d, system%tangent) - system%load(d))
+               do k = 1, system%n_slides
+                  rate = rate - monitor%factor * system%slide_column(d, k) * system%slide_rate(k)
+               end do
+            end do
+         end if
+      end associate
+
+   contains
+
+      !> How the direction of a contact's force changes: its node slides along the obstacle, which may move.
+      real(wp) function turning(candidate)
+         integer, intent(in) :: candidate
+         real(wp) :: moved(3), along(2)
+         integer :: j
+         turning = 0.0_wp
+         if (problem%model%monitor(m)%component > 2) return
+         moved = to_global(problem, system, system%tangent, problem%candidates%node(candidate))
+         moved(1:2) = moved(1:2) - system%motion(:, candidate)
+         do j = 1, system%n_slides
+            if (system%slide(j) == candidate) moved(1:2) = moved(1:2) + system%slide_rate(j) * system%slide_direction(:, j)
+         end do
+         along = [system%normal(2, candidate), -system%normal(1, candidate)]
+         turning = system%bend(candidate) * dot_product(along, moved(1:2)) * along(problem%model%monitor(m)%component)
+      end function turning
+   end function monitor_rate
+
+   !> What a unit of normal reaction adds to a monitor of contact reactions.
+   pure real(wp) function share(monitor, normal)
+      type(monitor_t), intent(in) :: monitor
+      real(wp), intent(in) :: normal(2)
+      share = 1.0_wp
+      if (monitor%component < 3) share = normal(monitor%component)
+   end function share
 end module monitors

@@ -6,8 +6,7 @@ module path_events
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
-   use monitors, only: monitor_values
-   use path_control, only: monitor_change
+   use monitors, only: monitor_values, monitor_rate
    use contact_regions, only: region_of, resolved_contact
    use gap_profile, only: smallest_gap
    implicit none
@@ -60,7 +59,7 @@ contains
       associate (turning => problem%model%step(problem%step)%turning)
          allocate (probe%monitor_rate(size(turning)))
          do i = 1, size(turning)
-            probe%monitor_rate(i) = load_rate * monitor_change(problem, turning(i), system, system%tangent)
+            probe%monitor_rate(i) = load_rate * monitor_rate(problem, turning(i), state, system)
          end do
       end associate
       probe%monitor = monitor_values(problem, state, system)

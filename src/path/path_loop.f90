@@ -191,6 +191,7 @@ contains
          kept%line_force = kept%line_force + factor * load%line_force
          kept%pressure = kept%pressure + factor * load%pressure
          kept%displacement = kept%displacement + factor * load%displacement
+         kept%motion = kept%motion + factor * load%motion
       end associate
       state%load_factor = 0.0_wp
    end subroutine freeze_loads

@@ -2,12 +2,13 @@
 module point_report
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t
+   use rod_state, only: state_t, obstacle_shift
    use linear_system, only: system_t
    use monitors, only: monitor_values
    use contact_regions, only: find_regions
    use section_forces, only: local_forces
    use path_record, only: point_t
+   use model, only: obstacles_move
    implicit none
    private
    public :: report_point
@@ -37,6 +38,12 @@ contains
                associate (total => point%reaction_total(problem%candidates%contact(c)))
                   total = total + state%reaction(c)
                end associate
+            end do
+         end if
+         if (obstacles_move(problem%model)) then
+            allocate (point%obstacle_shift(2, size(problem%model%obstacle)))
+            do c = 1, size(problem%model%obstacle)
+               point%obstacle_shift(:, c) = obstacle_shift(problem, state, c)
             end do
          end if
          if (step%field_every == 0) return

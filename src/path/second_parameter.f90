@@ -69,6 +69,7 @@ contains
          problem%constant%line_force = value * base%constant%line_force
          problem%constant%pressure = value * base%constant%pressure
          problem%constant%displacement = value * base%constant%displacement
+         problem%constant%motion = value * base%constant%motion
          return
       end select
       call derive_again(base, problem)

@@ -1,0 +1,407 @@
+!> Curves that divide the plane: straight, circular and cubic pieces one after the other with a common tangent, continued
+!> straight beyond both ends.
+!>
+!> The nearest point is searched with a tree of circles around the pieces: only pieces that can hold it are looked at, so
+!> the cost grows with the logarithm of their number, and no search depends on the one before it. Cubic pieces turn by so
+!> little that the nearest point within one is the only one; Newton's method finds it, kept inside a bracket.
+module obstacle_curve
+   use kinds, only: wp
+   implicit none
+   private
+   public :: obstacle_curve_t, foot_t, nearest_point, curve_samples, sharpest_turn, crosses_itself
+   public :: piece_t, straight_piece, arc_piece, cubic_pieces, join_pieces
+
+   integer, parameter :: shape_straight = 1, shape_arc = 2, shape_cubic = 3
+
+   real(wp), parameter :: piece_turn = 0.25_wp   !! [rad] most that a cubic piece turns
+   real(wp), parameter :: sample_turn = 0.05_wp  !! [rad] between samples
+
+   !> One piece, its parameter runs from 0 to 1.
+   type :: piece_t
+      integer :: shape = shape_straight
+      real(wp) :: c(2, 4) = 0.0_wp      !! straight, cubic: position = sum c(:, k) t^(k - 1)
+      real(wp) :: centre(2) = 0.0_wp, radius = 0.0_wp
+      real(wp) :: angle = 0.0_wp        !! [rad] arc: direction from the centre to its first point
+      real(wp) :: turn = 0.0_wp         !! [rad] arc: positive anticlockwise
+   end type piece_t
+
+   type :: obstacle_curve_t
+      type(piece_t), allocatable :: piece(:)
+      integer :: leaves = 0             !! leaves of the tree, a power of 2
+      real(wp), allocatable :: ball(:, :) !! (3, 2 leaves - 1) centre and radius of a circle around node k, whose children are
+      !! 2 k and 2 k + 1; negative: nothing in it
+      real(wp) :: point(2, 2) = 0.0_wp  !! both ends
+      real(wp) :: tangent(2, 2) = 0.0_wp !! unit, in the sense of the curve
+   end type obstacle_curve_t
+
+   !> The nearest point of a curve.
+   type :: foot_t
+      real(wp) :: point(2) = 0.0_wp
+      real(wp) :: tangent(2) = 0.0_wp   !! unit
+      real(wp) :: curvature = 0.0_wp    !! positive where the curve turns to the left
+   end type foot_t
+
+contains
+
+   !> The straight piece between two points.
+   pure type(piece_t) function straight_piece(first, second) result(piece)
+      real(wp), intent(in) :: first(2), second(2)
+      piece%c(:, 1) = first
+      piece%c(:, 2) = second - first
+   end function straight_piece
+
+   !> An arc; `angle` leads from the centre to its first point, `turn` is positive anticlockwise, both in radians.
+   pure type(piece_t) function arc_piece(centre, radius, angle, turn) result(piece)
+      real(wp), intent(in) :: centre(2), radius, angle, turn
+      piece%shape = shape_arc
+      piece%centre = centre
+      piece%radius = radius
+      piece%angle = angle
+      piece%turn = turn
+   end function arc_piece
+
+   !> The cubic with coefficients c, parameter 0 to 1, cut into pieces that hardly turn.
+   pure function cubic_pieces(c) result(pieces)
+      real(wp), intent(in) :: c(2, 4)
+      type(piece_t), allocatable :: pieces(:)
+      real(wp) :: leg(2, 3), t, h, turn
+      integer :: i, n
+      ! The curve turns by no more than the legs of its control polygon.
+      leg(:, 1) = c(:, 2)
+      leg(:, 2) = c(:, 2) + c(:, 3)
+      leg(:, 3) = c(:, 2) + 2 * c(:, 3) + 3 * c(:, 4)
+      turn = abs(angle_between(leg(:, 1), leg(:, 2))) + abs(angle_between(leg(:, 2), leg(:, 3)))
+      n = 2 + int(turn / (0.5_wp * piece_turn))
+      h = 1.0_wp / n
+      allocate (pieces(n))
+      do i = 1, n
+         t = (i - 1) * h
+         pieces(i)%shape = shape_cubic
+         pieces(i)%c(:, 1) = c(:, 1) + t * (c(:, 2) + t * (c(:, 3) + t * c(:, 4)))
+         pieces(i)%c(:, 2) = h * (c(:, 2) + t * (2 * c(:, 3) + 3 * t * c(:, 4)))
+         pieces(i)%c(:, 3) = h**2 * (c(:, 3) + 3 * t * c(:, 4))
+         pieces(i)%c(:, 4) = h**3 * c(:, 4)
+      end do
+   end function cubic_pieces
+
+   !> A curve of pieces, each of which begins where the one before ends, in the same direction.
+   pure function join_pieces(pieces) result(curve)
+      type(piece_t), intent(in) :: pieces(:)
+      type(obstacle_curve_t) :: curve
+      type(foot_t) :: first, last
+      integer :: i
+      curve%piece = pieces
+      first = piece_point(pieces(1), 0.0_wp)
+      last = piece_point(pieces(size(pieces)), 1.0_wp)
+      curve%point = reshape([first%point, last%point], [2, 2])
+      curve%tangent = reshape([first%tangent, last%tangent], [2, 2])
+      curve%leaves = 1
+      do while (curve%leaves < size(pieces))
+         curve%leaves = 2 * curve%leaves
+      end do
+      allocate (curve%ball(3, 2 * curve%leaves - 1), source=-1.0_wp)
+      do i = 1, size(pieces)
+         curve%ball(:, curve%leaves + i - 1) = piece_ball(pieces(i))
+      end do
+      do i = curve%leaves - 1, 1, -1
+         curve%ball(:, i) = ball_around(curve%ball(:, 2 * i), curve%ball(:, 2 * i + 1))
+      end do
+   end function join_pieces
+
+   !> The point of the curve, its straight continuations included, that is nearest to x.
+   pure type(foot_t) function nearest_point(curve, x) result(foot)
+      type(obstacle_curve_t), intent(in) :: curve
+      real(wp), intent(in) :: x(2)
+      real(wp) :: best, along, distance(2)
+      integer :: stack(2 * bit_size(1)), top, k, near, i
+      type(foot_t) :: candidate
+      best = huge(best)
+      do i = 1, 2
+         along = dot_product(x - curve%point(:, i), curve%tangent(:, i))
+         if (i == 1) along = -along
+         if (along < 0.0_wp) cycle
+         candidate = foot_t(curve%point(:, i) + merge(-along, along, i == 1) * curve%tangent(:, i), curve%tangent(:, i))
+         call keep_nearer(x, candidate, foot, best)
+      end do
+      top = 1
+      stack(1) = 1
+      do while (top > 0)
+         k = stack(top)
+         top = top - 1
+         if (out_of_reach(k)) cycle
+         if (k >= curve%leaves) then
+            candidate = piece_foot(curve%piece(k - curve%leaves + 1), x)
+            call keep_nearer(x, candidate, foot, best)
+            cycle
+         end if
+         ! The nearer child is looked at first: it often settles the other one.
+         do i = 1, 2
+            distance(i) = huge(best)
+            associate (ball => curve%ball(:, 2 * k + i - 1))
+               if (ball(3) >= 0.0_wp) distance(i) = norm2(x - ball(1:2)) - ball(3)
+            end associate
+         end do
+         near = merge(2 * k, 2 * k + 1, distance(1) <= distance(2))
+         stack(top + 1:top + 2) = [4 * k + 1 - near, near]
+         top = top + 2
+      end do
+
+   contains
+
+      !> True when nothing of a node of the tree can be nearer than the best point so far.
+      pure logical function out_of_reach(node)
+         integer, intent(in) :: node
+         real(wp) :: least
+         out_of_reach = curve%ball(3, node) < 0.0_wp
+         if (out_of_reach) return
+         least = norm2(x - curve%ball(1:2, node)) - curve%ball(3, node)
+         out_of_reach = least > 0.0_wp .and. least**2 >= best
+      end function out_of_reach
+   end function nearest_point
+
+   !> Keeps the nearer of two points.
+   pure subroutine keep_nearer(x, candidate, foot, best)
+      real(wp), intent(in) :: x(2)
+      type(foot_t), intent(in) :: candidate
+      type(foot_t), intent(inout) :: foot
+      real(wp), intent(inout) :: best      !! squared distance of `foot`
+      real(wp) :: square
+      square = dot_product(x - candidate%point, x - candidate%point)
+      if (square >= best) return
+      best = square
+      foot = candidate
+   end subroutine keep_nearer
+
+   !> Position, direction and curvature at a parameter of a piece.
+   pure type(foot_t) function piece_point(piece, t) result(foot)
+      type(piece_t), intent(in) :: piece
+      real(wp), intent(in) :: t
+      real(wp) :: angle, d(2), dd(2), speed
+      if (piece%shape == shape_arc) then
+         angle = piece%angle + t * piece%turn
+         d = [cos(angle), sin(angle)]
+         foot%point = piece%centre + piece%radius * d
+         foot%tangent = sign(1.0_wp, piece%turn) * [-d(2), d(1)]
+         foot%curvature = sign(1.0_wp, piece%turn) / piece%radius
+         return
+      end if
+      foot%point = piece%c(:, 1) + t * (piece%c(:, 2) + t * (piece%c(:, 3) + t * piece%c(:, 4)))
+      d = piece%c(:, 2) + t * (2 * piece%c(:, 3) + 3 * t * piece%c(:, 4))
+      speed = norm2(d)
+      foot%tangent = d / speed
+      if (piece%shape == shape_straight) return
+      dd = 2 * piece%c(:, 3) + 6 * t * piece%c(:, 4)
+      foot%curvature = (foot%tangent(1) * dd(2) - foot%tangent(2) * dd(1)) / speed**2
+   end function piece_point
+
+   !> The point of a piece that is nearest to x, its ends included.
+   pure type(foot_t) function piece_foot(piece, x) result(foot)
+      type(piece_t), intent(in) :: piece
+      real(wp), intent(in) :: x(2)
+      real(wp) :: d(2), first(2), t
+      select case (piece%shape)
+      case (shape_straight)
+         t = dot_product(x - piece%c(:, 1), piece%c(:, 2)) / dot_product(piece%c(:, 2), piece%c(:, 2))
+         t = min(max(t, 0.0_wp), 1.0_wp)
+      case (shape_arc)
+         ! Angles count from the middle of the arc, so that the jump of atan2 lies opposite.
+         d = x - piece%centre
+         first = [cos(piece%angle + 0.5_wp * piece%turn), sin(piece%angle + 0.5_wp * piece%turn)]
+         t = 0.5_wp
+         if (any(abs(d) > 0.0_wp)) t = 0.5_wp + &
+            & atan2(first(1) * d(2) - first(2) * d(1), dot_product(first, d)) / piece%turn
+         t = min(max(t, 0.0_wp), 1.0_wp)
+      case default
+         t = nearest_parameter(piece%c, x)
+      end select
+      foot = piece_point(piece, t)
+   end function piece_foot
+
+   !> Parameter of the point of a cubic piece that is nearest to x: a zero of the derivative of half the squared distance.
+   pure real(wp) function nearest_parameter(c, x) result(t)
+      real(wp), intent(in) :: c(2, 4), x(2)
+      real(wp) :: low, high, f, slope, q(2), d(2), dd(2), ends(2), next
+      integer :: iteration
+      ends(1) = dot_product(c(:, 1) - x, c(:, 2))
+      q = c(:, 1) + c(:, 2) + c(:, 3) + c(:, 4) - x
+      ends(2) = dot_product(q, c(:, 2) + 2 * c(:, 3) + 3 * c(:, 4))
+      if (ends(1) >= 0.0_wp .or. ends(2) <= 0.0_wp) then
+         t = 0.0_wp
+         if (ends(1) < 0.0_wp) t = 1.0_wp
+         if (ends(1) >= 0.0_wp .and. ends(2) <= 0.0_wp .and. &
+            & dot_product(q, q) < dot_product(c(:, 1) - x, c(:, 1) - x)) t = 1.0_wp
+         return
+      end if
+      low = 0.0_wp
+      high = 1.0_wp
+      t = ends(1) / (ends(1) - ends(2))
+      do iteration = 1, 60
+         q = c(:, 1) - x + t * (c(:, 2) + t * (c(:, 3) + t * c(:, 4)))
+         d = c(:, 2) + t * (2 * c(:, 3) + 3 * t * c(:, 4))
+         dd = 2 * c(:, 3) + 6 * t * c(:, 4)
+         f = dot_product(q, d)
+         if (f < 0.0_wp) then
+            low = t
+         else
+            high = t
+         end if
+         slope = dot_product(d, d) + dot_product(q, dd)
+         next = 0.5_wp * (low + high)
+         if (slope > 0.0_wp) then
+            next = t - f / slope
+            if (next < low .or. next > high) next = 0.5_wp * (low + high)
+         end if
+         if (abs(next - t) <= 2 * epsilon(t)) exit
+         t = next
+      end do
+   end function nearest_parameter
+
+   !> Signed angle from one direction to another.
+   pure real(wp) function angle_between(a, b)
+      real(wp), intent(in) :: a(2), b(2)
+      angle_between = 0.0_wp
+      if (any(abs(a) > 0.0_wp) .and. any(abs(b) > 0.0_wp)) &
+         & angle_between = atan2(a(1) * b(2) - a(2) * b(1), dot_product(a, b))
+   end function angle_between
+
+   !> Centre and radius of a circle around a piece; arcs are half circles at most.
+   pure function piece_ball(piece) result(ball)
+      type(piece_t), intent(in) :: piece
+      real(wp) :: ball(3), polygon(2, 4)
+      type(foot_t) :: first, last
+      first = piece_point(piece, 0.0_wp)
+      last = piece_point(piece, 1.0_wp)
+      ball(1:2) = 0.5_wp * (first%point + last%point)
+      ball(3) = 0.5_wp * norm2(last%point - first%point)
+      if (piece%shape == shape_cubic) then
+         polygon(:, 1) = piece%c(:, 1)
+         polygon(:, 2) = polygon(:, 1) + piece%c(:, 2) / 3
+         polygon(:, 3) = polygon(:, 2) + (piece%c(:, 2) + piece%c(:, 3)) / 3
+         polygon(:, 4) = last%point
+         ball(3) = sqrt(maxval((polygon(1, :) - ball(1))**2 + (polygon(2, :) - ball(2))**2))
+      end if
+      ball(3) = ball(3) * (1.0_wp + 1.0e-9_wp)
+   end function piece_ball
+
+   !> A circle around two.
+   pure function ball_around(a, b) result(ball)
+      real(wp), intent(in) :: a(3), b(3)
+      real(wp) :: ball(3), distance
+      ball = a
+      if (b(3) < 0.0_wp) return
+      distance = norm2(b(1:2) - a(1:2))
+      if (a(3) >= distance + b(3)) return
+      ball = b
+      if (a(3) < 0.0_wp .or. b(3) >= distance + a(3)) return
+      ball(3) = 0.5_wp * (distance + a(3) + b(3))
+      ball(1:2) = a(1:2) + (ball(3) - a(3)) / distance * (b(1:2) - a(1:2))
+   end function ball_around
+
+   !> Points along the curve, dense enough to draw it.
+   pure function curve_samples(curve) result(points)
+      type(obstacle_curve_t), intent(in) :: curve
+      real(wp), allocatable :: points(:, :)   !! (2, samples)
+      type(foot_t), allocatable :: foot(:)
+      integer :: i
+      foot = feet(curve)
+      allocate (points(2, size(foot)))
+      do i = 1, size(foot)
+         points(:, i) = foot(i)%point
+      end do
+   end function curve_samples
+
+   !> Samples with their directions.
+   pure function feet(curve) result(foot)
+      type(obstacle_curve_t), intent(in) :: curve
+      type(foot_t), allocatable :: foot(:)
+      integer :: i, k, n, total
+      total = 1
+      do i = 1, size(curve%piece)
+         total = total + parts(curve%piece(i))
+      end do
+      allocate (foot(total))
+      foot(1) = piece_point(curve%piece(1), 0.0_wp)
+      total = 1
+      do i = 1, size(curve%piece)
+         n = parts(curve%piece(i))
+         do k = 1, n
+            foot(total + k) = piece_point(curve%piece(i), real(k, wp) / n)
+         end do
+         total = total + n
+      end do
+
+   contains
+
+      pure integer function parts(piece)
+         type(piece_t), intent(in) :: piece
+         parts = 1
+         if (piece%shape == shape_arc) parts = 1 + int(abs(piece%turn) / sample_turn)
+         if (piece%shape == shape_cubic) parts = 1 + nint(piece_turn / sample_turn)
+      end function parts
+   end function feet
+
+   !> The largest angle [rad] by which the curve turns to the right, against the structure, within a length.
+   pure real(wp) function sharpest_turn(curve, length) result(sharpest)
+      type(obstacle_curve_t), intent(in) :: curve
+      real(wp), intent(in) :: length
+      type(foot_t), allocatable :: foot(:)
+      real(wp) :: s, turn
+      integer :: i, k
+      foot = feet(curve)
+      sharpest = 0.0_wp
+      do i = 1, size(foot)
+         s = 0.0_wp
+         turn = 0.0_wp
+         do k = i + 1, size(foot)
+            s = s + norm2(foot(k)%point - foot(k - 1)%point)
+            if (s > length) exit
+            turn = turn - angle_between(foot(k - 1)%tangent, foot(k)%tangent)
+            sharpest = max(sharpest, turn)
+         end do
+      end do
+   end function sharpest_turn
+
+   !> True when the curve and its straight continuations meet themselves: then it does not divide the plane in two.
+   pure logical function crosses_itself(curve) result(crosses)
+      type(obstacle_curve_t), intent(in) :: curve
+      real(wp), parameter :: far = 1.0e4_wp !! length of the continuations, over the size of the curve
+      real(wp), allocatable :: p(:, :), inner(:, :)
+      real(wp) :: size_
+      integer :: i, k, n
+      inner = curve_samples(curve)
+      n = size(inner, 2)
+      allocate (p(2, n + 2))
+      p(:, 2:n + 1) = inner
+      size_ = norm2(maxval(inner, 2) - minval(inner, 2))
+      p(:, 1) = curve%point(:, 1) - far * size_ * curve%tangent(:, 1)
+      p(:, n + 2) = curve%point(:, 2) + far * size_ * curve%tangent(:, 2)
+      crosses = .false.
+      do i = 1, n - 1
+         do k = i + 2, n + 1
+            crosses = segments_meet(p(:, i), p(:, i + 1), p(:, k), p(:, k + 1))
+            if (crosses) return
+         end do
+      end do
+   end function crosses_itself
+
+   !> True when the segments ab and cd have a point in common.
+   pure logical function segments_meet(a, b, c, d) result(meet)
+      real(wp), intent(in) :: a(2), b(2), c(2), d(2)
+      integer :: i
+      meet = .false.
+      do i = 1, 2
+         if (max(a(i), b(i)) < min(c(i), d(i)) .or. max(c(i), d(i)) < min(a(i), b(i))) return
+      end do
+      meet = side(a, b, c) * side(a, b, d) <= 0.0_wp .and. side(c, d, a) * side(c, d, b) <= 0.0_wp
+
+   contains
+
+      !> Which side of pq the point r is on; rounding counts as neither.
+      pure real(wp) function side(p, q, r)
+         real(wp), intent(in) :: p(2), q(2), r(2)
+         side = (q(1) - p(1)) * (r(2) - p(2)) - (q(2) - p(2)) * (r(1) - p(1))
+         if (abs(side) <= 1.0e-12_wp * norm2(q - p) * norm2(r - p)) side = 0.0_wp
+         side = sign(merge(1.0_wp, 0.0_wp, abs(side) > 0.0_wp), side)
+      end function side
+   end function segments_meet
+end module obstacle_curve

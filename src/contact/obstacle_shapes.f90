@@ -1,0 +1,139 @@
+!> The curves that decks describe as obstacles: arcs, polylines with rounded corners, splines.
+module obstacle_shapes
+   use kinds, only: wp
+   use cubic_spline, only: spline_bend
+   use obstacle_curve, only: obstacle_curve_t, piece_t, straight_piece, arc_piece, cubic_pieces, join_pieces
+   implicit none
+   private
+   public :: arc_curve, polyline_curve, spline_curve, corner_turn, widest_corner_radius, default_corner_radius
+
+   real(wp), parameter :: straight_on = 1.0e-9_wp   !! [rad] corners that turn by less are none
+   real(wp), parameter :: default_share = 0.1_wp    !! of a segment that a corner takes at most by default
+
+contains
+
+   !> A circular arc; from start to end angle [rad], anticlockwise when that increases.
+   pure function arc_curve(centre, radius, start_angle, end_angle) result(curve)
+      real(wp), intent(in) :: centre(2), radius, start_angle, end_angle
+      type(obstacle_curve_t) :: curve
+      curve = join_pieces([arc_piece(centre, radius, start_angle, end_angle - start_angle)])
+   end function arc_curve
+
+   !> Straight segments through points, neighbours apart, with corners rounded by arcs of one radius that fits.
+   function polyline_curve(point, radius) result(curve)
+      real(wp), intent(in) :: point(:, :)     !! (2, 2 or more)
+      real(wp), intent(in) :: radius          !! at most widest_corner_radius(point)
+      type(obstacle_curve_t) :: curve
+      type(piece_t), allocatable :: piece(:)
+      real(wp) :: at(2), before(2), start(2), turn, cut, centre(2), arm(2)
+      integer :: i, n
+      n = size(point, 2)
+      allocate (piece(0))
+      at = point(:, 1)
+      do i = 2, n - 1
+         turn = corner_turn(point, i)
+         if (abs(turn) < straight_on) cycle
+         cut = radius * tan(0.5_wp * abs(turn))
+         before = unit(point(:, i) - point(:, i - 1))
+         start = point(:, i) - cut * before
+         call add_straight(start)
+         centre = start + sign(radius, turn) * [-before(2), before(1)]
+         arm = start - centre
+         piece = [piece, arc_piece(centre, radius, atan2(arm(2), arm(1)), turn)]
+         at = point(:, i) + cut * unit(point(:, i + 1) - point(:, i))
+      end do
+      call add_straight(point(:, n))
+      curve = join_pieces(piece)
+
+   contains
+
+      !> Straight on to a point; arcs that use a segment up leave nothing between them.
+      subroutine add_straight(to)
+         real(wp), intent(in) :: to(2)
+         if (norm2(to - at) <= 1.0e-12_wp * norm2(point(:, i) - point(:, i - 1))) return
+         piece = [piece, straight_piece(at, to)]
+      end subroutine add_straight
+   end function polyline_curve
+
+   !> The natural cubic spline through points, neighbours apart, over the length of the chords.
+   function spline_curve(point) result(curve)
+      real(wp), intent(in) :: point(:, :)     !! (2, 2 or more)
+      type(obstacle_curve_t) :: curve
+      type(piece_t), allocatable :: piece(:)
+      real(wp) :: knot(size(point, 2)), bend(size(point, 2), 2), c(2, 4), h
+      integer :: i, k, n
+      n = size(point, 2)
+      knot(1) = 0.0_wp
+      do i = 2, n
+         knot(i) = knot(i - 1) + norm2(point(:, i) - point(:, i - 1))
+      end do
+      do k = 1, 2
+         call spline_bend(knot, point(k, :), .false., bend(:, k))
+      end do
+      allocate (piece(0))
+      do i = 1, n - 1
+         h = knot(i + 1) - knot(i)
+         c(:, 1) = point(:, i)
+         c(:, 2) = point(:, i + 1) - point(:, i) - h**2 / 6 * (2 * bend(i, :) + bend(i + 1, :))
+         c(:, 3) = 0.5_wp * h**2 * bend(i, :)
+         c(:, 4) = h**2 / 6 * (bend(i + 1, :) - bend(i, :))
+         piece = [piece, cubic_pieces(c)]
+      end do
+      curve = join_pieces(piece)
+   end function spline_curve
+
+   !> Angle [rad] by which a polyline turns at an inner point, positive to the left, between -pi and pi.
+   pure real(wp) function corner_turn(point, i) result(turn)
+      real(wp), intent(in) :: point(:, :)
+      integer, intent(in) :: i
+      real(wp) :: a(2), b(2)
+      a = point(:, i) - point(:, i - 1)
+      b = point(:, i + 1) - point(:, i)
+      turn = atan2(a(1) * b(2) - a(2) * b(1), dot_product(a, b))
+   end function corner_turn
+
+   !> The largest radius with which all corners of a polyline fit on its segments; huge when it has none.
+   pure real(wp) function widest_corner_radius(point) result(radius)
+      real(wp), intent(in) :: point(:, :)
+      real(wp) :: need
+      integer :: i
+      radius = huge(radius)
+      do i = 1, size(point, 2) - 1
+         need = cut(point, i) + cut(point, i + 1)
+         if (need > 0.0_wp) radius = min(radius, norm2(point(:, i + 1) - point(:, i)) / need)
+      end do
+   end function widest_corner_radius
+
+   !> The largest radius with which no corner takes more than a tenth of a segment beside it; 0 when there is none.
+   pure real(wp) function default_corner_radius(point) result(radius)
+      real(wp), intent(in) :: point(:, :)
+      real(wp) :: need
+      integer :: i
+      radius = huge(radius)
+      do i = 1, size(point, 2) - 1
+         need = max(cut(point, i), cut(point, i + 1))
+         if (need > 0.0_wp) radius = min(radius, default_share * norm2(point(:, i + 1) - point(:, i)) / need)
+      end do
+      if (radius >= huge(radius)) radius = 0.0_wp
+   end function default_corner_radius
+
+   !> Length that the rounding of point i takes from both segments, per unit of radius.
+   pure real(wp) function cut(point, i)
+      real(wp), intent(in) :: point(:, :)
+      integer, intent(in) :: i
+      cut = 0.0_wp
+      if (i == 1 .or. i == size(point, 2)) return
+      cut = corner_turn(point, i)
+      if (abs(cut) < straight_on) then
+         cut = 0.0_wp
+      else
+         cut = tan(0.5_wp * abs(cut))
+      end if
+   end function cut
+
+   pure function unit(a)
+      real(wp), intent(in) :: a(2)
+      real(wp) :: unit(2)
+      unit = a / norm2(a)
+   end function unit
+end module obstacle_shapes
