@@ -14,7 +14,7 @@ def draw_obstacle(axes, obstacle: Obstacle, limits: np.ndarray, stretch: float):
     """The surface as a line, its solid side hatched with short strokes."""
     unit = np.array((1.0, stretch))     # data to picture
     size = max((limits[1] - limits[0]) * unit)
-    surface, solid = (line_surface if obstacle.kind == "line" else circle_surface)(obstacle, limits)
+    surface, solid = {"line": line_surface, "circle": circle_surface}.get(obstacle.kind, curve_surface)(obstacle, limits)
     picture = surface * unit
     along = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(picture, axis=0).T))))
     spacing = along[-1] / max(round(along[-1] / (0.018 * size)), 1)
@@ -35,6 +35,20 @@ def line_surface(obstacle: Obstacle, limits: np.ndarray):
     direction = (second - first) / np.hypot(*(second - first))
     reach = (corners(limits) - first) @ direction
     return first + np.outer((reach.min(), reach.max()), direction), -1.0
+
+
+def curve_surface(obstacle: Obstacle, limits: np.ndarray):
+    """The curve with its straight continuations as far as the picture reaches; its right side is solid."""
+    surface = obstacle.surface
+    reach = np.hypot(*(limits[1] - limits[0])) + np.max(np.hypot(*(surface - limits.mean(axis=0)).T))
+    ends = []
+    for end, before in ((surface[0], surface[1]), (surface[-1], surface[-2])):
+        direction = (end - before) / np.hypot(*(end - before))
+        if obstacle.kind == "arc":      # the samples are chords, the continuation is a tangent
+            arm = (end - obstacle.centre) / np.hypot(*(end - obstacle.centre))
+            direction -= (direction @ arm) * arm
+        ends.append(end + reach * direction / np.hypot(*direction))
+    return np.vstack((ends[0], surface, ends[1])), -1.0
 
 
 def circle_surface(obstacle: Obstacle, limits: np.ndarray):

@@ -113,7 +113,7 @@ def choose_angle(everything, found, quantity) -> bool:
     with_angle = [any(np.any(np.isfinite(history.angle_start)) for history in group) for group in found]
     if quantity == "angle" and not all(with_angle):
         name = everything[with_angle.index(False)].filename
-        raise ResultsError(f"{name}: no contact angles, the obstacle is a line (use --quantity arc)")
+        raise ResultsError(f"{name}: no contact angles, the obstacle has no centre (use --quantity arc)")
     return all(with_angle) if quantity is None else quantity == "angle"
 
 

@@ -107,8 +107,10 @@ class Picture:
 
     def draw(self, axes, limits: np.ndarray):
         results, args = self.results, self.args
-        for obstacle in results.obstacles.values():
-            draw_obstacle(axes, obstacle, limits, args.stretch_y)
+        moving = results.contact is not None and results.contact.obstacle_shift is not None
+        for point in self.points if moving else self.points[:1]:
+            for obstacle in results.obstacles_at(point):
+                draw_obstacle(axes, obstacle, limits, args.stretch_y)
         if not args.no_stress_free:
             for curve in self._mirrored(self.stress_free.curves()):
                 axes.plot(*curve.T, zorder=2, **style.STRESS_FREE)

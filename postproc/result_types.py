@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace, field
 
 import numpy as np
 
@@ -33,14 +33,23 @@ class Mesh:
 @dataclass(frozen=True)
 class Obstacle:
     name: str
-    kind: str                 # "line" or "circle"
-    side: str                 # circle: the structure is "inside" or "outside"
-    points: np.ndarray | None        # line: (2, 2), the free side is on the left of first -> second
-    centre: np.ndarray | None        # circle: (2)
-    radius: float | None
+    kind: str                 # "line", "circle", "arc", "polyline" or "spline"
+    side: str                 # circle: the structure is "inside" or "outside"; the others: "left" of the sense of the points
+    points: np.ndarray | None        # line: (2, 2); polyline, spline: (points, 2)
+    centre: np.ndarray | None        # circle, arc: (2)
+    radius: float | None             # circle, arc; polyline: of its corners
     reference_angle: float    # [degrees] direction that contact angles count from
     foundation: str           # "rigid" or "winkler"
     modulus: float            # force per unit length of rod and unit penetration
+    angles: np.ndarray | None = None     # arc: (2) [degrees] directions from the centre to its ends
+    surface: np.ndarray | None = None    # arc, polyline, spline: (samples, 2) along it; it goes on straight beyond both ends
+    number: int = 0           # in the deck, from 1
+
+    def moved(self, shift: np.ndarray) -> Obstacle:
+        """The obstacle somewhere else."""
+        moved = {name: getattr(self, name) + shift for name in ("points", "centre", "surface")
+                 if getattr(self, name) is not None}
+        return replace(self, **moved)
 
 
 @dataclass(frozen=True)
@@ -93,6 +102,7 @@ class Contact:
     candidates: np.ndarray           # node rows (from 0) of the candidates, contact after contact
     candidate_contact: np.ndarray    # which *CONTACT (from 1) each belongs to
     obstacles: tuple[str, ...] = ()  # name of the obstacle of each contact
+    obstacle_shift: np.ndarray | None = None     # (points, obstacles, 2) how far they have moved; None: they never do
 
     def regions(self, point: int) -> list[Region]:
         """The regions at a point (from 1)."""
@@ -160,6 +170,12 @@ class Path:
             return Column("point", np.arange(1, self.n_points + 1), "1", "number of the point")
         return find_column(self.filename, name, self.path, self.monitors, "path quantity or monitor",
                            self.column_names())
+
+    def obstacles_at(self, point: int) -> list[Obstacle]:
+        """The obstacles where they are at a point (from 1)."""
+        shift = self.contact.obstacle_shift if self.contact is not None else None
+        return [obstacle if shift is None else obstacle.moved(shift[point - 1, obstacle.number - 1])
+                for obstacle in self.obstacles.values()]
 
     def field(self, name: str, point: int) -> np.ndarray:
         """A stored field at a point (from 1).

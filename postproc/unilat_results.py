@@ -150,14 +150,17 @@ def _contact(group: h5py.Group, filename: str, mesh: Mesh) -> tuple[Contact | No
     contact = Contact(np.minimum(count, width).astype(int), *(span[:, :width] for span in spans), reaction,
                       np.array([rows[label] for label in labels], dtype=int),
                       dataset(file, "contact/candidate_contact", filename)[()].astype(int),
-                      tuple(text(name) for name in file["contact/obstacle"]) if "contact/obstacle" in file else ())
-    return contact, [len(count), len(reaction), *(len(span) for span in spans)]
+                      tuple(text(name) for name in file["contact/obstacle"]) if "contact/obstacle" in file else (),
+                      group["contact/obstacle_shift"][()] if "contact/obstacle_shift" in group else None)
+    moved = [] if contact.obstacle_shift is None else [len(contact.obstacle_shift)]
+    return contact, [len(count), len(reaction), *(len(span) for span in spans), *moved]
 
 
 def _cut(contact: Contact, n: int) -> Contact:
     return Contact(contact.count[:n], contact.start[:n], contact.end[:n], contact.angle_start[:n],
                    contact.angle_end[:n], contact.contact[:n].astype(int), contact.reaction_total[:n],
-                   contact.candidates, contact.candidate_contact, contact.obstacles)
+                   contact.candidates, contact.candidate_contact, contact.obstacles,
+                   None if contact.obstacle_shift is None else contact.obstacle_shift[:n])
 
 
 def _fields(group: h5py.Group, n_points: int) -> tuple[np.ndarray, tuple[str, ...]]:
@@ -194,14 +197,18 @@ def _critical(path_group: h5py.Group, path: dict[str, Column], monitors: dict[st
 def _obstacle(name: str, item: h5py.Group | h5py.Dataset) -> Obstacle:
     attrs = item.attrs
     kind = text(attrs["type"]).lower()
-    circle = kind == "circle"
-    if kind not in ("line", "circle"):
+    if kind not in ("line", "circle", "arc", "polyline", "spline"):
         raise ValueError(f"obstacle {name} has the unknown type '{kind}'")
+    if kind == "line":
+        points = np.array(attrs["points"], dtype=float).reshape(2, 2)
+    else:
+        points = item["points"][()] if kind in ("polyline", "spline") else None
     return Obstacle(
-        name, kind, text(attrs.get("side", "")).lower(),
-        points=None if circle else np.array(attrs["points"], dtype=float).reshape(2, 2),
-        centre=np.array(attrs["centre"], dtype=float).reshape(2) if circle else None,
-        radius=scalar(attrs["radius"]) if circle else None,
+        name, kind, text(attrs.get("side", "")).lower(), points=points,
+        centre=np.array(attrs["centre"], dtype=float).reshape(2) if kind in ("circle", "arc") else None,
+        radius=scalar(attrs["radius"]) if kind in ("circle", "arc", "polyline") else None,
+        angles=np.array(attrs["angles"], dtype=float).reshape(2) if kind == "arc" else None,
+        surface=item["surface"][()] if kind not in ("line", "circle") else None, number=int(scalar(attrs.get("number", 0))),
         reference_angle=scalar(attrs.get("reference_angle", 0.0)),
         foundation=text(attrs.get("foundation", "rigid")).lower(), modulus=scalar(attrs.get("modulus", 0.0)))
 

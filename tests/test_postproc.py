@@ -427,7 +427,7 @@ ERRORS = [
     ("path", ["ring.h5", "--width", "-1"], "-1 is not a positive number"),
     ("path", ["ring.h5", "--x-label", "$\\frac{$"], "not well-formed"),
     ("contact", ["cantilever.h5"], "the model has no contact"),
-    ("contact", ["column.h5", "--quantity", "angle"], "the obstacle is a line (use --quantity arc)"),
+    ("contact", ["column.h5", "--quantity", "angle"], "the obstacle has no centre (use --quantity arc)"),
     ("contact", ["ring.h5", "--contact", "2"], "no contact 2 (they run from 1 to 1)"),
     ("shape", ["cantilever.h5"], "no displacements are stored"),
     ("shape", ["ring.h5", "--rows", "16"], "no point 16 (they run from 1 to 15)"),
