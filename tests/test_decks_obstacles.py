@@ -129,7 +129,7 @@ def roller_at(deflection):
 
 @functools.cache
 def indenter(elements, locate="w, 0.001, 0.225, 0.235"):
-    return dr.run_deck(dr.changed(dr.example("indenter"), ("1, 2, 40", f"1, 2, {elements}"), ("force, 5., 12.", locate)))
+    return dr.run_deck(dr.changed(dr.example("indenter"), ("1, 2, 40", f"1, 2, {elements}"), ("force, 5., 15.", locate)))
 
 
 def located(run, monitor, value):
@@ -161,8 +161,8 @@ def test_indenter_converges():
 
 
 def test_force_of_the_indenter_is_located():
-    run = indenter(40, "force, 5., 12.")
-    for force in (5.0, 12.0):
+    run = indenter(40, "force, 5., 15.")
+    for force in (5.0, 15.0):
         dr.assert_close(located(run, "force", force).monitors["force"], force, relative=1e-7)
 
 
@@ -175,8 +175,8 @@ def test_path_may_stop_at_a_force():
 def test_moving_the_supports_instead():
     """The roller stays and the beam comes: the same forces at the same distance."""
     still = dr.changed(dr.example("indenter"), ("*OBSTACLE MOTION\nROLLER, 0., -0.25", "*BOUNDARY\n2, 2, 2, 0.25"),
-                       ("force, 5., 12.", "LOAD, 0.3, 0.95"))
-    moved = dr.run_deck(dr.changed(dr.example("indenter"), ("force, 5., 12.", "LOAD, 0.3, 0.95")))
+                       ("force, 5., 15.", "LOAD, 0.3, 0.95"))
+    moved = dr.run_deck(dr.changed(dr.example("indenter"), ("force, 5., 15.", "LOAD, 0.3, 0.95")))
     still = dr.run_deck(still)
     for k in range(2):
         dr.assert_close(still.labelled("UZ")[k].monitors["force"], moved.labelled("UZ")[k].monitors["force"], relative=1e-8)
@@ -187,7 +187,7 @@ def test_moving_the_supports_instead():
                                           ("DISPLACEMENT, MONITOR=w", "0.01, 1e-7, 0.02")])
 @pytest.mark.parametrize("foundation", ["", ", FOUNDATION=WINKLER, MODULUS=1e5"])
 def test_strategies_follow_a_moving_roller(method, data, foundation):
-    text = dr.changed(dr.example("indenter"), ("force, 5., 12.", "LOAD, 0.3, 0.6"), ("REFERENCE=-90.", "REFERENCE=-90." + foundation),
+    text = dr.changed(dr.example("indenter"), ("force, 5., 15.", "LOAD, 0.3, 0.6"), ("REFERENCE=-90.", "REFERENCE=-90." + foundation),
                       ("POINTS=SLIDING", "POINTS=AUTO"))
     loads = dr.run_deck(text).labelled("UZ")
     others = dr.run_deck(dr.with_static(dr.changed(text, ("*FIELD", "*STOP\nLOAD, ABOVE, 0.7\n*FIELD")), f"METHOD={method}",
@@ -216,7 +216,7 @@ def test_motions_of_steps_add_up():
 def test_roller_that_comes_from_afar():
     """Nothing happens until it touches, which is found where it must be."""
     run = dr.run_deck(dr.changed(dr.example("indenter"), ("0., 0.4, 0.4", "0., 0.5, 0.4"),
-                                 ("force, 5., 12.", "w, 0.1"), ("*LOCATE", "*CONTROLS, LOCATE=1e-9\n*LOCATE")))
+                                 ("force, 5., 15.", "w, 0.1"), ("*LOCATE", "*CONTROLS, LOCATE=1e-9\n*LOCATE")))
     dr.assert_close(run.only("C+").load_factor, 0.1 / 0.25, relative=1e-8)
     dr.assert_close(located(run, "w", 0.1).load_factor, 0.2 / 0.25, relative=1e-8)
 
@@ -270,7 +270,7 @@ def test_pipe_lies_down_from_its_end_then_in_the_valley():
 
 
 def test_valley_load_converges_at_fourth_order():
-    loads = [pipe(n).labelled("C+")[-1].load_factor for n in (20, 40, 80, 160)]
+    loads = [pipe(n).labelled("C+")[-1].load_factor for n in (40, 80, 160, 320)]
     dr.assert_mean_order(np.diff(loads), 4.0, below=0.7, above=2.0)
 
 

@@ -149,23 +149,20 @@ contains
          if (.not. state%active(c)) cycle
          if (.not. problem%model%obstacle(problem%candidates%obstacle(c))%rigid) cycle
          span = 0.0_wp
-         widest = 0.0_wp
-         e = problem%candidates%element(1, c)
-         if (e > 0) widest = state%geometry%element(e)%length
+         ! Elements as they are at home: one that a sliding node has stretched resolves no less.
+         widest = problem%candidates%tributary(c)
          k = c
          steps = 0
          do
             e = problem%candidates%element(2, k)
             if (e == 0) exit
             span = span + state%geometry%element(e)%length
-            widest = max(widest, state%geometry%element(e)%length)
             k = problem%candidates%neighbour(2, k)
+            widest = max(widest, problem%candidates%tributary(k))
             steps = steps + 1
             if (state%active(k) .or. span > unresolved * widest) exit
          end do
          if (.not. state%active(k) .or. steps < 2 .or. k == c) cycle
-         e = problem%candidates%element(2, k)
-         if (e > 0) widest = max(widest, state%geometry%element(e)%length)
          if (span > unresolved * widest) cycle
          k = problem%candidates%neighbour(2, c)
          do while (.not. state%active(k))
