@@ -127,7 +127,8 @@ module model
    type :: monitor_t
       character(name_length) :: name = ''
       integer :: quantity = quantity_displacement
-      integer :: component = 1                  !! 1, 2, 3: u, v, rotation, or the reaction that belongs to it; contact: x, y, normal
+      integer :: component = 1                  !! 1, 2, 3: u, v, rotation, or the reaction that belongs to it
+      !! (contact: in x, in y, normal)
       integer :: obstacle = 0                   !! contact: whose reactions are summed
       integer, allocatable :: node(:)           !! displacement: the mean over the nodes; reaction: the sum
       real(wp) :: factor = 1.0_wp, offset = 0.0_wp !! value = offset + factor * quantity
