@@ -14,7 +14,7 @@ module linear_system
    use timing, only: timers_t, timing_start, timing_stop, phase_elements, phase_assembly
    implicit none
    private
-   public :: system_t, new_system, assemble, sum_elements, contact_tangent, apply_elements, &
+   public :: system_t, new_system, assemble, sum_elements, contact_tangent, &
       & evaluate_element, turn_pair, to_global, row_times
 
    real(wp), parameter :: worst_round_off = 1.0e-6_wp !! a residual above it is no equilibrium, whatever its reason
@@ -389,46 +389,6 @@ contains
       system%round_off = min(2.0_wp * epsilon(noise) * noise / scale, worst_round_off)
       system%force_residual = worst / scale
    end subroutine measure_residual
-
-   !> Product of element matrices with x, and x^T k x, each element free of its translation: EA/h and EI/h^3 then multiply
-   !> the rounding of small differences, not that of the displacements, which would drown small eigenvalues of stiff rods.
-   !> Follower pressure does not count translations either, but its symmetric part does, by half of what the skew part has.
-   pure subroutine apply_elements(problem, system, k, pressure, x, y, form)
-      type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system     !! gives the node axes
-      real(wp), intent(in) :: k(:, :, :)       !! (6, 6, elements) node axes, as sum_elements leaves them
-      real(wp), intent(in) :: pressure(:)      !! (elements) in these matrices
-      real(wp), intent(in) :: x(:)             !! (n) node axes
-      real(wp), intent(out) :: y(:)            !! (n) their sum times x
-      real(wp), intent(out) :: form            !! x^T y
-      real(wp) :: relative(6), force(6), moved(2), u(3), stretch(3), pair(2)
-      integer :: e, i, d(2), node(2)
-      form = 0.0_wp
-      y = 0.0_wp
-      do e = 1, problem%model%mesh%n_elements
-         node = problem%model%mesh%node(:, e)
-         u = to_global(problem, system, x, node(1))
-         do i = 1, 2
-            d(i) = dof(problem, node(i), 1)
-            moved = u(1:2)
-            if (system%turned(node(i))) call turn_pair(system%axis(:, node(i)), moved)
-            relative(3 * i - 2:3 * i) = x(d(i):d(i) + 2) - [moved, 0.0_wp]
-         end do
-         force = matmul(k(:, :, e), relative)
-         form = form + dot_product(relative, force)
-         if (abs(pressure(e)) > 0.0_wp) then
-            stretch = to_global(problem, system, x, node(2)) - u
-            form = form - pressure(e) * (u(2) * stretch(1) - u(1) * stretch(2))
-            do i = 1, 2
-               pair = (merge(0.5_wp, -0.5_wp, i == 1) * pressure(e)) * [u(2), -u(1)]
-               if (system%turned(node(i))) call turn_pair(system%axis(:, node(i)), pair)
-               force(3 * i - 2:3 * i - 1) = force(3 * i - 2:3 * i - 1) + pair
-            end do
-         end if
-         y(d(1):d(1) + 2) = y(d(1):d(1) + 2) + force(1:3)
-         y(d(2):d(2) + 2) = y(d(2):d(2) + 2) + force(4:6)
-      end do
-   end subroutine apply_elements
 
    !> Row i of the tangent times x.
    pure real(wp) function row_times(system, i, x)

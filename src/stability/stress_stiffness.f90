@@ -9,7 +9,8 @@ module stress_stiffness
    use gauss_tableau, only: max_stages
    use problem, only: problem_t, dof
    use rod_state, only: state_t, element_displacement, element_load
-   use linear_system, only: system_t, sum_elements, turn_pair, to_global, apply_elements
+   use linear_system, only: system_t, sum_elements, turn_pair, to_global
+   use element_products, only: apply_elements
    use bordered_system, only: resultant_rates
    use contact_set, only: reaction_rate
    use ge_element, only: ge_evaluate, ge_load_t, ge_columns

@@ -9,7 +9,8 @@ module tangent_modes
    use errors, only: error_t
    use problem, only: problem_t, dof
    use rod_state, only: state_t
-   use linear_system, only: system_t, to_global, contact_tangent, apply_elements
+   use linear_system, only: system_t, to_global, contact_tangent
+   use element_products, only: apply_elements
    use contact_slides, only: slide_force
    use bordered_system, only: solve_effective
    use block_krylov, only: operator_t, spectrum_t, largest_eigenvalues

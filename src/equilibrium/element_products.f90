@@ -1,0 +1,51 @@
+!> Products with the sum of element matrices, more accurate than those with the assembled band.
+module element_products
+   use kinds, only: wp
+   use problem, only: problem_t, dof
+   use linear_system, only: system_t, to_global, turn_pair
+   implicit none
+   private
+   public :: apply_elements
+
+contains
+
+   !> Product of element matrices with x, and x^T k x, each element free of its translation: EA/h and EI/h^3 then multiply
+   !> the rounding of small differences, not that of the displacements, which would drown small eigenvalues of stiff rods.
+   !> Follower pressure does not count translations either, but its symmetric part does, by half of what the skew part has.
+   pure subroutine apply_elements(problem, system, k, pressure, x, y, form)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system     !! gives the node axes
+      real(wp), intent(in) :: k(:, :, :)       !! (6, 6, elements) node axes, as sum_elements leaves them
+      real(wp), intent(in) :: pressure(:)      !! (elements) in these matrices
+      real(wp), intent(in) :: x(:)             !! (n) node axes
+      real(wp), intent(out) :: y(:)            !! (n) their sum times x
+      real(wp), intent(out) :: form            !! x^T y
+      real(wp) :: relative(6), force(6), moved(2), u(3), stretch(3), pair(2)
+      integer :: e, i, d(2), node(2)
+      form = 0.0_wp
+      y = 0.0_wp
+      do e = 1, problem%model%mesh%n_elements
+         node = problem%model%mesh%node(:, e)
+         u = to_global(problem, system, x, node(1))
+         do i = 1, 2
+            d(i) = dof(problem, node(i), 1)
+            moved = u(1:2)
+            if (system%turned(node(i))) call turn_pair(system%axis(:, node(i)), moved)
+            relative(3 * i - 2:3 * i) = x(d(i):d(i) + 2) - [moved, 0.0_wp]
+         end do
+         force = matmul(k(:, :, e), relative)
+         form = form + dot_product(relative, force)
+         if (abs(pressure(e)) > 0.0_wp) then
+            stretch = to_global(problem, system, x, node(2)) - u
+            form = form - pressure(e) * (u(2) * stretch(1) - u(1) * stretch(2))
+            do i = 1, 2
+               pair = (merge(0.5_wp, -0.5_wp, i == 1) * pressure(e)) * [u(2), -u(1)]
+               if (system%turned(node(i))) call turn_pair(system%axis(:, node(i)), pair)
+               force(3 * i - 2:3 * i - 1) = force(3 * i - 2:3 * i - 1) + pair
+            end do
+         end if
+         y(d(1):d(1) + 2) = y(d(1):d(1) + 2) + force(1:3)
+         y(d(2):d(2) + 2) = y(d(2):d(2) + 2) + force(4:6)
+      end do
+   end subroutine apply_elements
+end module element_products
