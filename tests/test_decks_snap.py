@@ -68,7 +68,8 @@ def assert_special_points(run, scene, load_limit=1e-6):
     assert len(bifurcations) == len(scene.bifurcations)
     for point, (load, v) in zip(bifurcations, scene.bifurcations):
         dr.assert_close(point.load_factor, load, relative=1e-7)
-        dr.assert_close(point.monitors["v"], v, absolute=1e-7 * scene.size)
+        # the state has a share of the null vector, by rounding, and v goes with its square
+        dr.assert_close(point.monitors["v"], v, absolute=1e-6 * scene.size)
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -150,7 +151,7 @@ def strategy(name, method):
 
 
 @pytest.mark.parametrize("name, method", [(name, method) for name in ALL for method in (
-    "SPHERICAL", "LINEARISED", "MINIMUM RESIDUAL", "DISPLACEMENT") if method != "DISPLACEMENT" or ALL[name].steady])
+    "SPHERICAL", "LINEARISED", "MINIMUM RESIDUAL", "VARIABLE LOAD", "GENERALISED DISPLACEMENT", "LARGEST DISPLACEMENT", "DISPLACEMENT") if method != "DISPLACEMENT" or ALL[name].steady])
 def test_every_strategy_meets_the_same_points(name, method):
     """The end, limit points, bifurcations and places of given loads do not depend on the strategy.
 

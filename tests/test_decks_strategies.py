@@ -49,6 +49,9 @@ def assert_same_points(run, plain, contact="NODES"):
 
 
 STRATEGIES = [("METHOD=SPHERICAL", "1., 1E-9, 0.02"), ("METHOD=LINEARISED", "1., 1E-9, 0.02"),
+              ("METHOD=MINIMUM RESIDUAL", "1., 1E-9, 0.02"), ("METHOD=VARIABLE LOAD", "1., 1E-9, 0.02"),
+              ("METHOD=GENERALISED DISPLACEMENT", "1., 1E-9, 0.02"), ("METHOD=LARGEST DISPLACEMENT", "1., 1E-9, 0.02"),
+              ("METHOD=CYLINDRICAL, NEWTON=ONCE", "1., 1E-9, 0.02"),
               ("METHOD=DISPLACEMENT, MONITOR=v", "1E-3, 1E-9, 2E-3"),
               ("METHOD=CYLINDRICAL, NEWTON=MODIFIED", "1., 1E-9, 0.02"),
               ("METHOD=CYLINDRICAL, LOOP=PAPER", "1., 1E-9, 0.02"), ("METHOD=SPHERICAL, LOOP=PAPER", "1., 1E-9, 0.02"),

@@ -3,7 +3,8 @@ module read_steps
    use kinds, only: wp
    use text, only: to_text, plural, parse_integer, parse_real
    use model, only: model_t, step_t, quantity_displacement, method_load, method_displacement, method_cylindrical, &
-      method_spherical, method_linearised, method_minimum_residual, method_variable_load, method_generalised
+      method_spherical, method_linearised, method_minimum_residual, method_variable_load, method_generalised, &
+      method_largest
    use diagnostics, only: diagnostics_t
    use deck_cards, only: deck_t, complain
    use card_values, only: given, default_text, parameter_text, parameter_word, parameter_integer, parameter_real, &
@@ -126,6 +127,8 @@ contains
          step%method = method_variable_load
       case ('GENERALISED DISPLACEMENT')
          step%method = method_generalised
+      case ('LARGEST DISPLACEMENT')
+         step%method = method_largest
       end select
       select case (parameter_word(deck, card, 'NEWTON'))
       case ('FULL')

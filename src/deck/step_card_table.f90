@@ -31,7 +31,7 @@ contains
       call card(t, 'STATIC', in_step, 'How the path is followed. Every step has this card or `*BUCKLE`.', once=.true.)
       call param(t, 'METHOD', kind_word, 'what an increment prescribes: the load factor, a monitor, or an arc length', &
          default='CYLINDRICAL', words='LOAD|DISPLACEMENT|CYLINDRICAL|SPHERICAL|LINEARISED|MINIMUM RESIDUAL|'// &
-         'VARIABLE LOAD|GENERALISED DISPLACEMENT')
+         'VARIABLE LOAD|GENERALISED DISPLACEMENT|LARGEST DISPLACEMENT')
       call param(t, 'MONITOR', kind_name, 'the displacement that is prescribed', only='METHOD=DISPLACEMENT')
       call param(t, 'NEWTON', kind_word, 'FULL: the tangent of every iterate; MODIFIED: that of the last point for all; '// &
          'ONCE: that of the last point, then that of the first iterate for all others', default='FULL', words='FULL|MODIFIED|ONCE')

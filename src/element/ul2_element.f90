@@ -71,15 +71,15 @@ contains
       k(4, 2) = k(4, 2) - 0.5_wp * pressure
    end subroutine ul2_evaluate
 
-   !> Derivative of the tangent by a displacement increment through the natural forces alone, the geometry held; and by
-   !> the pressure.
-   pure subroutine ul2_stress_stiffness(h, chord, ea, ei, pressure_rate, u, du, k)
-      real(wp), intent(in) :: h, chord(2), ea, ei !! as for ul2_evaluate
+   !> Derivative of the tangent by a displacement increment through the axial force alone, the geometry held; and by the
+   !> pressure. (Shear forces couple bending with stretching; rods that hardly stretch do not buckle by that.)
+   pure subroutine ul2_stress_stiffness(h, chord, ea, pressure_rate, u, du, k)
+      real(wp), intent(in) :: h, chord(2), ea !! as for ul2_evaluate
       real(wp), intent(in) :: pressure_rate   !! of the increment
       real(wp), intent(in) :: u(6)            !! node displacements now
       real(wp), intent(in) :: du(6)           !! their increment
       real(wp), intent(out) :: k(6, 6)
-      real(wp) :: d(2), l, e(2), ba(6), bt(6), phi(2), force, moments
+      real(wp) :: d(2), l, e(2), ba(6), bt(6), force
       integer :: i, j
       d = chord + u(4:5) - u(1:2)
       l = norm2(d)
@@ -87,11 +87,9 @@ contains
       ba = [-e(1), -e(2), 0.0_wp, e(1), e(2), 0.0_wp]
       bt = [e(2), -e(1), 0.0_wp, -e(2), e(1), 0.0_wp] / l
       force = ea / h * dot_product(ba, du)
-      phi = [du(3), du(6)] - dot_product(bt, du)
-      moments = ei / h * 6.0_wp * sum(phi)
       do j = 1, 6
          do i = 1, 6
-            k(i, j) = force * l * bt(i) * bt(j) + moments / l * (ba(i) * bt(j) + bt(i) * ba(j))
+            k(i, j) = force * l * bt(i) * bt(j)
          end do
       end do
       k(1, 5) = k(1, 5) + 0.5_wp * pressure_rate

@@ -14,7 +14,7 @@ module model
    public :: obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, obstacle_spline
    public :: quantity_displacement, quantity_reaction, quantity_contact
    public :: method_load, method_displacement, method_cylindrical, method_spherical, method_linearised, &
-      & method_minimum_residual, method_variable_load, method_generalised
+      & method_minimum_residual, method_variable_load, method_generalised, method_largest
    public :: parameter_modulus, parameter_gap, parameter_imperfection, parameter_ea, parameter_ei, parameter_constant_load
    public :: new_load, obstacles_move
 
@@ -33,7 +33,7 @@ module model
    ! Increment strategies (named in the deck by words).
    integer, parameter :: method_load = 1, method_displacement = 2, method_cylindrical = 3, &
       & method_spherical = 4, method_linearised = 5, method_minimum_residual = 6, method_variable_load = 7, &
-      & method_generalised = 8
+      & method_generalised = 8, method_largest = 9
 
    ! What a limit curve varies (named in the deck by words); see limit_curve_t.
    integer, parameter :: parameter_modulus = 1, parameter_gap = 2, parameter_imperfection = 3, parameter_ea = 4, &

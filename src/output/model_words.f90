@@ -5,7 +5,7 @@ module model_words
       & quantity_reaction, quantity_contact, obstacle_line, obstacle_circle, &
       & obstacle_arc, obstacle_polyline, &
       & method_load, method_displacement, method_cylindrical, method_spherical, method_minimum_residual, &
-      & method_variable_load, method_generalised, parameter_modulus, parameter_gap, parameter_imperfection, &
+      & method_variable_load, method_generalised, method_largest, parameter_modulus, parameter_gap, parameter_imperfection, &
       & parameter_ea, parameter_ei
    use text, only: to_text
    implicit none
@@ -89,6 +89,8 @@ contains
          name = 'VARIABLE LOAD'
       case (method_generalised)
          name = 'GENERALISED DISPLACEMENT'
+      case (method_largest)
+         name = 'LARGEST DISPLACEMENT'
       end select
    end function method_name
 

@@ -1,7 +1,7 @@
 !> Locates an event that was seen to happen within an increment.
 module event_location
    use kinds, only: wp
-   use model, only: step_t, method_linearised, method_load, method_cylindrical
+   use model, only: step_t, method_linearised, method_load, method_cylindrical, method_largest
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
@@ -59,7 +59,8 @@ contains
          if (event%load_tells .and. alike(run%state, trial)) then
             control%method = method_load
             whole = trial%load_factor - run%state%load_factor
-         else if (run%control%method == method_cylindrical .or. is_free(run%control%method)) then
+         else if (any(run%control%method == [method_cylindrical, method_largest]) .or. &
+            & is_free(run%control%method)) then
             control%method = method_linearised
             ! Of the displacements only, as the strategy: with the load in it the plane may meet the path twice.
             control%load_scale = 0.0_wp

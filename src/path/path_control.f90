@@ -9,6 +9,7 @@
 !> cylindrical:  |du| = increment                                              (Crisfield 1981)
 !> spherical:    |du|^2 + (load_scale dl)^2 = increment^2                      (Crisfield 1981)
 !> linearised:   the plane normal to the tangent at distance `increment`       (Riks 1979)
+!> largest displacement: that of the tangent's step of length `increment` which moves most (Rheinboldt 1981)
 !> The others take the tangent's step as predictor, and then corrections normal to
 !> minimum residual:        the load's own displacements: as short as possible (Chan 1988)
 !> variable load:           the displacements of the increment so far          (Gierlinski & Graves Smith 1985)
@@ -16,7 +17,8 @@
 module path_control
    use kinds, only: wp
    use model, only: monitor_t, quantity_displacement, method_load, method_displacement, method_cylindrical, &
-      & method_spherical, method_linearised, method_minimum_residual, method_variable_load, method_generalised
+      & method_spherical, method_linearised, method_minimum_residual, method_variable_load, method_generalised, &
+      & method_largest
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use linear_system, only: system_t, to_global, row_times
@@ -44,7 +46,7 @@ contains
    pure logical function is_arc_length(method)
       integer, intent(in) :: method
       is_arc_length = any(method == [method_cylindrical, method_spherical, method_linearised, &
-         & method_minimum_residual, method_variable_load, method_generalised])
+         & method_minimum_residual, method_variable_load, method_generalised, method_largest])
    end function is_arc_length
 
    !> True for the strategies whose corrections are normal to something: they have no constraint that a point must meet.
@@ -105,6 +107,7 @@ contains
       type(timers_t), intent(inout) :: timers
       real(wp), allocatable :: row(:, :)
       real(wp) :: dl, travelled
+      integer :: node, component
       allocate (row(3, size(state%u, 2)), source=0.0_wp)
       dl = state%load_factor - start%load_factor
       select case (control%method)
@@ -118,6 +121,13 @@ contains
          call set_path_row(problem, system, row, 0.0_wp)
          return
       end select
+      if (control%method == method_largest) then
+         call largest_component(control, node, component)
+         row(component, node) = 1.0_wp
+         rhs = control%increment * control%tangent(component, node) - (state%u(component, node) - start%u(component, node))
+         call set_path_row(problem, system, row, 0.0_wp)
+         return
+      end if
       row = state%u - start%u
       travelled = metric(problem, row, row) + load_weight(control) * dl**2
       if (control%method == method_linearised .or. travelled <= 0.0_wp) then
@@ -135,6 +145,16 @@ contains
          call circle_row(problem, control, row, dl, system, rhs, timers)
       end if
    end subroutine control_row
+
+   !> The displacement that the tangent moves most.
+   pure subroutine largest_component(control, node, component)
+      type(control_t), intent(in) :: control    !! its tangent set
+      integer, intent(out) :: node, component
+      integer :: place(2)
+      place = maxloc(abs(control%tangent(1:2, :)))
+      component = place(1)
+      node = place(2)
+   end subroutine largest_component
 
    !> The row of the cylindrical and spherical strategies: tangent plane of the circle at the root that Crisfield's quadratic
    !> has nearer to the increment so far. Without a real root: the point of the line that is nearest to the circle.
@@ -209,6 +229,7 @@ contains
       type(state_t), intent(in) :: start, state
       real(wp), allocatable :: row(:, :)
       real(wp) :: dl, scale
+      integer :: node, component
       dl = state%load_factor - start%load_factor
       scale = max(abs(control%increment), abs(control%whole))
       if (.not. scale > 0.0_wp) scale = 1.0_wp
@@ -223,6 +244,9 @@ contains
          row = state%u - start%u
          if (is_free(control%method)) then
             control_error = 0.0_wp
+         else if (control%method == method_largest) then
+            call largest_component(control, node, component)
+            control_error = abs(control%increment - row(component, node) / control%tangent(component, node)) / scale
          else if (control%method == method_linearised) then
             control_error = abs(control%increment - metric(problem, control%tangent, row) - &
                & load_weight(control) * control%tangent_load * dl) / scale

@@ -111,13 +111,14 @@ contains
          event = event_t(kind=event_stop, label='EP', monitor=step%stop(i)%monitor, value=step%stop(i)%value)
          event%note = 'end of the step'
          if (.not. crosses(event)) cycle
-         if ((probe_value(after, event) > event%value) .eqv. step%stop(i)%rising) call append(event)
+         if ((probe_value(after, event) > probe_value(before, event)) .eqv. step%stop(i)%rising) call append(event)
       end do
       steady = before%load_rate * after%load_rate > 0.0_wp .and. &
          & (after%load_factor - before%load_factor) * before%load_rate > 0.0_wp .and. &
          & min(abs(before%load_rate), abs(after%load_rate)) > 0.3_wp * max(abs(before%load_rate), abs(after%load_rate))
       do i = 1, size(events)
          events(i)%load_tells = steady
+         events(i)%pivots = after%negative_pivots
          events(i)%before = event_value(problem, events(i), from, before)
          events(i)%after = event_value(problem, events(i), to, after)
       end do
@@ -131,8 +132,11 @@ contains
 
       pure logical function crosses(candidate)
          type(event_t), intent(in) :: candidate
-         crosses = (probe_value(before, candidate) - candidate%value) * (probe_value(after, candidate) - candidate%value) &
-            & < 0.0_wp
+         real(wp) :: from_value, to_value
+         from_value = probe_value(before, candidate) - candidate%value
+         to_value = probe_value(after, candidate) - candidate%value
+         ! A point may lie on the value itself; the next increment then starts there and does not cross it.
+         crosses = from_value * to_value < 0.0_wp .or. (abs(from_value) > 0.0_wp .and. abs(to_value) <= 0.0_wp)
       end function crosses
    end subroutine detect_events
 

@@ -82,9 +82,12 @@ contains
       operator%problem => problem
       operator%system => system
       operator%timers => timers
-      call largest_eigenvalues(operator, n_modes, tolerance, spectrum, error)
+      call largest_eigenvalues(operator, n_modes + system%n_slides, tolerance, spectrum, error)
+      call drop_lost_contacts(problem, state, system, spectrum)
+      spectrum%n = min(spectrum%n, n_modes)
       ! The loads do not change the tangent in the other modes.
-      spectrum%n = count(abs(spectrum%value) > 1.0e3_wp * epsilon(1.0_wp) * abs(spectrum%value(1)))
+      if (spectrum%n > 0) spectrum%n = count(abs(spectrum%value(:spectrum%n)) > 1.0e3_wp * epsilon(1.0_wp) * &
+         & abs(spectrum%value(1)))
       if (spectrum%n == 0) then
          if (allocated(error)) deallocate (error)
          call fail(error, 'the loads of the step do not change the stiffness: they cannot make anything buckle')
@@ -105,6 +108,34 @@ contains
          & 'the buckling modes are lost in the rounding of the tangent (residual '// &
          & to_text(maxval(buckling%residual))//'): the mesh is too fine for them')
    end subroutine buckle
+
+   !> Takes away what is no mode: where the reaction of a sliding contact would vanish its place is arbitrary.
+   subroutine drop_lost_contacts(problem, state, system, spectrum)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      type(spectrum_t), intent(inout) :: spectrum
+      real(wp), parameter :: near = 0.05_wp    ! of the reaction at the state
+      real(wp) :: left
+      integer :: i, k, kept
+      logical :: keep
+      if (system%n_slides == 0) return
+      kept = 0
+      do i = 1, spectrum%n
+         keep = .true.
+         do k = 1, system%n_slides
+            associate (c => system%slide(k))
+               left = state%reaction(c) + reaction_rate(problem, system, c) / spectrum%value(i)
+               keep = keep .and. abs(left) > near * abs(state%reaction(c))
+            end associate
+         end do
+         if (.not. keep) cycle
+         kept = kept + 1
+         spectrum%value(kept) = spectrum%value(i)
+         spectrum%vector(:, kept) = spectrum%vector(:, i)
+      end do
+      spectrum%n = kept
+   end subroutine drop_lost_contacts
 
    !> Replaces the spectrum by the first eigenvalues of both signs when it did not converge, or left some out.
    subroutine check_by_counting(operator, wanted, spectrum, error)

@@ -52,7 +52,7 @@ contains
             du(1:3) = to_global(problem, system, system%tangent, problem%model%mesh%node(1, e))
             du(4:6) = to_global(problem, system, system%tangent, problem%model%mesh%node(2, e))
             associate (g => state%geometry%element(e), flexible => problem%compliance(e))
-               call ul2_stress_stiffness(g%length, g%chord, 1.0_wp / flexible%axial, 1.0_wp / flexible%bending, &
+               call ul2_stress_stiffness(g%length, g%chord, 1.0_wp / flexible%axial, &
                   & problem%model%step(problem%step)%load%pressure(e), element_displacement(problem, state, e), &
                   & du, stresses%ek(:, :, e))
             end associate
