@@ -68,8 +68,7 @@ def assert_special_points(run, scene, load_limit=1e-6):
     assert len(bifurcations) == len(scene.bifurcations)
     for point, (load, v) in zip(bifurcations, scene.bifurcations):
         dr.assert_close(point.load_factor, load, relative=1e-7)
-        # the state has a share of the null vector, by rounding, and v goes with its square
-        dr.assert_close(point.monitors["v"], v, absolute=1e-6 * scene.size)
+        dr.assert_close(point.monitors["v"], v, absolute=1e-7 * scene.size)
 
 
 @pytest.mark.parametrize("name", ALL)

@@ -100,6 +100,9 @@ contains
          if (alike(below, above) .and. .not. held) then
             here = between(below, above, (fraction - bracket%low) / (bracket%high - bracket%low))
             call correct(problem, run%state, control, .false., here, run%system, report, timers)
+            ! Once more: next to a bifurcation a small residual leaves a share of the null vector.
+            if (branching .and. report%converged) &
+               & call correct(problem, run%state, control, .false., here, run%system, report, timers)
          else
             call linearise(problem, run%state, run%state, run%system, timers)
             call take_increment(problem, run%state, control, here, run%system, report, timers, keep_contact=held)
