@@ -26,6 +26,7 @@ module lemke
    integer, parameter :: lcp_solved = 0
    !> The path of this covering vector ends on a ray. That proves that there is no solution where M is positive
    !> semidefinite (copositive-plus) and cannot happen with a P-matrix; else another covering vector may reach one.
+   !> Also where roundings hide the ray: the forces found are so large that they balance without q, all its digits lost.
    integer, parameter :: lcp_ray = 1
    integer, parameter :: lcp_pivot_limit = 2
    !> A basis singular to rounding, values that keep failing a sign or an equation, or bad arguments.
@@ -35,6 +36,9 @@ module lemke
 
    !> Times n: relative violation that an answer may have. LU factors with a refinement leave much less.
    real(wp), parameter :: answer_tolerance = 16.0_wp * epsilon(1.0_wp)
+
+   !> Times n: relative size of q below which M z = -q is M z = 0 to rounding. Roundings of the path leave 1/6 of it.
+   real(wp), parameter :: ray_tolerance = 128.0_wp * epsilon(1.0_wp)
 
 contains
 
@@ -55,7 +59,7 @@ contains
       type(scaled_lcp_t) :: problem
       type(basis_t) :: basis
       real(wp) :: d(size(q))
-      logical :: active(size(q)), ok
+      logical :: active(size(q)), ok, ray
       integer :: n, limit, attempt
 
       n = size(q)
@@ -99,7 +103,11 @@ contains
          if (.not. ok) outcome = lcp_breakdown
          select case (outcome)
          case (lcp_solved)
-            call solve_active(problem, active, z, w, ok)
+            call solve_active(problem, active, z, w, ok, ray)
+            if (ray) then
+               outcome = lcp_ray
+               exit
+            end if
             z = scale(z, problem%column_exponent + problem%q_exponent)
             w = scale(w, problem%q_exponent - problem%row_exponent)
             if (ok .and. all(ieee_is_finite(z)) .and. all(ieee_is_finite(w))) return
@@ -234,11 +242,12 @@ contains
    end subroutine follow_path
 
    !> Solves  w = 0  in the active pairs and z = 0 in the others, from the data and with one refinement.
-   subroutine solve_active(problem, active, z, w, ok)
+   subroutine solve_active(problem, active, z, w, ok, ray)
       type(scaled_lcp_t), intent(in) :: problem
       logical, intent(in) :: active(:)
       real(wp), intent(out) :: z(:), w(:) !! scaled, nothing negative
       logical, intent(out) :: ok          !! these z and w satisfy all equations to rounding
+      logical, intent(out) :: ray         !! some y >= 0 has M y = 0 to rounding, and y.q < 0: no solution
       real(wp), allocatable :: lu(:, :), x(:), residual(:)
       real(wp) :: s(problem%n), tolerance
       integer, allocatable :: set(:), pivot(:)
@@ -254,6 +263,7 @@ contains
       allocate (pivot(k))
       call dgetrf(k, k, lu, max(1, k), pivot, info)
       ok = info == 0
+      ray = .false.
       if (.not. ok) return
       call dgetrs('N', k, 1, lu, max(1, k), pivot, x, max(1, k), info)
       do j = 1, k
@@ -261,8 +271,11 @@ contains
       end do
       call dgetrs('N', k, 1, lu, max(1, k), pivot, residual, max(1, k), info)
 
+      x = x + residual
+      ray = is_ray(problem, set, x)
+
       ! Set to zero before the test: a small negative value may be a large part of what balances a stiff neighbour.
-      z(set) = max(x + residual, 0.0_wp)
+      z(set) = max(x, 0.0_wp)
       w = problem%q
       s = abs(problem%q)
       do j = 1, k
@@ -274,4 +287,22 @@ contains
       w = max(w, 0.0_wp)
       w(set) = 0.0_wp
    end subroutine solve_active
+
+   !> M x = -q on the set, where roundings stand for q: x has one sign, which is up to them, and y = |x| pushes in vain.
+   pure logical function is_ray(problem, set, x)
+      type(scaled_lcp_t), intent(in) :: problem
+      integer, intent(in) :: set(:)
+      real(wp), intent(in) :: x(:) !! solution on the set
+      real(wp) :: s(size(set))
+      integer :: j
+      is_ray = .false.
+      if (size(set) == 0) return
+      if (.not. (all(x > 0.0_wp) .or. all(x < 0.0_wp))) return
+      s = abs(problem%q(set))
+      do j = 1, size(set)
+         s = s + abs(problem%m(set, set(j)) * x(j))
+      end do
+      is_ray = all(abs(problem%q(set)) <= ray_tolerance * real(max(problem%n, 8), wp) * s) .and. &
+         dot_product(problem%q(set), abs(x)) < 0.0_wp
+   end function is_ray
 end module lemke
