@@ -1,0 +1,219 @@
+"""Beams, pipes and columns that the ground or walls let go: closed forms, and elastica solutions of tests/reference.
+
+What limits the order: a Winkler foundation acts at nodes, so its reactions and the end of contact converge with the
+second order; rigid contact with sliding points, and all that happens before nodes part, with the fourth of GE4.
+"""
+import functools
+import math
+
+import numpy as np
+import pytest
+
+import deck_runner as dr
+
+
+# A weightless beam under a point load ----------------------------------------------------------------------------
+
+@functools.cache
+def point_load(elements, load="1e-5"):
+    return dr.run_deck(dr.changed(dr.example("winkler-point"), ("1, 2, 60", f"1, 2, {elements}"), ("-1e-5", f"-{load}")))
+
+
+def half_length(run, row=-1):
+    return dr.regions(run, "end")[row]
+
+
+SINKING = 0.25 / math.tanh(math.pi / 2)     # of the force 2 on EI = 1, k = 4
+
+
+def test_contact_length_under_a_point_load():
+    run = point_load(60)
+    dr.assert_close(half_length(run), math.pi / 2, absolute=3e-4)
+    dr.assert_close(run.column("sinking")[-1] / 1e-5, SINKING, relative=1e-6)
+
+
+def test_contact_length_converges_at_second_order():
+    errors = [half_length(point_load(n)) - math.pi / 2 for n in (15, 60, 240, 960)]
+    dr.assert_mean_order(np.array(errors)[[0, -1]] ** (1 / 6), 2.0, below=0.5, above=1.0)
+    dr.assert_close(errors[-1], 0.0, absolute=2e-6)
+
+
+def test_sinking_converges():
+    """Better than the contact length: where the beam lets go it hardly presses."""
+    errors = [point_load(n).column("sinking")[-1] / 1e-5 / SINKING - 1.0 for n in (15, 30, 60, 120)]
+    assert np.log2(abs(errors[0] / errors[-1])) / 3 > 2.0, errors
+    dr.assert_close(errors[-1], 0.0, absolute=1e-6)
+
+
+@pytest.mark.parametrize("load", ["1e-9", "1e-7", "1e-3"])
+def test_contact_length_is_independent_of_the_load(load):
+    """Along a path and between decks; rotations are a quarter of the load, what they do is of second order."""
+    run = point_load(60, load)
+    along = dr.regions(run, "end")[1:]
+    dr.assert_close(along, np.full(len(along), half_length(point_load(60))), absolute=1e-8 + 0.1 * float(load))
+    dr.assert_close(run.column("sinking")[-1] / float(load), point_load(60).column("sinking")[-1] / 1e-5, relative=1e-7)
+
+
+# A heavy beam under a point load -------------------------------------------------------------------------------------
+
+@functools.cache
+def heavy_beam(elements):
+    return dr.run_deck(dr.changed(dr.example("winkler-weight"), ("1, 2, 80", f"1, 2, {elements}")))
+
+
+def first_gap(run):
+    """Load at which the first reaction vanishes and its place, from two points with all of the beam in contact."""
+    results = run.results
+    load, step = run.column("load_factor"), run.column("step")
+    rows = [int(p) for p in results.field_points if step[p - 1] == 2 and 0.4 < load[p - 1] < 0.95]
+    first, second = (results.field("reaction", p) for p in (rows[0], rows[-1]))
+    rate = (second - first) / (load[rows[-1] - 1] - load[rows[0] - 1])
+    zero = np.full(len(first), np.inf)
+    zero[rate < 0.0] = load[rows[0] - 1] - first[rate < 0.0] / rate[rate < 0.0]
+    place = int(np.argmin(zero))
+    return zero[place], 4.0 * math.pi * place / (len(first) - 1)
+
+
+@pytest.mark.parametrize("elements", [20, 40, 80, 160])
+def test_lift_off_is_where_weitsman_says(elements):
+    dr.assert_close(first_gap(heavy_beam(elements))[1], math.pi, absolute=1e-12)
+
+
+def test_lift_off_load_converges_at_fourth_order():
+    """Equal weights are a good rule for a smooth reaction. Down to 3e-8, where the rotations of the deck begin to count."""
+    dr.assert_order([first_gap(heavy_beam(n))[0] - 1.0 for n in (20, 40, 80, 160)], 4.0, below=0.4)
+
+
+@pytest.mark.parametrize("elements, close", [(40, 1e-4), (80, 6e-6)])
+def test_lift_off_is_an_event(elements, close):
+    event = heavy_beam(elements).labelled("C-")[0]
+    dr.assert_close(event.load_factor, first_gap(heavy_beam(elements))[0], absolute=1e-8)
+    dr.assert_close(event.load_factor, 1.0, absolute=close)
+
+
+def test_no_lift_off_below_and_two_regions_above():
+    run = heavy_beam(80)
+    load, step, count = run.column("load_factor"), run.column("step"), run.results.contact.count
+    assert np.all(count[(step == 1) & (load > 0.0)] == 1) and np.all(count[(step == 2) & (load < 1.0)] == 1)
+    assert np.all(count[(step == 2) & (load > 1.02)] == 2)
+    # All weight and half of the load.
+    dr.assert_close(run.column("ground")[-1], 4e-4 * math.pi + 3.0 * 1e-4 * math.exp(math.pi), relative=1e-9)
+
+
+# A pipe lifted off the seabed ----------------------------------------------------------------------------------------
+
+@functools.cache
+def lifted(elements, kind="GE4"):
+    return dr.run_deck(dr.changed(dr.example("pipe-lift"), ("1, 2, 60", f"1, 2, {elements}"), ("TYPE=GE4", f"TYPE={kind}")))
+
+
+def lift_errors(run):
+    """Of the touchdown points and of the lifts, where the lengths 1, 2, 3 are suspended."""
+    exact = dr.reference("pipe_lift")
+    points = run.labelled("UZ")
+    assert len(points) == 3
+    touchdown, lift = [], []
+    for length, point in zip((1.0, 2.0, 3.0), points):
+        row, = np.flatnonzero(exact["length"] == length)
+        dr.assert_close(point.monitors["height"], exact["height"][row], relative=1e-8)
+        touchdown.append(dr.regions(run, "end")[point.point - 1] - (6.0 - length))
+        lift.append(point.monitors["lift"] - exact["lift"][row])
+    return np.array(touchdown), np.array(lift)
+
+
+def test_lifted_pipe_against_the_elastica():
+    touchdown, lift = lift_errors(lifted(120))
+    dr.assert_close(touchdown, np.zeros(3), absolute=5e-7)
+    dr.assert_close(lift, np.zeros(3), absolute=2.5e-7)
+
+
+@pytest.mark.parametrize("kind", ["GE4", "GE6"])
+@pytest.mark.parametrize("number", [0, 1, 2])
+def test_lifted_pipe_converges_at_fourth_order(kind, number):
+    """GE6 is no better: what lies on the seabed is carried at nodes, and waves."""
+    errors = [[error[number] for error in lift_errors(lifted(n, kind))] for n in (30, 48, 76, 120)]
+    for error in np.abs(np.array(errors).T):
+        assert np.all(np.isfinite(error))
+        rate = math.log(error[0] / error[-1]) / math.log(120 / 30)
+        assert 3.5 <= rate <= 5.5, (rate, error)
+
+
+def test_lift_along_the_whole_path():
+    exact = dr.reference("pipe_lift")
+    run = lifted(60)
+    height, lift = run.column("height"), run.column("lift")
+    known = (height >= exact["height"][0]) & (height <= exact["height"][-1])
+    # Interpolated over the length, in which the table is even.
+    length = np.array([float(dr.interpolate(exact["height"], exact["length"], h)[0]) for h in height[known]])
+    smooth = length > 1.0
+    dr.assert_close(6.0 - dr.regions(run, "end")[known][smooth], length[smooth], absolute=2e-3)
+    dr.assert_close(lift[known][smooth], dr.interpolate(exact["length"], exact["lift"], length[smooth]), absolute=2e-3)
+
+
+def test_seabed_and_lift_carry_the_pipe():
+    run = lifted(60)
+    step = run.column("step")
+    total = run.results.contact.reaction_total[:, 0] + run.column("lift")
+    dr.assert_close(total[step == 2], np.full(np.sum(step == 2), 6.0), absolute=1e-8)
+
+
+# A column between two walls ------------------------------------------------------------------------------------------
+
+@functools.cache
+def walls(elements, points="NODES"):
+    text = dr.example("column-walls").replace("POINTS=NODES", f"POINTS={points}")
+    return dr.run_deck(dr.changed(text, ("1, 2, 40", f"1, 2, {elements}"), ("2, 3, 40", f"2, 3, {elements}")))
+
+
+# Contact of a column with the imperfection a = gap/1000; a half that sways, clamped and rolling on the wall: tan y = y with
+# P (L/2)^2/EI = y^2; a half that lies down, both ends clamped.
+SWAY = (4.493409457909064 / math.pi) ** 2
+ONSETS = np.array([0.999, SWAY, 4.0])
+
+
+def onsets(run):
+    assert [c.label for c in run.results.critical] == ["C+", "UZ", "BP", "UZ", "BP", "EP"]
+    return np.array([run.load("C+"), *(c.load_factor for c in run.labelled("BP"))])
+
+
+@pytest.mark.parametrize("points", ["NODES", "SLIDING"])
+def test_column_between_walls(points):
+    dr.assert_close(onsets(walls(40, points)), ONSETS, relative=2e-6)
+
+
+@pytest.mark.parametrize("number", [0, 1, 2])
+def test_column_between_walls_converges_at_fourth_order(number):
+    dr.assert_order([onsets(walls(n))[number] - ONSETS[number] for n in (8, 16, 32, 64)], 4.0, below=0.7)
+
+
+@pytest.mark.parametrize("share", [1.5, 3.5])
+def test_force_of_a_column_on_the_wall(share):
+    """Half of the column, clamped at both ends, its right end moved by the gap less the imperfection: with k^2 = P, l = 1/2
+    the force is P k gap/(k l - 2 tan(k l/2)), twice for both halves, and down where k l > pi."""
+    run = walls(40)
+    point, = [c for c in run.labelled("UZ") if abs(c.load_factor - share) < 1e-8]
+    k = 2.0 * math.pi * math.sqrt(share)
+    force = -2.0 * k**3 * 1e-4 / (k / 2 - 2.0 * math.tan(k / 4))
+    dr.assert_close(point.monitors["push"], abs(force), relative=2e-3)
+    dr.assert_close(point.monitors["midspan"], 1e-4 - 1e-7, relative=1e-9)
+
+
+# A liner in a rigid host -----------------------------------------------------------------------------------------------
+
+GLOCK = 12.0 * 50.0**3 / 100.0**2.2
+
+
+def liner(force="0.001", times=1):
+    text = dr.changed(dr.example("liner"), ("1, 2, -0.001", f"1, 2, -{force}"), ("0., 80", f"0., {80 * times}"),
+                      ("0., 60", f"0., {60 * times}"), ("v, ABOVE, 0.4", "v, ABOVE, 0.07"))
+    return dr.run_deck(text).labelled("LP")[0].load_factor
+
+
+def test_liner_against_glock():
+    """Without the force at the apex: the load falls linearly with small forces."""
+    load = [liner("0.002"), liner()]
+    dr.assert_close(2.0 * load[1] - load[0], GLOCK, relative=5e-3)
+
+
+def test_liner_on_a_finer_mesh():
+    dr.assert_close(liner(times=2), liner(), relative=3e-5)
