@@ -33,9 +33,7 @@ def test_contact_length_under_a_point_load():
 
 
 def test_contact_length_converges_at_second_order():
-    errors = [half_length(point_load(n)) - math.pi / 2 for n in (15, 60, 240, 960)]
-    dr.assert_mean_order(np.array(errors)[[0, -1]] ** (1 / 6), 2.0, below=0.5, above=1.0)
-    dr.assert_close(errors[-1], 0.0, absolute=2e-6)
+    dr.assert_mean_order([half_length(point_load(n)) - math.pi / 2 for n in (15, 30, 60, 120, 240, 480)], 2.0)
 
 
 def test_sinking_converges():
@@ -128,14 +126,14 @@ def test_lifted_pipe_against_the_elastica():
 
 
 @pytest.mark.parametrize("kind", ["GE4", "GE6"])
-@pytest.mark.parametrize("number", [0, 1, 2])
-def test_lifted_pipe_converges_at_fourth_order(kind, number):
-    """GE6 is no better: what lies on the seabed is carried at nodes, and waves."""
-    errors = [[error[number] for error in lift_errors(lifted(n, kind))] for n in (30, 48, 76, 120)]
-    for error in np.abs(np.array(errors).T):
-        assert np.all(np.isfinite(error))
-        rate = math.log(error[0] / error[-1]) / math.log(120 / 30)
-        assert 3.5 <= rate <= 5.5, (rate, error)
+@pytest.mark.parametrize("quantity", [0, 1])
+def test_lifted_pipe_converges_at_fourth_order(kind, quantity):
+    """The worst of three lengths, touchdown and lift. GE6 is no better: what lies on the seabed is carried at nodes."""
+    errors = [float(np.max(np.abs(lift_errors(lifted(n, kind))[quantity]))) for n in (20, 40, 80, 160)]
+    dr.assert_mean_order(errors, 4.0, above=1.0)
+
+
+ALONG = 2e-5      # 60 elements: 4e-6 with lengths 1, 2, 3, twice that between; the table is good for 1e-6 between its rows
 
 
 def test_lift_along_the_whole_path():
@@ -143,11 +141,10 @@ def test_lift_along_the_whole_path():
     run = lifted(60)
     height, lift = run.column("height"), run.column("lift")
     known = (height >= exact["height"][0]) & (height <= exact["height"][-1])
-    # Interpolated over the length, in which the table is even.
-    length = np.array([float(dr.interpolate(exact["height"], exact["length"], h)[0]) for h in height[known]])
-    smooth = length > 1.0
-    dr.assert_close(6.0 - dr.regions(run, "end")[known][smooth], length[smooth], absolute=2e-3)
-    dr.assert_close(lift[known][smooth], dr.interpolate(exact["length"], exact["lift"], length[smooth]), absolute=2e-3)
+    # The fourth root of the height is nearly the length, and so even in the table.
+    length = dr.interpolate(exact["height"] ** 0.25, exact["length"], height[known] ** 0.25)
+    dr.assert_close(6.0 - dr.regions(run, "end")[known], length, absolute=ALONG)
+    dr.assert_close(lift[known], dr.interpolate(exact["length"], exact["lift"], length), absolute=ALONG)
 
 
 def test_seabed_and_lift_carry_the_pipe():
@@ -183,18 +180,18 @@ def test_column_between_walls(points):
 
 @pytest.mark.parametrize("number", [0, 1, 2])
 def test_column_between_walls_converges_at_fourth_order(number):
-    dr.assert_order([onsets(walls(n))[number] - ONSETS[number] for n in (8, 16, 32, 64)], 4.0, below=0.7)
+    dr.assert_order([onsets(walls(n))[number] - ONSETS[number] for n in (8, 16, 32, 64)], 4.0, below=1.0)
 
 
 @pytest.mark.parametrize("share", [1.5, 3.5])
 def test_force_of_a_column_on_the_wall(share):
-    """Half of the column, clamped at both ends, its right end moved by the gap less the imperfection: with k^2 = P, l = 1/2
-    the force is P k gap/(k l - 2 tan(k l/2)), twice for both halves, and down where k l > pi."""
+    """Both halves are clamped at their ends and moved by the gap: with k^2 = P, l = 1/2 each gives k^3 gap/(k l - 2 tan(k l/2)).
+    The imperfection, a thousandth of the gap, is left out."""
     run = walls(40)
     point, = [c for c in run.labelled("UZ") if abs(c.load_factor - share) < 1e-8]
     k = 2.0 * math.pi * math.sqrt(share)
-    force = -2.0 * k**3 * 1e-4 / (k / 2 - 2.0 * math.tan(k / 4))
-    dr.assert_close(point.monitors["push"], abs(force), relative=2e-3)
+    force = 2.0 * k**3 * 1e-4 / (k / 2 - 2.0 * math.tan(k / 4))
+    dr.assert_close(point.monitors["push"], force, relative=2e-3)
     dr.assert_close(point.monitors["midspan"], 1e-4 - 1e-7, relative=1e-9)
 
 
