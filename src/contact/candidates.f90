@@ -3,6 +3,7 @@ module candidates
    use kinds, only: wp
    use model, only: model_t, family_ge, quantity_displacement
    use rod_geometry, only: geometry_t
+   use obstacle_geometry, only: obstacle_gap
    implicit none
    private
    public :: candidates_t, new_candidates
@@ -19,6 +20,7 @@ module candidates
       real(wp), allocatable :: tributary(:)   !! half the length of the adjacent contact elements
       real(wp), allocatable :: gap_offset(:)
       logical, allocatable :: may_slide(:)
+      logical, allocatable :: bilateral(:)    !! held by its obstacle for good: no sign counts
       real(wp), allocatable :: chain_length(:) !! (contacts) length of the closed chain, 0 when open
    end type candidates_t
 
@@ -38,7 +40,7 @@ contains
          total = total + size(model%contact(c)%node)
       end do
       allocate (list%node(total), list%contact(total), list%obstacle(total), list%s(total), list%tributary(total))
-      allocate (list%gap_offset(total), list%may_slide(total))
+      allocate (list%gap_offset(total), list%may_slide(total), list%bilateral(total))
       allocate (list%neighbour(2, total), list%element(2, total), source=0)
       allocate (list%chain_length(size(model%contact)), source=0.0_wp)
       if (total == 0) return
@@ -73,7 +75,7 @@ contains
       subroutine follow_chain(start)
          integer, intent(in) :: start
          integer :: at, element, here, begin, side
-         real(wp) :: s, half
+         real(wp) :: s, half, gap, normal(2), bend
          at = start
          s = 0.0_wp
          begin = list%n + 1
@@ -86,6 +88,12 @@ contains
             list%contact(here) = c
             list%obstacle(here) = model%contact(c)%obstacle
             list%gap_offset(here) = model%contact(c)%gap
+            list%bilateral(here) = model%obstacle(list%obstacle(here))%bilateral
+            if (list%bilateral(here)) then
+               ! Without force at home, wherever that is.
+               call obstacle_gap(model%obstacle(list%obstacle(here)), geometry%x(:, at), gap, normal, bend)
+               list%gap_offset(here) = -gap
+            end if
             list%s(here) = s
             list%tributary(here) = 0.0_wp
             element = next(at)

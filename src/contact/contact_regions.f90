@@ -192,7 +192,10 @@ contains
       integer, intent(in) :: candidate, side
       integer :: open
       open = problem%candidates%neighbour(side, candidate)
-      if (problem%model%obstacle(problem%candidates%obstacle(candidate))%rigid) then
+      if (problem%candidates%bilateral(candidate)) then
+         ! The neighbour is not held by the obstacle because a support holds it.
+         beyond = state%geometry%element(problem%candidates%element(side, candidate))%length
+      else if (problem%model%obstacle(problem%candidates%obstacle(candidate))%rigid) then
          beyond = rigid_overhang(problem, state, candidate, side)
       else
          beyond = winkler_overhang(problem, state, candidate, open, side)

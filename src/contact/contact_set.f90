@@ -205,7 +205,7 @@ contains
                k = problem%candidates%neighbour(i, c)
                if (k > 0) ok = ok .or. wrong(k)
             end do
-            if (.not. ok .or. .not. can_act(system, c)) cycle
+            if (.not. ok .or. .not. can_act(system, c) .or. problem%candidates%bilateral(c)) cycle
             doubt = [doubt, c]
          end do
          in_doubt(doubt) = .true.
@@ -333,7 +333,7 @@ contains
       end subroutine solve_column
    end subroutine complement
 
-   !> Candidates whose predicted gap or reaction has the wrong sign.
+   !> Candidates whose predicted gap or reaction has the wrong sign; bilateral ones have none.
    function violated(problem, state, system, gap, reaction) result(wrong)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -343,7 +343,8 @@ contains
       real(wp) :: scale
       integer :: k, side, c
       scale = max(system%force_scale, maxval(abs(reaction)))
-      wrong = merge(reaction < -reaction_tolerance * scale, gap < -gap_tolerance * problem%size, state%active)
+      wrong = merge(reaction < -reaction_tolerance * scale, gap < -gap_tolerance * problem%size, state%active) &
+         & .and. .not. problem%candidates%bilateral
       ! Beside a sliding contact the gap grows with the cube of the distance: its linear prediction means nothing there,
       ! and as long as it is open now only the converged state can tell.
       do k = 1, system%n_slides

@@ -225,6 +225,8 @@ contains
          only='FOUNDATION=WINKLER', bound=positive)
       call param(t, 'WIDTH', kind_real, 'width of the foundation', default='1', only='FOUNDATION=WINKLER', &
          bound=positive)
+      call param(t, 'BILATERAL', kind_flag, 'holds its candidates for good and pulls as it pushes; no force at the '// &
+         'start, whatever the gap is then', optional=.true.)
       call lines(t, when='TYPE=LINE', most=1)
       call field(t, 'x1', kind_real, 'first point', &
          unit='length')

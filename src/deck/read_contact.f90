@@ -7,7 +7,7 @@ module read_contact
    use obstacle_curve, only: sharpest_turn
    use diagnostics, only: diagnostics_t
    use deck_cards, only: deck_t, complain
-   use card_values, only: parameter_word, parameter_real, parameter_place, value_place
+   use card_values, only: given, parameter_word, parameter_real, parameter_place, value_place
    use deck_names, only: deck_names_t, find_set, find_named
    implicit none
    private
@@ -40,6 +40,9 @@ contains
          if (contact%obstacle > 0 .and. .not. names%mesh_incomplete) then
             call check_candidates(deck, names, model, diagnostics, card, contact, touched(contact%obstacle, :))
             call check_directions(deck, model, diagnostics, card, contact)
+            if (model%obstacle(contact%obstacle)%bilateral .and. given(deck, card, 'GAP')) call complain(deck, diagnostics, &
+               card, parameter_place(deck, card, 'GAP'), 'obstacle '//trim(model%obstacle(contact%obstacle)%name)// &
+               ' is BILATERAL and holds its candidates where they begin; GAP would have no effect')
             if (contact%sliding) then
                reason = no_sliding(model, contact)
                contact%sliding = reason == ''
@@ -82,8 +85,9 @@ contains
          least = gap + contact%gap
          deepest = node
       end do
-      call check_imperfect()
       call check_size()
+      if (model%obstacle(contact%obstacle)%bilateral) return
+      call check_imperfect()
       if (deepest == 0 .or. least >= -penetration_tolerance * extent) return
       if (names%obstacle%incomplete) return ! its place may be wrong
       hint = 'the order of its points'
@@ -203,6 +207,9 @@ contains
       reason = ''
       if (.not. model%obstacle(contact%obstacle)%rigid) then
          reason = 'a rigid obstacle'
+         return
+      else if (model%obstacle(contact%obstacle)%bilateral) then
+         reason = 'an obstacle that is not BILATERAL'
          return
       end if
       candidate = .false.

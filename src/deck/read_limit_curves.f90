@@ -129,6 +129,11 @@ contains
          call without_contact(deck, model, diagnostics, card, obstacle)
          return
       end if
+      if (model%obstacle(obstacle)%bilateral) then
+         call complain(deck, diagnostics, card, value_place(deck, card, 'OBSTACLE'), trim(model%obstacle(obstacle)%name)// &
+            ' is BILATERAL: it holds its candidates where they begin, whatever the gap')
+         return
+      end if
       least = minval(model%contact%gap, mask=model%contact%obstacle == obstacle)
       greatest = maxval(model%contact%gap, mask=model%contact%obstacle == obstacle)
       start = least

@@ -41,6 +41,7 @@ contains
          obstacle = obstacle_t()
          obstacle%name = parameter_text(deck, card, 'NAME')
          obstacle%rigid = parameter_word(deck, card, 'FOUNDATION') == 'RIGID'
+         obstacle%bilateral = given(deck, card, 'BILATERAL')
          if (.not. obstacle%rigid) &
             obstacle%modulus = parameter_real(deck, card, 'MODULUS') * parameter_real(deck, card, 'WIDTH')
          ok = all(deck%data_line(deck%card(card)%first_line:deck%card(card)%last_line)%sound)

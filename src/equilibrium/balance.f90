@@ -55,7 +55,7 @@ contains
       end do nodes
       largest = 0.0_wp
       contacts: do c = 1, problem%candidates%n
-         largest = max(largest, state%reaction(c))
+         largest = max(largest, abs(state%reaction(c)))
       end do contacts
       scale = max(scale, largest)
       do c = 1, problem%candidates%n
@@ -69,13 +69,17 @@ contains
          end do
          total = total + [force(1:2), x(1) * force(2) - x(2) * force(1)]
          if (problem%model%obstacle(problem%candidates%obstacle(c))%rigid) then
-            accuracy%penetration = max(accuracy%penetration, -gap / size_)
+            ! A bilateral obstacle is left on neither side.
+            if (state%active(c) .or. .not. problem%candidates%bilateral(c)) &
+               & accuracy%penetration = max(accuracy%penetration, merge(abs(gap), -gap, problem%candidates%bilateral(c)) / size_)
             if (largest > 0.0_wp) accuracy%complementarity = max(accuracy%complementarity, &
                & abs(state%reaction(c) * gap) / (largest * size_))
-         else if (state%reaction(c) > 0.0_wp .and. gap > 0.0_wp .and. largest > 0.0_wp) then
+         else if (.not. problem%candidates%bilateral(c) .and. state%reaction(c) > 0.0_wp .and. gap > 0.0_wp .and. &
+            & largest > 0.0_wp) then
             accuracy%complementarity = max(accuracy%complementarity, state%reaction(c) * gap / (largest * size_))
          end if
-         if (largest > 0.0_wp) accuracy%tension = max(accuracy%tension, -state%reaction(c) / largest)
+         if (largest > 0.0_wp .and. .not. problem%candidates%bilateral(c)) &
+            & accuracy%tension = max(accuracy%tension, -state%reaction(c) / largest)
       end do
       accuracy%force_balance = max(accuracy%force_balance, norm2(total(1:2)) / scale)
       accuracy%moment_balance = max(accuracy%moment_balance, abs(total(3)) / (scale * size_))

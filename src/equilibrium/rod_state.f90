@@ -21,7 +21,8 @@ module rod_state
 
 contains
 
-   !> Stress-free start; candidates that touch are in contact, for the structure may hang on nothing else.
+   !> Stress-free start; candidates that touch are in contact, for the structure may hang on nothing else. Bilateral ones
+   !> are for good.
    function new_state(problem) result(state)
       type(problem_t), intent(in) :: problem
       type(state_t) :: state
@@ -34,7 +35,8 @@ contains
       state%geometry = new_geometry(problem%model, problem%tableau)
       do c = 1, problem%candidates%n
          call candidate_gap(problem, state, c, gap, normal, bend)
-         state%active(c) = gap <= 1.0e-10_wp * problem%size .and. may_react(problem, c, normal)
+         state%active(c) = (problem%candidates%bilateral(c) .or. gap <= 1.0e-10_wp * problem%size) .and. &
+            & may_react(problem, c, normal)
       end do
    end function new_state
 

@@ -114,6 +114,7 @@ module model
       type(obstacle_curve_t) :: curve           !! arc, polyline, spline
       logical :: rigid = .true.
       real(wp) :: modulus = 0.0_wp              !! Winkler: force per unit length of rod and unit penetration
+      logical :: bilateral = .false.            !! holds what it may touch from the start on, and pulls as it pushes
    end type obstacle_t
 
    !> Candidates for contact with one obstacle.

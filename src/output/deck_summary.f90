@@ -145,6 +145,7 @@ contains
       else
          text = text//', Winkler foundation of modulus '//brief(obstacle%modulus)
       end if
+      if (obstacle%bilateral) text = text//', bilateral'
    end function obstacle_text
 
    pure function contact_text(model, contact) result(text)

@@ -85,6 +85,7 @@ contains
             call hdf5_attribute(file, group, 'foundation', 'winkler')
          end if
          call hdf5_attribute(file, group, 'modulus', obstacle(i)%modulus)
+         call hdf5_attribute(file, group, 'bilateral', merge(1, 0, obstacle(i)%bilateral))
       end do
    end subroutine write_obstacles
 

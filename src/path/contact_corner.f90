@@ -198,6 +198,7 @@ contains
       do c = 1, n
          sliding = problem%model%contact(problem%candidates%contact(c))%sliding
          next = problem%candidates%neighbour(2, c)
+         if (problem%candidates%bilateral(c)) cycle
          if (active(c)) then
             value(c) = state%reaction(c) / max(system%force_scale, tiny(1.0_wp))
          else if (.not. sliding) then

@@ -274,6 +274,7 @@ contains
       integer :: c
       contact_holds = .true.
       do c = 1, problem%candidates%n
+         if (problem%candidates%bilateral(c)) cycle
          if (state%active(c)) then
             if (system%spring(c) > 0.0_wp) then
                reaction = -system%spring(c) * system%gap(c)

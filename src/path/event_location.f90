@@ -188,7 +188,7 @@ contains
       logical, intent(in) :: marked(:)           !! (candidates) that do not count
       type(state_t), intent(in) :: state
       real(wp), parameter :: tolerance = 1.0e-8_wp
-      holds = .not. any(.not. marked .and. merge(state%reaction < -tolerance * system%force_scale, &
-         & system%gap < -tolerance * problem%size, state%active))
+      holds = .not. any(.not. marked .and. .not. problem%candidates%bilateral .and. &
+         & merge(state%reaction < -tolerance * system%force_scale, system%gap < -tolerance * problem%size, state%active))
    end function holds_elsewhere
 end module event_location
