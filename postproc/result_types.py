@@ -39,7 +39,7 @@ class Obstacle:
     centre: np.ndarray | None        # circle, arc: (2)
     radius: float | None             # circle, arc; polyline: of its corners
     reference_angle: float    # [degrees] direction that contact angles count from
-    foundation: str           # "rigid" or "winkler"
+    foundation: str           # "rigid", "winkler" or "law"
     modulus: float            # force per unit length of rod and unit penetration
     angles: np.ndarray | None = None     # arc: (2) [degrees] directions from the centre to its ends
     surface: np.ndarray | None = None    # arc, polyline, spline: (samples, 2) along it; it goes on straight beyond both ends

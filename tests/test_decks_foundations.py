@@ -162,3 +162,168 @@ def test_rail_buckles_up_and_down():
     path = rail(80, f"*STATIC, METHOD=LOAD\n1, , 1\n*STOP\nLOAD, ABOVE, {rail_loads()[1] * 1.01}")
     dr.assert_close([point.load_factor for point in path.labelled("BP")], rail_loads()[:2], relative=1e-5)
     assert np.all(path.results.contact.count == 1) and not path.labelled("C+") and not path.labelled("C-")
+
+
+# Multi-linear laws -----------------------------------------------------------------------------------------------
+
+SOIL = ((0.0, 0.0), (0.1, 10.0), (0.3, 20.0), (0.4, 20.0), (0.5, 60.0))
+
+
+def sinking(step, bilateral=False, load=-50.0):
+    """A rod of length 1 and width 3 that only moves in y: one unknown."""
+    points = "\n".join(f"{p}, {f}" for p, f in SOIL)
+    return dr.run_deck(f"""*HEADING
+A block on a multi-linear ground
+*NODE
+1, 0, 0
+2, 1, 0
+*LINE, ELSET=ROD, NSET=ROD
+1, 2, 1
+*BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS
+1e6, 1
+*BOUNDARY
+1, 1
+1, 6
+2, 6
+*FOUNDATION LAW, NAME=SOIL
+{points}
+*OBSTACLE, NAME=GROUND, TYPE=LINE, FOUNDATION=LAW, LAW=soil, WIDTH=3{", BILATERAL" if bilateral else ""}
+0, 0, 2, 0
+*CONTACT, OBSTACLE=GROUND, NSET=ROD
+*MONITOR, NAME=W
+2, U2
+*MONITOR, NAME=R, OBSTACLE=GROUND
+RN
+*STEP
+{step}
+*CLOAD
+ROD, 2, {load}
+*FIELD OUTPUT
+REACTION, GAP
+*END STEP
+""")
+
+
+def law_force(penetration):
+    """3 times the law; beyond the last point its last slope."""
+    p, f = np.array(SOIL).T
+    beyond = 3.0 * (60.0 + 400.0 * (np.abs(penetration) - 0.5))
+    return np.sign(penetration) * np.where(np.abs(penetration) > 0.5, beyond, 3.0 * np.interp(np.abs(penetration), p, f))
+
+
+def test_block_follows_the_law():
+    """Displacement control across all kinks and along the level stretch; reaction and gap are those of the law."""
+    run = sinking("*STATIC, METHOD=DISPLACEMENT, MONITOR=W\n-0.07, , 0.07\n*STOP\nW, BELOW, -0.63")
+    w = run.column("W")
+    assert len(w) > 9 and w[-1] == pytest.approx(-0.63)
+    dr.assert_close(run.column("R"), law_force(-w), absolute=1e-9)
+    dr.assert_close(100.0 * run.column("load_factor"), law_force(-w), absolute=1e-6)
+    assert all(value < 1e-9 for value in run.results.accuracy.values())
+    assert run.results.obstacles["GROUND"].foundation == "law"
+
+
+def test_block_jumps_over_kinks():
+    """Newton crosses two kinks and the level stretch within an increment of load."""
+    run = sinking("*STATIC, METHOD=LOAD\n0.5, , 3\n*LOCATE\nLOAD, 1.2", load=-150.0)
+    dr.assert_close(run.column("R"), 300.0 * run.column("load_factor"), absolute=1e-9)
+    dr.assert_close(law_force(-run.column("W")), 300.0 * run.column("load_factor"), absolute=1e-6)
+
+
+@pytest.mark.parametrize("load", [-20.0, 20.0])
+def test_bilateral_law_pulls_as_it_pushes(load):
+    run = sinking("*STATIC, METHOD=LOAD\n0.3", bilateral=True, load=load)
+    dr.assert_close(run.column("R"), -2.0 * load * run.column("load_factor"), absolute=1e-9)
+    dr.assert_close(law_force(-run.column("W")), run.column("R"), absolute=1e-6)
+
+
+P1, K1, K2 = 1e-4, 64.0, 8.0        # of a bilinear ground: kink, stiffness before and beyond
+SINKING_FORCE = 0.02                # takes the middle of the beam to six times the kink
+
+
+@functools.cache
+def exact_sinking():
+    """Deflection, moment under the force, and half the length beyond the kink, from the beam's equation in both zones."""
+    inner, outer = (K2 / 4.0)**0.25, (K1 / 4.0)**0.25
+    # EI w'''' + k2 w = -(k1 - k2) p1 inside, roots (+-1 +-i) inner; EI w'''' + k1 w = 0 outside, decaying roots.
+    roots = [r * inner for r in (1 + 1j, -1 + 1j)]
+
+    def row(x, order):
+        """Derivative of the four real inner functions."""
+        values = [r**order * np.exp(r * x) for r in roots]
+        return np.array([part for v in values for part in (v.real, v.imag)])
+
+    def outer_row(order):
+        value = (outer * (-1 + 1j))**order
+        return np.array([value.real, value.imag])
+
+    def solve(a):
+        matrix, rhs = np.zeros((6, 6)), np.zeros(6)
+        matrix[0, :4] = row(0.0, 1)
+        matrix[1, :4], rhs[1] = row(0.0, 3), SINKING_FORCE / 2.0      # penetration downwards: EI p''' = F/2 beyond the force
+        for order in range(4):
+            matrix[2 + order, :4] = row(a, order)
+            matrix[2 + order, 4:] = -outer_row(order)
+            rhs[2 + order] = (K1 - K2) * P1 / K2 if order == 0 else 0.0
+        return np.linalg.solve(matrix, rhs)
+
+    low, high = 1e-3, 3.0
+    for _ in range(80):
+        a = 0.5 * (low + high)
+        low, high = (a, high) if solve(a)[4] > P1 else (low, a)
+    c = solve(a)
+    return row(0.0, 0) @ c[:4] - (K1 - K2) * P1 / K2, -(row(0.0, 2) @ c[:4]), a
+
+
+@functools.cache
+def beam_on_bilinear_ground(elements, static="METHOD=LOAD"):
+    return dr.run_deck(f"""*HEADING
+Half of a beam sinking into a bilinear ground
+*NODE
+1, 0, 0
+2, 10, 0
+*LINE, ELSET=BEAM, NSET=BEAM
+1, 2, {elements}
+*BEAM SECTION, ELSET=BEAM, SECTION=STIFFNESS
+1e6, 1
+*BOUNDARY
+1, XSYMM
+*FOUNDATION LAW, NAME=SOIL
+0, 0
+{P1}, {K1 * P1}
+{2 * P1}, {(K1 + K2) * P1}
+*OBSTACLE, NAME=GROUND, TYPE=LINE, FOUNDATION=LAW, LAW=SOIL, BILATERAL
+0, 0, 2, 0
+*CONTACT, OBSTACLE=GROUND, NSET=BEAM
+*MONITOR, NAME=W
+1, U2
+*STEP
+*STATIC, {static}
+0.25, , 0.25
+*STOP
+LOAD, ABOVE, 1
+*CLOAD
+1, 2, {-SINKING_FORCE / 2.0}
+*FIELD OUTPUT
+SECTION FORCES, GAP
+*END STEP
+""")
+
+
+def test_beam_sinks_into_a_bilinear_ground():
+    """Second order: the moment steadily; the deflection errs less, and by how far the kink is from a node."""
+    p0, m0, a = exact_sinking()
+    assert p0 > 5.0 * P1 and 0.5 < a < 2.0
+    w, m = [], []
+    for elements in (40, 80, 160, 320):
+        run = beam_on_bilinear_ground(elements)
+        w.append(-run.column("W")[-1] / p0 - 1.0)
+        m.append(run.results.field("section_forces", run.results.n_points)[0, 0, 2] / m0 - 1.0)
+    dr.assert_order(m, 2, below=0.3, above=0.3)
+    assert abs(m[-1]) < 3e-4 and np.max(np.abs(w)) < 2e-3 and np.max(np.abs(w[2:])) < 2e-4, w
+
+
+@pytest.mark.parametrize("static", ["METHOD=CYLINDRICAL", "METHOD=LOAD, NEWTON=MODIFIED", "METHOD=LOAD, NEWTON=ONCE",
+                                    "METHOD=LOAD, LOOP=PAPER"])
+def test_other_ways_meet_the_same_kinks(static):
+    run, same = beam_on_bilinear_ground(80, static), beam_on_bilinear_ground(80)
+    dr.assert_close(run.column("W")[-1], same.column("W")[-1], relative=1e-7)

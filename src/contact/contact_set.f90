@@ -102,8 +102,8 @@ contains
          gap(c) = system%gap(c) + gap_change(problem, system, c, x, y)
          reaction(c) = 0.0_wp
          if (.not. active(c)) cycle
-         if (system%spring(c) > 0.0_wp) then
-            reaction(c) = -system%spring(c) * gap(c)
+         if (system%soft(c)) then
+            reaction(c) = system%push(c) - system%spring(c) * (gap(c) - system%gap(c))
          else if (system%unknown(c) > 0) then
             reaction(c) = system%residual(system%unknown(c)) / system%slope(c) + reaction_change(system, c, x, y)
          end if
@@ -206,6 +206,8 @@ contains
                if (k > 0) ok = ok .or. wrong(k)
             end do
             if (.not. ok .or. .not. can_act(system, c) .or. problem%candidates%bilateral(c)) cycle
+            ! On a level stretch of its law a reaction does not change: it can only open from the first segment.
+            if (system%soft(c) .and. .not. system%spring(c) > 0.0_wp) cycle
             doubt = [doubt, c]
          end do
          in_doubt(doubt) = .true.
@@ -232,7 +234,7 @@ contains
                m(i, k) = response(doubt(i), x(:, k), y(:, k))
             end do
             ! Compliance of the foundation, or its stiffness seen from an opening.
-            if (k <= old .or. .not. system%spring(doubt(k)) > 0.0_wp) cycle
+            if (k <= old .or. .not. system%soft(doubt(k))) cycle
             if (state%active(doubt(k))) then
                m(k, k) = m(k, k) + system%spring(doubt(k))
             else

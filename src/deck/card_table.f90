@@ -219,11 +219,12 @@ contains
          'anticlockwise from the x axis', default='0', only='TYPE=CIRCLE|ARC')
       call param(t, 'RADIUS', kind_real, 'of the rounded corners; left out: the largest with which no corner takes more than '// &
          'a tenth of a segment', optional=.true., only='TYPE=POLYLINE', bound=positive)
-      call param(t, 'FOUNDATION', kind_word, 'WINKLER: reaction per unit length = MODULUS * WIDTH * penetration', &
-         default='RIGID', words='RIGID|WINKLER')
+      call param(t, 'FOUNDATION', kind_word, 'WINKLER: reaction per unit length = MODULUS * WIDTH * penetration; '// &
+         'LAW: = WIDTH * force of the law', default='RIGID', words='RIGID|WINKLER|LAW')
       call param(t, 'MODULUS', kind_real, 'force per area and penetration (per length and penetration with WIDTH 1)', &
          only='FOUNDATION=WINKLER', bound=positive)
-      call param(t, 'WIDTH', kind_real, 'width of the foundation', default='1', only='FOUNDATION=WINKLER', &
+      call param(t, 'LAW', kind_name, 'the *FOUNDATION LAW', only='FOUNDATION=LAW')
+      call param(t, 'WIDTH', kind_real, 'width of the foundation', default='1', only='FOUNDATION=WINKLER|LAW', &
          bound=positive)
       call param(t, 'BILATERAL', kind_flag, 'holds its candidates for good and pulls as it pushes; no force at the '// &
          'start, whatever the gap is then', optional=.true.)
@@ -251,6 +252,14 @@ contains
       call lines(t, when='TYPE=SPLINE', least=2)
       call field(t, 'x', kind_real, 'a point that the natural cubic spline passes through', unit='length')
       call field(t, 'y', kind_real, 'a point that the natural cubic spline passes through', unit='length')
+
+      call card(t, 'FOUNDATION LAW', in_model, 'How the reaction of a foundation grows with the penetration: linear '// &
+         'from line to line, and on beyond the last. It is elastic: the way back is the same.')
+      call param(t, 'NAME', kind_name, 'each once')
+      call lines(t, least=2)
+      call field(t, 'penetration', kind_real, 'rising from line to line; 0 in the first', unit='length')
+      call field(t, 'force', kind_real, 'per area (per length with WIDTH 1), never falling, at first rising; 0 in the first '// &
+         'line', unit='force/area')
 
       call card(t, 'CONTACT', in_model, 'Nodes that may touch an obstacle.')
       call param(t, 'OBSTACLE', kind_name, 'the obstacle')

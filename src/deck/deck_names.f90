@@ -41,7 +41,7 @@ module deck_names
       integer :: least_node = huge(1), greatest_node = 0
       integer :: least_element = huge(1), greatest_element = 0
       type(set_list_t) :: node_set, element_set
-      type(name_list_t) :: material, obstacle, monitor, step
+      type(name_list_t) :: material, law, obstacle, monitor, step
       logical, allocatable :: connected(:) !! by node index: belongs to an element (once the mesh is read)
    end type deck_names_t
 

@@ -14,6 +14,7 @@ module deck_to_model
    use read_imperfections, only: read_imperfection_cards
    use read_sections, only: read_section_cards
    use read_supports, only: read_support_cards
+   use read_foundation_laws, only: read_foundation_law_cards
    use read_obstacles, only: read_obstacle_cards
    use read_contact, only: read_contact_cards
    use read_monitors, only: read_monitor_cards
@@ -54,6 +55,7 @@ contains
       n = diagnostics%n
       call read_support_cards(deck, names, model, diagnostics)
       if (diagnostics%n > n) names%supports_incomplete = .true.
+      call read_foundation_law_cards(deck, names, model, diagnostics)
       call read_obstacle_cards(deck, names, model, diagnostics)
       n = diagnostics%n
       call read_contact_cards(deck, names, model, diagnostics)
@@ -104,6 +106,8 @@ contains
          case ('MATERIAL', 'ELASTIC', 'DENSITY', 'BEAM SECTION')
             names%sections_incomplete = .true.
             names%material%incomplete = .true.
+         case ('FOUNDATION LAW')
+            names%law%incomplete = .true.
          case ('OBSTACLE')
             names%obstacle%incomplete = .true.
          case ('CONTACT')
@@ -122,6 +126,7 @@ contains
       names%imperfections_incomplete = .true.
       names%sections_incomplete = .true.
       names%material%incomplete = .true.
+      names%law%incomplete = .true.
       names%obstacle%incomplete = .true.
       names%contacts_incomplete = .true.
       names%monitor%incomplete = .true.

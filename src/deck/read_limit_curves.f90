@@ -105,9 +105,10 @@ contains
       real(wp), intent(out) :: start
       logical, intent(out) :: ok
       start = model%obstacle(obstacle)%modulus
-      ok = .not. model%obstacle(obstacle)%rigid
+      ok = model%obstacle(obstacle)%modulus > 0.0_wp
       if (.not. ok) call complain(deck, diagnostics, card, value_place(deck, card, 'OBSTACLE'), 'obstacle '// &
-         trim(model%obstacle(obstacle)%name)//' is rigid; MODULUS needs FOUNDATION=WINKLER')
+         trim(model%obstacle(obstacle)%name)//trim(merge(' is rigid ', ' has a law', model%obstacle(obstacle)%rigid))// &
+         '; MODULUS needs FOUNDATION=WINKLER')
       if (.not. (names%contacts_incomplete .or. any(model%contact%obstacle == obstacle))) &
          call without_contact(deck, model, diagnostics, card, obstacle)
    end subroutine read_modulus

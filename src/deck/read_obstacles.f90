@@ -42,8 +42,13 @@ contains
          obstacle%name = parameter_text(deck, card, 'NAME')
          obstacle%rigid = parameter_word(deck, card, 'FOUNDATION') == 'RIGID'
          obstacle%bilateral = given(deck, card, 'BILATERAL')
-         if (.not. obstacle%rigid) &
+         select case (parameter_word(deck, card, 'FOUNDATION'))
+         case ('WINKLER')
             obstacle%modulus = parameter_real(deck, card, 'MODULUS') * parameter_real(deck, card, 'WIDTH')
+         case ('LAW')
+            obstacle%width = parameter_real(deck, card, 'WIDTH')
+            call find_named(deck, names%law, diagnostics, card, value_place(deck, card, 'LAW'), 'foundation law', obstacle%law)
+         end select
          ok = all(deck%data_line(deck%card(card)%first_line:deck%card(card)%last_line)%sound)
          if (ok) call read_shape(deck, diagnostics, card, obstacle, ok)
          if (.not. ok) then

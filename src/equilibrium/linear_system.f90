@@ -8,6 +8,7 @@ module linear_system
    use problem, only: problem_t, dof
    use rod_state, only: state_t, element_displacement, element_load, candidate_gap, may_react
    use rod_geometry, only: element_geometry_t
+   use force_law, only: law_reaction
    use ge_element, only: ge_evaluate, ge_load_t, ge_columns
    use ul2_element, only: ul2_evaluate
    use band_matrix, only: band_t, factor_t, new_band
@@ -36,7 +37,9 @@ module linear_system
       real(wp), allocatable :: motion(:, :)     !! (2, candidates) of the obstacle, per unit of load factor
       integer, allocatable :: unknown(:)        !! eliminated unknown of an active rigid contact, 0 otherwise
       real(wp), allocatable :: slope(:)         !! gap per unit of that unknown
-      real(wp), allocatable :: spring(:)        !! Winkler: modulus times tributary length; 0 for rigid
+      logical, allocatable :: soft(:)           !! on a foundation, not a rigid obstacle
+      real(wp), allocatable :: spring(:)        !! soft: reaction per gap, at the present one where active; 0 for rigid
+      real(wp), allocatable :: push(:)          !! soft: the reaction that belongs to the gap of an active one
       ! Elements.
       real(wp), allocatable :: ek(:, :, :), ef(:, :), eraw(:, :), el(:, :), op(:, :, :)
       ! Sliding nodes.
@@ -87,11 +90,13 @@ contains
          allocate (system%gap(list%n), system%normal(2, list%n), system%bend(list%n), system%slope(list%n))
          allocate (system%motion(2, list%n), source=0.0_wp)
          allocate (system%unknown(list%n), source=0)
-         allocate (system%spring(list%n), source=0.0_wp)
+         allocate (system%spring(list%n), system%push(list%n), source=0.0_wp)
+         allocate (system%soft(list%n), source=.false.)
          do c = 1, list%n
             system%slope(c) = 1.0_wp
             associate (obstacle => problem%model%obstacle(list%obstacle(c)))
-               if (.not. obstacle%rigid) system%spring(c) = obstacle%modulus * list%tributary(c)
+               system%soft(c) = .not. obstacle%rigid
+               if (system%soft(c)) system%spring(c) = obstacle%modulus * list%tributary(c)
             end associate
          end do
       end associate
@@ -124,6 +129,7 @@ contains
       call timing_start(timers, phase_assembly)
       do c = 1, problem%candidates%n
          call candidate_gap(problem, state, c, system%gap(c), system%normal(:, c), system%bend(c))
+         if (system%soft(c)) call set_foundation(problem, state, c, system)
          system%motion(:, c) = problem%model%step(problem%step)%load%motion(:, problem%candidates%obstacle(c))
          if (.not. state%active(c)) system%slope(c) = merge(1.0_wp, 0.0_wp, may_react(problem, c, system%normal(:, c)))
       end do
@@ -134,6 +140,27 @@ contains
       call measure_residual(problem, state, system)
       call timing_stop(timers, phase_assembly)
    end subroutine assemble
+
+   !> Reaction and stiffness of a foundation; those of the first touch where a candidate is open.
+   pure subroutine set_foundation(problem, state, candidate, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      type(system_t), intent(inout) :: system  !! with the gap
+      real(wp) :: penetration, share
+      associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(candidate)), push => system%push(candidate), &
+         & spring => system%spring(candidate))
+         penetration = merge(-system%gap(candidate), 0.0_wp, state%active(candidate))
+         if (obstacle%law == 0) then
+            push = spring * penetration
+         else
+            share = obstacle%width * problem%candidates%tributary(candidate)
+            call law_reaction(problem%model%law(obstacle%law), penetration, push, spring)
+            push = share * push
+            spring = share * spring
+         end if
+      end associate
+   end subroutine set_foundation
 
    !> One element of either family at a state, on a given stress-free geometry.
    subroutine evaluate_element(problem, state, base, geometry, e, f, raw, k, fl, op, defect, ok)
@@ -185,7 +212,7 @@ contains
          end do
          do c = 1, problem%candidates%n
             system%unknown(c) = 0
-            if (.not. state%active(c) .or. system%spring(c) > 0.0_wp) cycle
+            if (.not. state%active(c) .or. system%soft(c)) cycle
             node = problem%candidates%node(c)
             ! A support leaves one direction in which the obstacle can act, or none.
             if (fixed(1, node)) then
@@ -306,7 +333,7 @@ contains
          if (.not. state%active(c)) cycle
          d = dof(problem, problem%candidates%node(c), 1)
          call contact_tangent(problem, state, system, c, force, k)
-         if (system%spring(c) > 0.0_wp) system%residual(d:d + 1) = system%residual(d:d + 1) - force
+         if (system%soft(c)) system%residual(d:d + 1) = system%residual(d:d + 1) - force
          system%k%a(1, d) = system%k%a(1, d) + k(1, 1)
          system%k%a(2, d) = system%k%a(2, d) + k(2, 1)
          system%k%a(1, d + 1) = system%k%a(1, d + 1) + k(2, 2)
@@ -334,7 +361,7 @@ contains
       t = [n(2), -n(1)]
       kn = system%spring(candidate)
       r = state%reaction(candidate)
-      if (kn > 0.0_wp) r = -kn * system%gap(candidate)
+      if (system%soft(candidate)) r = system%push(candidate)
       force = r * n
       k(:, 1) = kn * n * n(1) - (r * system%bend(candidate)) * t * t(1)
       k(:, 2) = kn * n * n(2) - (r * system%bend(candidate)) * t * t(2)

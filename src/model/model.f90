@@ -7,7 +7,7 @@ module model
    use obstacle_curve, only: obstacle_curve_t
    implicit none
    private
-   public :: model_t, mesh_t, curve_t, imperfection_t, section_t, node_set_t, load_t, obstacle_t, contact_t
+   public :: model_t, mesh_t, curve_t, imperfection_t, section_t, node_set_t, load_t, obstacle_t, law_t, contact_t
    public :: monitor_t, step_t, threshold_t, branch_t, mode_offset_t, limit_curve_t
    public :: family_ul2, family_ge
    public :: shape_none, shape_sine, shape_cosine, shape_clamped, shape_nodal
@@ -114,8 +114,16 @@ module model
       type(obstacle_curve_t) :: curve           !! arc, polyline, spline
       logical :: rigid = .true.
       real(wp) :: modulus = 0.0_wp              !! Winkler: force per unit length of rod and unit penetration
+      integer :: law = 0                        !! index into model%law, 0: none; its forces times width
+      real(wp) :: width = 1.0_wp
       logical :: bilateral = .false.            !! holds what it may touch from the start on, and pulls as it pushes
    end type obstacle_t
+
+   !> How the reaction of a foundation grows with the penetration: linear from point to point, the first one (0, 0).
+   type :: law_t
+      character(name_length) :: name = ''
+      real(wp), allocatable :: penetration(:), force(:) !! rising; force per unit area
+   end type law_t
 
    !> Candidates for contact with one obstacle.
    type :: contact_t
@@ -215,6 +223,7 @@ module model
       type(section_t), allocatable :: section(:)
       type(node_set_t), allocatable :: node_set(:)
       logical, allocatable :: fixed(:, :)       !! (3, n_nodes) supported degrees of freedom
+      type(law_t), allocatable :: law(:)
       type(obstacle_t), allocatable :: obstacle(:)
       type(contact_t), allocatable :: contact(:)
       type(monitor_t), allocatable :: monitor(:)

@@ -33,7 +33,7 @@ contains
       call write_supports(unit, model%fixed)
       call write_sections(unit, model)
       do i = 1, size(model%obstacle)
-         call line(unit, 'obstacle', obstacle_text(model%obstacle(i)))
+         call line(unit, 'obstacle', obstacle_text(model, model%obstacle(i)))
       end do
       do i = 1, size(model%contact)
          call line(unit, 'contact '//whole(i), contact_text(model, model%contact(i)))
@@ -119,7 +119,8 @@ contains
       end do
    end subroutine write_sections
 
-   pure function obstacle_text(obstacle) result(text)
+   pure function obstacle_text(model, obstacle) result(text)
+      type(model_t), intent(in) :: model
       type(obstacle_t), intent(in) :: obstacle
       character(:), allocatable :: text
       text = trim(obstacle%name)//': '//kind_name(obstacle)
@@ -142,6 +143,8 @@ contains
       end select
       if (obstacle%rigid) then
          text = text//', rigid'
+      else if (obstacle%law > 0) then
+         text = text//', foundation by the law '//trim(model%law(obstacle%law)%name)
       else
          text = text//', Winkler foundation of modulus '//brief(obstacle%modulus)
       end if

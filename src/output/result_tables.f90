@@ -4,7 +4,7 @@
 module result_tables
    use kinds, only: i8, degree
    use timing, only: timers_t, timing_seconds, timing_calls, counted, n_phases, phase_name, n_counters, counter_name
-   use model, only: model_t, obstacle_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline
+   use model, only: model_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline
    use obstacle_curve, only: curve_samples
    use model_words, only: side_name, kind_name
    use path_record, only: accuracy_t, branch_start_t, buckling_t
@@ -53,40 +53,48 @@ contains
    end subroutine write_mesh
 
    !> A group for every obstacle: attributes, and of curves their points and the surface to draw.
-   subroutine write_obstacles(file, obstacle)
+   subroutine write_obstacles(file, model)
       type(hdf5_file_t), intent(inout) :: file
-      type(obstacle_t), intent(in) :: obstacle(:)
+      type(model_t), intent(in) :: model
       character(:), allocatable :: group
       integer :: i
       call hdf5_group(file, '/obstacles')
-      do i = 1, size(obstacle)
-         group = '/obstacles/'//link_name(obstacle(i)%name)
-         call hdf5_group(file, group)
-         call hdf5_attribute(file, group, 'side', side_name(obstacle(i)))
-         call hdf5_attribute(file, group, 'type', kind_name(obstacle(i)))
-         call hdf5_attribute(file, group, 'number', i)
-         select case (obstacle(i)%kind)
-         case (obstacle_line)
-            call hdf5_attribute(file, group, 'points', obstacle(i)%point)
-         case (obstacle_circle, obstacle_arc)
-            call hdf5_attribute(file, group, 'centre', obstacle(i)%centre)
-            call hdf5_attribute(file, group, 'radius', obstacle(i)%radius)
-         case default
-            if (obstacle(i)%kind == obstacle_polyline) call hdf5_attribute(file, group, 'radius', obstacle(i)%radius)
-            call hdf5_write(file, group//'/points', obstacle(i)%point, 'length', 'points of the deck')
-         end select
-         if (obstacle(i)%kind == obstacle_arc) call hdf5_attribute(file, group, 'angles', obstacle(i)%angle / degree)
-         if (.not. any(obstacle(i)%kind == [obstacle_line, obstacle_circle])) call hdf5_write(file, group//'/surface', &
-            & curve_samples(obstacle(i)%curve), 'length', 'points along the surface, which goes on straight beyond its ends')
-         call hdf5_attribute(file, group, 'reference_angle', obstacle(i)%reference_angle / degree)
-         if (obstacle(i)%rigid) then
-            call hdf5_attribute(file, group, 'foundation', 'rigid')
-         else
-            call hdf5_attribute(file, group, 'foundation', 'winkler')
-         end if
-         call hdf5_attribute(file, group, 'modulus', obstacle(i)%modulus)
-         call hdf5_attribute(file, group, 'bilateral', merge(1, 0, obstacle(i)%bilateral))
-      end do
+      associate (obstacle => model%obstacle)
+         do i = 1, size(model%obstacle)
+            group = '/obstacles/'//link_name(obstacle(i)%name)
+            call hdf5_group(file, group)
+            call hdf5_attribute(file, group, 'side', side_name(obstacle(i)))
+            call hdf5_attribute(file, group, 'type', kind_name(obstacle(i)))
+            call hdf5_attribute(file, group, 'number', i)
+            select case (obstacle(i)%kind)
+            case (obstacle_line)
+               call hdf5_attribute(file, group, 'points', obstacle(i)%point)
+            case (obstacle_circle, obstacle_arc)
+               call hdf5_attribute(file, group, 'centre', obstacle(i)%centre)
+               call hdf5_attribute(file, group, 'radius', obstacle(i)%radius)
+            case default
+               if (obstacle(i)%kind == obstacle_polyline) call hdf5_attribute(file, group, 'radius', obstacle(i)%radius)
+               call hdf5_write(file, group//'/points', obstacle(i)%point, 'length', 'points of the deck')
+            end select
+            if (obstacle(i)%kind == obstacle_arc) call hdf5_attribute(file, group, 'angles', obstacle(i)%angle / degree)
+            if (.not. any(obstacle(i)%kind == [obstacle_line, obstacle_circle])) call hdf5_write(file, group//'/surface', &
+               & curve_samples(obstacle(i)%curve), 'length', 'points along the surface, which goes on straight beyond its ends')
+            call hdf5_attribute(file, group, 'reference_angle', obstacle(i)%reference_angle / degree)
+            if (obstacle(i)%rigid) then
+               call hdf5_attribute(file, group, 'foundation', 'rigid')
+            else if (obstacle(i)%law > 0) then
+               call hdf5_attribute(file, group, 'foundation', 'law')
+               associate (curve => model%law(obstacle(i)%law))
+                  call hdf5_write(file, group//'/law', transpose(reshape([curve%penetration, obstacle(i)%width * curve%force], &
+                     & [size(curve%force), 2])), 'length, force/length', 'penetration and force per length of rod')
+               end associate
+            else
+               call hdf5_attribute(file, group, 'foundation', 'winkler')
+            end if
+            call hdf5_attribute(file, group, 'modulus', obstacle(i)%modulus)
+            call hdf5_attribute(file, group, 'bilateral', merge(1, 0, obstacle(i)%bilateral))
+         end do
+      end associate
    end subroutine write_obstacles
 
    !> Who may touch what; the group /contact must exist.

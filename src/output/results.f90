@@ -54,7 +54,7 @@ contains
       call hdf5_create(results%file, path)
       call write_root(results%file, model, deck, version)
       call write_mesh(results%file, model)
-      if (size(model%obstacle) > 0) call write_obstacles(results%file, model%obstacle)
+      if (size(model%obstacle) > 0) call write_obstacles(results%file, model)
       call open_path_series(results%path(0), results%set, results%file, model, '')
       if (size(model%contact) > 0) call write_candidates(results%file, model)
       call open_limit_series(results%limit_curves, results%set, results%file, model)

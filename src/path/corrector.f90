@@ -134,7 +134,7 @@ contains
       type(timers_t), intent(inout) :: timers
       type(state_t) :: origin
       type(contact_step_t) :: step
-      real(wp), allocatable :: before(:, :)
+      real(wp), allocatable :: before(:, :), spring(:)
       real(wp) :: rhs, tolerance, best, correction, moved
       logical :: refactor, settled
       integer :: iteration
@@ -159,7 +159,9 @@ contains
          end if
          report%iterations = report%iterations + 1
          call count_up(timers, counter_newton)
+         spring = system%spring
          call assemble_bordered(problem, state, origin, system, timers)
+         refactor = refactor .or. any(abs(system%spring - spring) > 0.0_wp)
          if (.not. system%ok) then
             report%message = 'an element has become singular'
             return
@@ -261,7 +263,7 @@ contains
       type(system_t), intent(in) :: system
       worst = 0.0_wp
       if (any(system%fixed)) worst = maxval(abs(system%value), mask=system%fixed) / problem%size
-      if (any(state%active .and. system%spring <= 0.0_wp .and. system%unknown == 0)) worst = huge(1.0_wp)
+      if (any(state%active .and. .not. system%soft .and. system%unknown == 0)) worst = huge(1.0_wp)
       if (system%n_slides > 0) worst = max(worst, maxval(abs(system%tangency)))
    end function constraint_residual
 
@@ -276,8 +278,8 @@ contains
       do c = 1, problem%candidates%n
          if (problem%candidates%bilateral(c)) cycle
          if (state%active(c)) then
-            if (system%spring(c) > 0.0_wp) then
-               reaction = -system%spring(c) * system%gap(c)
+            if (system%soft(c)) then
+               reaction = system%push(c)
             else
                reaction = state%reaction(c)
             end if
@@ -297,8 +299,8 @@ contains
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) then
             state%reaction(c) = 0.0_wp
-         else if (system%spring(c) > 0.0_wp) then
-            state%reaction(c) = -system%spring(c) * system%gap(c)
+         else if (system%soft(c)) then
+            state%reaction(c) = system%push(c)
          else if (system%unknown(c) > 0) then
             state%reaction(c) = system%raw(system%unknown(c)) / system%slope(c)
          end if
