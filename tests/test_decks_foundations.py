@@ -327,3 +327,129 @@ def test_beam_sinks_into_a_bilinear_ground():
 def test_other_ways_meet_the_same_kinks(static):
     run, same = beam_on_bilinear_ground(80, static), beam_on_bilinear_ground(80)
     dr.assert_close(run.column("W")[-1], same.column("W")[-1], relative=1e-7)
+
+
+# Springs at nodes ------------------------------------------------------------------------------------------------
+
+def on_springs(springs, load, supports="", monitors="", step="*STATIC, METHOD=LOAD\n1", more=""):
+    """A rod of length 1 and EI 1 from (0, 0) to (1, 0)."""
+    supports = f"*BOUNDARY\n{supports}\n" if supports else ""
+    return dr.run_deck(f"""*HEADING
+Rod on springs
+*NODE
+1, 0, 0
+2, 1, 0
+*LINE, ELSET=ROD, NSET=ROD
+1, 2, 8
+*NSET, NSET=ENDS
+1, 2
+*BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS
+1e6, 1
+{supports}*SPRING
+{springs}
+*MONITOR, NAME=U
+2, U1
+*MONITOR, NAME=V
+2, U2
+*MONITOR, NAME=PHI
+2, UR
+{monitors}*STEP
+{step}
+*CLOAD
+{load}
+{more}*END STEP
+""")
+
+
+def test_springs_alone_hold_a_rod():
+    """An axial force, a force across and a moment at the end of a rod that stands on springs at its other end."""
+    run = on_springs("1, 1, 2\n1, 2, 4\n1, 6, 5", "2, 1, 1e-3\n2, 2, 1e-6\n2, 6, 1e-6", monitors="""*MONITOR, NAME=RF1
+1, RF1
+*MONITOR, NAME=RF2
+ENDS, RF2
+*MONITOR, NAME=RM
+1, RM
+""")
+    # Of the first order in the small force and moment; the axial force moves all by 1/2000.
+    moment = 1e-6 + 1e-6 * 1.0
+    angle, force = moment / 5.0, 1e-6
+    dr.assert_close(run.column("U")[-1], 1e-3 / 2.0 + 1e-9, relative=1e-8)
+    dr.assert_close(run.column("V")[-1], force / 4.0 + angle + force / 3.0 + 1e-6 / 2.0, relative=1e-3)
+    dr.assert_close([run.column(name)[-1] for name in ("RF1", "RF2")], [-1e-3, -1e-6], relative=1e-9)
+    dr.assert_close(run.column("RM")[-1], -moment, relative=2e-3)
+    assert run.results.accuracy["force_balance"] < 1e-12 and run.results.accuracy["moment_balance"] < 1e-12
+
+
+def test_spring_at_the_tip_of_a_cantilever():
+    """Closed form: tip under q and springs k, c: 3 EI + k, c + EI; both springs of a dof add up."""
+    k = 7.0
+    run = on_springs("2, 2, 3\n2, 2, 4", "2, 2, -1e-4", "1, ENCASTRE", "*MONITOR, NAME=R\n2, RF2\n")
+    dr.assert_close(run.column("V")[-1], -1e-4 / (3.0 + k), relative=1e-6)
+    dr.assert_close(run.column("R")[-1], k * 1e-4 / (3.0 + k), relative=1e-6)
+    run = on_springs("2, 6, 3", "2, 6, 1e-4", "1, ENCASTRE")
+    dr.assert_close(run.column("PHI")[-1], 1e-4 / (3.0 + 1.0), relative=1e-6)
+
+
+@pytest.mark.parametrize("stiffness", [0.5, 20.0])
+def test_column_with_an_elastic_side_support(stiffness):
+    """Clamped-free column, a side spring at its top: tan(a) = a (1 - a^2/k), P = a^2 (Timoshenko & Gere 1961). Buckling
+    and the bifurcation on the path agree with it."""
+    def equation(a):
+        return math.sin(a) - a * (1.0 - a * a / stiffness) * math.cos(a)
+
+    low, high = math.pi / 2.0, 4.49
+    assert equation(low) * equation(high) < 0.0
+    for _ in range(80):
+        a = 0.5 * (low + high)
+        low, high = (a, high) if equation(a) * equation(low) > 0.0 else (low, a)
+    run = on_springs(f"2, 2, {stiffness}", "2, 1, -1", "1, ENCASTRE", step="*STATIC, METHOD=LOAD\n0.2, , 1",
+                     more=f"*STOP\nLOAD, ABOVE, {1.05 * a * a}\n")
+    # GE4 with h = 1/8: (a h)^4/720, and the shortening by P/EA.
+    dr.assert_close(run.load("BP"), a * a, relative=2e-4)
+    modes = on_springs(f"2, 2, {stiffness}", "2, 1, -1", "1, ENCASTRE", step="*BUCKLE\n1").results.buckling["Step-1"]
+    dr.assert_close(modes.load_factor, [a * a], relative=2e-4)
+    assert modes.residual[0] < 1e-7
+
+
+def test_spring_at_a_node_in_contact():
+    """A node on an inclined wall, a side spring across it: the node's axes are turned, the spring's are not."""
+    text = """*HEADING
+A block between springs slides down a wall
+*NODE
+1, 0, 0
+2, 1, 0
+*LINE, ELSET=ROD, NSET=ROD
+1, 2, 1
+*NSET, NSET=TIP
+2
+*BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS
+1e6, 1
+*BOUNDARY
+1, 6
+2, 6
+*SPRING
+1, 1, 3
+1, 2, 5
+2, 2, 2
+*OBSTACLE, NAME=WALL, TYPE=LINE
+0, -1, 2, 1
+*CONTACT, OBSTACLE=WALL, NSET=TIP
+*MONITOR, NAME=U
+2, U1
+*MONITOR, NAME=V
+2, U2
+*MONITOR, NAME=R, OBSTACLE=WALL
+RN
+*STEP
+*STATIC, METHOD=LOAD
+1
+*CLOAD
+2, 2, -1e-3
+*END STEP
+"""
+    run = dr.run_deck(text)
+    # Along (1, 1)/sqrt 2: (kx + ky) u = -F, EA and the bending stiffness 12 EI of the guided rod in between.
+    along_x, across = 1.0 / (1.0 / 3.0 + 1e-6), 2.0 + 1.0 / (1.0 / 5.0 + 1.0 / 12.0)
+    dr.assert_close(run.column("U")[-1], -1e-3 / (along_x + across), relative=1e-3)
+    dr.assert_close(run.column("V")[-1], run.column("U")[-1], relative=1e-9)
+    assert run.results.accuracy["force_balance"] < 1e-12

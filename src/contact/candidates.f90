@@ -147,7 +147,7 @@ contains
       end function slides
    end function new_candidates
 
-   !> Nodes with supports, loads, monitors or more or less than two elements keep their material point.
+   !> Nodes with supports, springs, loads, monitors or more or less than two elements keep their material point.
    function nodes_that_stay(model) result(pinned)
       type(model_t), intent(in) :: model
       logical, allocatable :: pinned(:)
@@ -164,6 +164,7 @@ contains
          pinned = elements /= 2
          do i = 1, mesh%n_nodes
             pinned(i) = pinned(i) .or. any(model%fixed(:, i))
+            if (allocated(model%spring)) pinned(i) = pinned(i) .or. any(model%spring(:, i) > 0.0_wp)
          end do
          do k = 1, size(model%step)
             do i = 1, mesh%n_nodes

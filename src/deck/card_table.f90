@@ -270,7 +270,7 @@ contains
          default='AUTO', words='AUTO|NODES|SLIDING')
 
       call card(t, 'MONITOR', in_model, 'A quantity of the path: offset + factor * mean displacement (U) or sum of '// &
-         'support reactions (R) of the nodes, or sum of the reactions of an obstacle.')
+         'reactions (R) of supports and springs at the nodes, or sum of the reactions of an obstacle.')
       call param(t, 'NAME', kind_name, 'each once, and not LOAD')
       call param(t, 'OBSTACLE', kind_name, 'whose contact reactions are summed', optional=.true.)
       call lines(t, when='OBSTACLE', most=1)
@@ -299,5 +299,12 @@ contains
       call field(t, 'last dof', kind_integer, 'left out: the first dof only', optional=.true., bound=positive)
       call field(t, 'value', kind_real, 'in a step only, and required there: the displacement at load factor 1', &
          unit='length or radian', optional=.true.)
+
+      call card(t, 'SPRING', in_model, 'Linear springs between nodes and the ground, without force at the start; '// &
+         'repeated ones add up.')
+      call lines(t)
+      call field(t, 'node or set', kind_label_or_set, 'a node label or the name of a node set; each node gets the spring')
+      call field(t, 'dof', kind_integer, '1 (x), 2 (y), 6 (rotation)', bound=positive)
+      call field(t, 'stiffness', kind_real, 'reaction over displacement', unit='force/length or moment/radian', bound=positive)
    end subroutine support_cards
 end module card_table

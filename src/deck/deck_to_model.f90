@@ -13,7 +13,7 @@ module deck_to_model
    use read_mesh, only: read_mesh_cards
    use read_imperfections, only: read_imperfection_cards
    use read_sections, only: read_section_cards
-   use read_supports, only: read_support_cards
+   use read_supports, only: read_support_cards, read_spring_cards
    use read_foundation_laws, only: read_foundation_law_cards
    use read_obstacles, only: read_obstacle_cards
    use read_contact, only: read_contact_cards
@@ -54,6 +54,7 @@ contains
       if (diagnostics%n > n) names%sections_incomplete = .true.
       n = diagnostics%n
       call read_support_cards(deck, names, model, diagnostics)
+      call read_spring_cards(deck, names, model, diagnostics)
       if (diagnostics%n > n) names%supports_incomplete = .true.
       call read_foundation_law_cards(deck, names, model, diagnostics)
       call read_obstacle_cards(deck, names, model, diagnostics)
@@ -114,6 +115,8 @@ contains
             names%contacts_incomplete = .true.
          case ('MONITOR')
             names%monitor%incomplete = .true.
+         case ('SPRING')
+            names%supports_incomplete = .true.
          case ('BOUNDARY')
             names%supports_incomplete = .true.
             names%loads_incomplete = .true.

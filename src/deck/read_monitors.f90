@@ -110,8 +110,9 @@ contains
          end do
       end if
       if (monitor%quantity == quantity_reaction .and. .not. names%supports_incomplete) then
-         if (.not. any(model%fixed(monitor%component, monitor%node))) call complain(deck, diagnostics, card, &
-            field_place(deck, line, 2), 'no *BOUNDARY of the model part supports this, so there is no reaction')
+         if (.not. any(model%fixed(monitor%component, monitor%node) .or. model%spring(monitor%component, monitor%node) > 0.0_wp)) &
+            call complain(deck, diagnostics, card, field_place(deck, line, 2), 'no *BOUNDARY of the model part supports this'// &
+            ', so there is no reaction')
       end if
    end subroutine check_monitor
 end module read_monitors

@@ -1,4 +1,4 @@
-!> *BOUNDARY in the model part: which degrees of freedom are held. The same card in a step prescribes them.
+!> *BOUNDARY in the model part: which degrees of freedom are held. The same card in a step prescribes them. *SPRING.
 module read_supports
    use kinds, only: wp
    use text, only: parse_integer, to_text
@@ -9,7 +9,7 @@ module read_supports
    use deck_names, only: deck_names_t, find_nodes
    implicit none
    private
-   public :: read_support_cards, read_dofs, dof_number
+   public :: read_support_cards, read_spring_cards, read_dofs, dof_number
 
    integer, parameter :: dof_number(3) = [1, 2, 6] !! how the deck counts x, y and rotation
 
@@ -39,6 +39,45 @@ contains
          end do
       end do
    end subroutine read_support_cards
+
+   !> Reads the springs.
+   subroutine read_spring_cards(deck, names, model, diagnostics)
+      type(deck_t), intent(in) :: deck
+      type(deck_names_t), intent(in) :: names           !! with the mesh
+      type(model_t), intent(inout) :: model             !! with the supports; gets spring
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer, allocatable :: nodes(:)
+      integer :: card, line, i, dof
+      character(:), allocatable :: problem
+      allocate (model%spring(3, model%mesh%n_nodes), source=0.0_wp)
+      do card = 1, deck%n_cards
+         if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'SPRING') cycle
+         do line = deck%card(card)%first_line, deck%card(card)%last_line
+            if (.not. deck%data_line(line)%sound) cycle
+            call find_nodes(deck, names, diagnostics, line, 1, nodes)
+            dof = findloc(dof_number, field_integer(deck, line, 2), 1)
+            if (dof == 0) then
+               call complain(deck, diagnostics, card, field_place(deck, line, 2), &
+                  'a plane rod has the degrees of freedom 1, 2 and 6 only')
+               cycle
+            end if
+            do i = 1, size(nodes)
+               problem = ''
+               if (.not. names%mesh_incomplete) then
+                  if (.not. names%connected(nodes(i))) problem = 'belongs to no element'
+               end if
+               if (model%fixed(dof, nodes(i))) problem = 'is supported in this degree of freedom already'
+               if (problem == '') then
+                  model%spring(dof, nodes(i)) = model%spring(dof, nodes(i)) + field_real(deck, line, 3)
+                  cycle
+               end if
+               call complain(deck, diagnostics, card, field_place(deck, line, 1), 'node '// &
+                  to_text(model%mesh%node_label(nodes(i)))//' '//problem)
+               exit
+            end do
+         end do
+      end do
+   end subroutine read_spring_cards
 
    !> The degrees of freedom of a line of *BOUNDARY; none, and an error, when they make no sense.
    subroutine read_dofs(deck, diagnostics, line, dofs)

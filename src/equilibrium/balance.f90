@@ -50,7 +50,8 @@ contains
          elsewhere
             support(:, node) = support(:, node) - force
          end where
-         force = support(:, node)
+         force = support(:, node) - problem%spring(:, node) * state%u(:, node)
+         scale = max(scale, maxval(abs(force(1:2))))
          total = total + [force(1:2), force(3) + x(1) * force(2) - x(2) * force(1)]
       end do nodes
       largest = 0.0_wp

@@ -15,7 +15,7 @@ module linear_system
    use timing, only: timers_t, timing_start, timing_stop, phase_elements, phase_assembly
    implicit none
    private
-   public :: system_t, new_system, assemble, sum_elements, contact_tangent, &
+   public :: system_t, new_system, assemble, sum_elements, contact_tangent, spring_tangent, &
       & evaluate_element, turn_pair, to_global, row_times
 
    real(wp), parameter :: worst_round_off = 1.0e-6_wp !! a residual above it is no equilibrium, whatever its reason
@@ -136,6 +136,7 @@ contains
       call set_constraints(problem, state, system)
       call sum_elements(problem, system)
       call add_node_loads(problem, state, system)
+      call add_springs(problem, state, system)
       call add_contact(problem, state, system)
       call measure_residual(problem, state, system)
       call timing_stop(timers, phase_assembly)
@@ -321,7 +322,49 @@ contains
       end do
    end subroutine add_node_loads
 
-   !> Winkler springs, and the curvature of the obstacles under the reactions. An obstacle that moves does to its contacts
+   !> Springs between nodes and ground, which follow the displacements since the stress-free start.
+   subroutine add_springs(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system
+      integer :: node, d, i, j
+      real(wp) :: k(3, 3), force(3)
+      do node = 1, problem%model%mesh%n_nodes
+         if (.not. any(problem%spring(:, node) > 0.0_wp)) cycle
+         d = dof(problem, node, 1)
+         force = problem%spring(:, node) * state%u(:, node)
+         if (system%turned(node)) call turn_pair(system%axis(:, node), force(1:2))
+         system%residual(d:d + 2) = system%residual(d:d + 2) + force
+         k = spring_tangent(problem, system, node)
+         do j = 1, 3
+            do i = j, 3
+               system%k%a(1 + i - j, d + j - 1) = system%k%a(1 + i - j, d + j - 1) + k(i, j)
+            end do
+         end do
+      end do
+   end subroutine add_springs
+
+   !> Stiffness of a node's springs in the node's axes.
+   pure function spring_tangent(problem, system, node) result(k)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system     !! gives the axes
+      integer, intent(in) :: node
+      real(wp) :: k(3, 3)
+      integer :: i
+      k = 0.0_wp
+      do i = 1, 3
+         k(i, i) = problem%spring(i, node)
+      end do
+      if (.not. system%turned(node)) return
+      do i = 1, 2
+         call turn_pair(system%axis(:, node), k(1:2, i))
+      end do
+      do i = 1, 2
+         call turn_pair(system%axis(:, node), k(i, 1:2))
+      end do
+   end function spring_tangent
+
+   !> Foundations, and the curvature of the obstacles under the reactions. An obstacle that moves does to its contacts
    !> what their moving the other way would do.
    subroutine add_contact(problem, state, system)
       type(problem_t), intent(in) :: problem
@@ -386,6 +429,8 @@ contains
             & abs(system%eraw(3, e)) / problem%size, abs(system%eraw(6, e)) / problem%size)
       end do
       scale = max(scale, maxval(abs(state%reaction), mask=state%active))
+      scale = max(scale, maxval(problem%spring(1:2, :) * abs(state%u(1:2, :))), &
+         & maxval(problem%spring(3, :) * abs(state%u(3, :))) / problem%size)
       ! Loads of several steps may cancel; what is left is known to the rounding of the parts.
       associate (rate => problem%model%step(problem%step)%load)
          scale = max(scale, maxval(abs(problem%constant%node_force(1:2, :))), &
@@ -407,6 +452,7 @@ contains
       ! UL2 takes N from displacements, a foundation its reaction from a gap: no better than their rounding times stiffness.
       noise = maxval([0.0_wp, system%spring]) * problem%size
       moved = max(maxval(abs(state%u(1:2, :))), maxval(abs(state%u(3, :))) * problem%size)
+      noise = max(noise, moved * maxval(problem%spring(1:2, :)), moved * maxval(problem%spring(3, :)) / problem%size**2)
       do e = 1, problem%model%mesh%n_elements
          if (problem%model%mesh%family(e) == family_ge) cycle
          associate (h => state%geometry%element(e)%length, flexible => problem%compliance(e))

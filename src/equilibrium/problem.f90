@@ -18,6 +18,7 @@ module problem
       type(candidates_t) :: candidates
       type(tableau_t) :: tableau(max_stages)
       type(ge_stiffness_t), allocatable :: compliance(:) !! (elements)
+      real(wp), allocatable :: spring(:, :)              !! (3, nodes) stiffness of springs to the ground
       logical, allocatable :: pressurised(:)             !! (elements) a pressure acts in some step
       integer, allocatable :: z_size(:)                  !! (elements) stored unknowns
       real(wp), allocatable :: coordinates(:, :)         !! (2, nodes) of the deck: what stored displacements count from
@@ -45,6 +46,8 @@ contains
       end do
       home = new_geometry(model, problem%tableau)
       problem%candidates = new_candidates(model, home)
+      allocate (problem%spring(3, model%mesh%n_nodes), source=0.0_wp)
+      if (allocated(model%spring)) problem%spring = model%spring
       problem%constant = new_load(model%mesh%n_nodes, model%mesh%n_elements, size(model%obstacle))
       problem%n_unknowns = 3 * model%mesh%n_nodes
       problem%size = structure_size(home%x)

@@ -1,4 +1,4 @@
-!> Whether supports and touching obstacles hold every part of the structure against rigid motion at the start.
+!> Whether supports, springs and touching obstacles hold every part of the structure against rigid motion at the start.
 !>
 !> Asked of geometry, not of the factored tangent: rounding in a long rod's tangent is as large as a missing support.
 module support_check
@@ -26,9 +26,9 @@ contains
       allocate (gram(3, 3, maxval(member)), source=0.0_wp)
       associate (fixed => problem%model%fixed)
          do node = 1, problem%model%mesh%n_nodes
-            if (fixed(1, node)) call add(node, [1.0_wp, 0.0_wp], 0.0_wp)
-            if (fixed(2, node)) call add(node, [0.0_wp, 1.0_wp], 0.0_wp)
-            if (fixed(3, node)) call add(node, [0.0_wp, 0.0_wp], 1.0_wp)
+            if (fixed(1, node) .or. problem%spring(1, node) > 0.0_wp) call add(node, [1.0_wp, 0.0_wp], 0.0_wp)
+            if (fixed(2, node) .or. problem%spring(2, node) > 0.0_wp) call add(node, [0.0_wp, 1.0_wp], 0.0_wp)
+            if (fixed(3, node) .or. problem%spring(3, node) > 0.0_wp) call add(node, [0.0_wp, 0.0_wp], 1.0_wp)
          end do
       end associate
       do c = 1, problem%candidates%n

@@ -223,6 +223,7 @@ module model
       type(section_t), allocatable :: section(:)
       type(node_set_t), allocatable :: node_set(:)
       logical, allocatable :: fixed(:, :)       !! (3, n_nodes) supported degrees of freedom
+      real(wp), allocatable :: spring(:, :)     !! (3, n_nodes) stiffness of springs to the ground
       type(law_t), allocatable :: law(:)
       type(obstacle_t), allocatable :: obstacle(:)
       type(contact_t), allocatable :: contact(:)

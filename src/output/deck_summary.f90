@@ -31,6 +31,13 @@ contains
       call line(unit, '', '')
       call write_mesh(unit, model)
       call write_supports(unit, model%fixed)
+      if (allocated(model%spring)) then
+         associate (springs => model%spring > 0.0_wp)
+            if (any(springs)) call line(unit, 'springs', 'at '//plural(count(any(springs, 1)), 'node')//': '// &
+               & whole(count(springs(1, :)))//' u, '//whole(count(springs(2, :)))//' v, '// &
+               & whole(count(springs(3, :)))//' rotations')
+         end associate
+      end if
       call write_sections(unit, model)
       do i = 1, size(model%obstacle)
          call line(unit, 'obstacle', obstacle_text(model, model%obstacle(i)))

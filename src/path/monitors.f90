@@ -34,7 +34,11 @@ contains
                end do
             else
                do i = 1, size(monitor%node)
-                  if (.not. problem%model%fixed(monitor%component, monitor%node(i))) cycle
+                  if (.not. problem%model%fixed(monitor%component, monitor%node(i))) then
+                     total = total - problem%spring(monitor%component, monitor%node(i)) * &
+                        & state%u(monitor%component, monitor%node(i))
+                     cycle
+                  end if
                   ! Internal minus external force is what the support adds.
                   total = total + system%raw(dof(problem, monitor%node(i), monitor%component))
                end do
@@ -50,6 +54,7 @@ contains
       integer, intent(in) :: m                 !! index into model%monitor
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
+      real(wp) :: moved(3)
       integer :: i, d, k
       associate (monitor => problem%model%monitor(m))
          rate = 0.0_wp
@@ -63,7 +68,11 @@ contains
             end do
          else
             do i = 1, size(monitor%node)
-               if (.not. problem%model%fixed(monitor%component, monitor%node(i))) cycle
+               if (.not. problem%model%fixed(monitor%component, monitor%node(i))) then
+                  moved = to_global(problem, system, system%tangent, monitor%node(i))
+                  rate = rate - monitor%factor * problem%spring(monitor%component, monitor%node(i)) * moved(monitor%component)
+                  cycle
+               end if
                d = dof(problem, monitor%node(i), monitor%component)
                rate = rate + monitor%factor * (row_times(system, d, system%tangent) - system%load(d))
                do k = 1, system%n_slides
@@ -78,17 +87,17 @@ contains
       !> How the direction of a contact's force changes: its node slides along the obstacle, which may move.
       real(wp) function turning(candidate)
          integer, intent(in) :: candidate
-         real(wp) :: moved(3), along(2)
+         real(wp) :: step(3), along(2)
          integer :: j
          turning = 0.0_wp
          if (problem%model%monitor(m)%component > 2) return
-         moved = to_global(problem, system, system%tangent, problem%candidates%node(candidate))
-         moved(1:2) = moved(1:2) - system%motion(:, candidate)
+         step = to_global(problem, system, system%tangent, problem%candidates%node(candidate))
+         step(1:2) = step(1:2) - system%motion(:, candidate)
          do j = 1, system%n_slides
-            if (system%slide(j) == candidate) moved(1:2) = moved(1:2) + system%slide_rate(j) * system%slide_direction(:, j)
+            if (system%slide(j) == candidate) step(1:2) = step(1:2) + system%slide_rate(j) * system%slide_direction(:, j)
          end do
          along = [system%normal(2, candidate), -system%normal(1, candidate)]
-         turning = system%bend(candidate) * dot_product(along, moved(1:2)) * along(problem%model%monitor(m)%component)
+         turning = system%bend(candidate) * dot_product(along, step(1:2)) * along(problem%model%monitor(m)%component)
       end function turning
    end function monitor_rate
 

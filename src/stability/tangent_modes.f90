@@ -9,7 +9,7 @@ module tangent_modes
    use errors, only: error_t
    use problem, only: problem_t, dof
    use rod_state, only: state_t
-   use linear_system, only: system_t, to_global, contact_tangent
+   use linear_system, only: system_t, to_global, contact_tangent, spring_tangent
    use element_products, only: apply_elements
    use contact_slides, only: slide_force
    use bordered_system, only: solve_effective
@@ -100,8 +100,8 @@ contains
       real(wp), intent(in) :: shift(:)         !! (n_slides)
       real(wp), intent(out) :: y(:)            !! (n) without the part of the sliding points
       real(wp), intent(out) :: form            !! with it
-      real(wp) :: force(2), k(2, 2)
-      integer :: i, c, d
+      real(wp) :: force(2), k(2, 2), push(3)
+      integer :: i, c, d, node
       associate (rate => problem%model%step(problem%step)%load%pressure)
          call apply_elements(problem, system, system%ek, problem%constant%pressure + state%load_factor * rate, x, y, form)
       end associate
@@ -112,6 +112,13 @@ contains
          force = matmul(k, x(d:d + 1))
          y(d:d + 1) = y(d:d + 1) + force
          form = form + dot_product(x(d:d + 1), force)
+      end do
+      do node = 1, problem%model%mesh%n_nodes
+         if (.not. any(problem%spring(:, node) > 0.0_wp)) cycle
+         d = dof(problem, node, 1)
+         push = matmul(spring_tangent(problem, system, node), x(d:d + 2))
+         y(d:d + 2) = y(d:d + 2) + push
+         form = form + dot_product(x(d:d + 2), push)
       end do
       do i = 1, system%n_slides
          form = form - shift(i) * slide_force(system, i, x)
