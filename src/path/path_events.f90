@@ -4,7 +4,7 @@ module path_events
    use kinds, only: wp
    use model, only: step_t
    use problem, only: problem_t
-   use rod_state, only: state_t
+   use rod_state, only: state_t, candidate_gap
    use linear_system, only: system_t
    use monitors, only: monitor_values, monitor_rate
    use contact_regions, only: region_of, resolved_contact
@@ -36,6 +36,7 @@ module path_events
       integer :: least = 0, most = 0          !! and the smaller and the larger pivot count at both ends
       integer :: pivots = 0                   !! count where it was located
       logical, allocatable :: marked(:)       !! contact: the candidates concerned
+      logical :: divided = .false.            !! contact: a region splits there, or two merge
       real(wp) :: gap_scale = 1.0_wp, reaction_scale = 1.0_wp !! contact: make both branches comparable
       logical :: load_tells = .false.         !! the load grows so steadily over the increment that it tells parts of it
       real(wp) :: scale = 1.0_wp              !! what the zero of its function was measured against
@@ -196,6 +197,7 @@ contains
             if (parts > 1) then
                event%note = divided
                event%marked = region .and. .not. other
+               event%divided = .true.
             end if
             event%reaction_scale = max(sum(from%reaction, mask=event%marked), sum(to%reaction, mask=event%marked), &
                & tiny(1.0_wp))
@@ -236,7 +238,11 @@ contains
       case (event_turning)
          value = probe%monitor_rate(event%monitor)
       case (event_contact)
-         if (any(state%active .and. event%marked)) then
+         if (event%divided) then
+            ! Whole as long as all of it touches.
+            value = minval(state%reaction, mask=event%marked) / event%reaction_scale
+            if (any(event%marked .and. .not. state%active)) value = -largest_gap(problem, state, event%marked) / event%gap_scale
+         else if (any(state%active .and. event%marked)) then
             value = sum(state%reaction, mask=event%marked) / event%reaction_scale
          else
             value = -smallest_gap(problem, state, event%marked) / event%gap_scale
@@ -245,6 +251,21 @@ contains
          value = probe_value(probe, event) - event%value
       end select
    end function event_value
+
+   !> Of the open ones among some candidates.
+   pure real(wp) function largest_gap(problem, state, marked) result(largest)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      logical, intent(in) :: marked(:)
+      real(wp) :: gap, normal(2), bend
+      integer :: c
+      largest = 0.0_wp
+      do c = 1, size(marked)
+         if (.not. marked(c) .or. state%active(c)) cycle
+         call candidate_gap(problem, state, c, gap, normal, bend)
+         largest = max(largest, gap)
+      end do
+   end function largest_gap
 
    !> Load factor or monitor that a value event watches.
    pure real(wp) function probe_value(probe, event)
