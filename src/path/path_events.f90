@@ -198,6 +198,8 @@ contains
                event%note = divided
                event%marked = region .and. .not. other
                event%divided = .true.
+               ! Two regions next to one another that touch only by their ends.
+               if (.not. any(event%marked)) cycle
             end if
             event%reaction_scale = max(sum(from%reaction, mask=event%marked), sum(to%reaction, mask=event%marked), &
                & tiny(1.0_wp))
