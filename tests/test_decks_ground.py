@@ -214,3 +214,13 @@ def test_liner_against_glock():
 
 def test_liner_on_a_finer_mesh():
     dr.assert_close(liner(times=2), liner(), relative=3e-5)
+
+
+def test_end_of_contact_beside_a_short_span():
+    """The pipe just lifted, free over up to three elements: the end moves inwards steadily, never to the next node."""
+    text = dr.changed(dr.example("pipe-lift"), ("1, 2, 60", "1, 2, 30"), ("2, 2, 2, 2.2830889633098", "2, 2, 2, 0.02"),
+                      ("height, 0.041582882044509, 0.59486643521603, 1.7463390451712", "height, 0.003425"))
+    end = dr.regions(dr.run_deck(text), "end")[1:]
+    assert len(end) > 10
+    dr.assert_monotone(end, rising=False)
+    assert np.max(-np.diff(end)) < 0.2          # an element

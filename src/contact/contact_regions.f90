@@ -207,7 +207,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate, side
-      real(wp) :: local(3, 2), near, far, slope, h, direction, a, b, root
+      real(wp) :: local(3, 2), near, far, slope, h, direction, a, b, root, other
       integer :: e, inner, outer
       e = problem%candidates%element(side, candidate)
       inner = merge(2, 1, side == 1)
@@ -226,6 +226,11 @@ contains
       b = slope + sign(sqrt(root), slope)
       if (.not. abs(b) > 0.0_wp) return
       beyond = h - 2.0_wp * far / b
+      ! On a short free span the moment's maximum may lie in this element: then the contact ends at the other root.
+      if (abs(a) > 0.0_wp) then
+         other = h - 0.5_wp * b / a
+         if (abs(other) < abs(beyond)) beyond = other
+      end if
       beyond = min(max(beyond, -h), h)
 
    contains
