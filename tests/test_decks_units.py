@@ -74,7 +74,7 @@ def test_path_and_branches(length, force):
     for a, b in zip(one.branches.values(), two.branches.values(), strict=True):
         assert (a.name, a.side, a.point) == (b.name, b.side, b.point)
         # a bifurcation's state has a share of the null vector, by which the points of a branch are shifted along it
-        same_path(a, b, length, force, 2e-4)
+        same_path(a, b, length, force, 1e-5)
         dr.assert_close(b.column("load_factor").values[-1], a.column("load_factor").values[-1], relative=SMALL)
     found = [c for c in one.critical if c.label == "BP"]
     for a, b in zip(found, [c for c in two.critical if c.label == "BP"], strict=True):

@@ -150,7 +150,7 @@ contains
       if (system%unknown(candidate) > 0) then
          reaction_rate = reaction_change(system, candidate, system%tangent, y)
       else
-         reaction_rate = -system%spring(candidate) * gap_change(problem, system, candidate, system%tangent, y)
+         reaction_rate = -system%spring(candidate) * gap_rate(problem, system, candidate)
       end if
    end function reaction_rate
 

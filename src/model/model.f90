@@ -158,7 +158,7 @@ module model
       integer :: mode = 1                       !! along this null vector (multiple bifurcations have several)
       integer :: side = 1                       !! 1 along the null vector, -1 against it
       integer :: max_points = 0
-      real(wp) :: increment = 0.0_wp            !! arc length of the first increment; 0: as on the path it leaves
+      real(wp) :: increment = 0.0_wp            !! arc length tried first; 0: the program's choice (branches)
       type(threshold_t), allocatable :: stop(:)
    end type branch_t
 

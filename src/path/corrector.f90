@@ -13,7 +13,7 @@ module corrector
    use timing, only: timers_t, count_up, counter_newton
    implicit none
    private
-   public :: increment_t, take_increment, correct, contact_holds
+   public :: increment_t, take_increment, correct
 
    !> What an increment cost and whether it succeeded.
    type :: increment_t

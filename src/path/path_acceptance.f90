@@ -24,7 +24,7 @@ module path_acceptance
    use timing, only: timers_t, count_up, counter_points, counter_located
    implicit none
    private
-   public :: accept, record, hand_over, note_trouble, outcome_t
+   public :: accept, record, note_trouble, outcome_t
 
    !> How a run ended.
    type :: outcome_t
