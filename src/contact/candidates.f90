@@ -1,4 +1,5 @@
-!> Contact candidates of all *CONTACT cards in one list, ordered along the rods.
+!> Contact candidates of *CONTACT cards in one list, ordered along the rods: those whose reactions act at nodes, or those
+!> whose nodes only mark the way along a foundation that acts inside the elements.
 module candidates
    use kinds, only: wp
    use model, only: model_t, family_ge, quantity_displacement
@@ -27,9 +28,10 @@ module candidates
 contains
 
    !> Builds the list. Within a contact, candidates follow the mesh: chain by chain, along the elements' direction.
-   function new_candidates(model, geometry) result(list)
+   function new_candidates(model, geometry, distributed) result(list)
       type(model_t), intent(in) :: model
       type(geometry_t), intent(in) :: geometry
+      logical, intent(in) :: distributed      !! which contacts: those with distributed reactions, or the others
       type(candidates_t) :: list
       integer, allocatable :: next(:), previous(:)
       logical, allocatable :: member(:), done(:), pinned(:)
@@ -37,7 +39,7 @@ contains
 
       total = 0
       do c = 1, size(model%contact)
-         total = total + size(model%contact(c)%node)
+         if (model%contact(c)%distributed .eqv. distributed) total = total + size(model%contact(c)%node)
       end do
       allocate (list%node(total), list%contact(total), list%obstacle(total), list%s(total), list%tributary(total))
       allocate (list%gap_offset(total), list%may_slide(total), list%bilateral(total))
@@ -46,6 +48,7 @@ contains
       if (total == 0) return
       pinned = nodes_that_stay(model)
       do c = 1, size(model%contact)
+         if (model%contact(c)%distributed .neqv. distributed) cycle
          associate (contact => model%contact(c), mesh => model%mesh)
             allocate (member(mesh%n_nodes), done(mesh%n_nodes), source=.false.)
             allocate (next(mesh%n_nodes), previous(mesh%n_nodes), source=0)
@@ -147,7 +150,7 @@ contains
       end function slides
    end function new_candidates
 
-   !> Nodes with supports, springs, loads, monitors or more or less than two elements keep their material point.
+   !> Nodes with supports, springs, loads, monitors, on distributed foundations or with more or less than two elements keep their material point.
    function nodes_that_stay(model) result(pinned)
       type(model_t), intent(in) :: model
       logical, allocatable :: pinned(:)
@@ -162,6 +165,9 @@ contains
             end do
          end do
          pinned = elements /= 2
+         do k = 1, size(model%contact)
+            if (model%contact(k)%distributed) pinned(model%contact(k)%node) = .true.
+         end do
          do i = 1, mesh%n_nodes
             pinned(i) = pinned(i) .or. any(model%fixed(:, i))
             if (allocated(model%spring)) pinned(i) = pinned(i) .or. any(model%spring(:, i) > 0.0_wp)

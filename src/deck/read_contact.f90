@@ -25,7 +25,7 @@ contains
       type(diagnostics_t), intent(inout) :: diagnostics
       type(contact_t) :: contact
       integer, allocatable :: touched(:, :)             ! by obstacle and node: line of the *CONTACT
-      character(:), allocatable :: reason
+      character(:), allocatable :: reason, points
       integer :: card, set
       allocate (model%contact(0), touched(size(model%obstacle), model%mesh%n_nodes))
       touched = 0
@@ -36,7 +36,9 @@ contains
          call find_set(deck, names, diagnostics, card, 'NSET', 'node', set)
          contact%node = names%node_set%members(set)
          contact%gap = parameter_real(deck, card, 'GAP')
-         contact%sliding = parameter_word(deck, card, 'POINTS') /= 'NODES'
+         points = parameter_word(deck, card, 'POINTS')
+         contact%sliding = points == 'AUTO' .or. points == 'SLIDING'
+         contact%distributed = points == 'AUTO' .or. points == 'DISTRIBUTED'
          if (contact%obstacle > 0 .and. .not. names%mesh_incomplete) then
             call check_candidates(deck, names, model, diagnostics, card, contact, touched(contact%obstacle, :))
             call check_directions(deck, model, diagnostics, card, contact)
@@ -46,8 +48,14 @@ contains
             if (contact%sliding) then
                reason = no_sliding(model, contact)
                contact%sliding = reason == ''
-               if (parameter_word(deck, card, 'POINTS') == 'SLIDING' .and. reason /= '') &
+               if (points == 'SLIDING' .and. reason /= '') &
                   call complain(deck, diagnostics, card, parameter_place(deck, card, 'POINTS'), 'SLIDING needs '//reason)
+            end if
+            if (contact%distributed) then
+               reason = no_distribution(model, contact)
+               contact%distributed = reason == ''
+               if (points == 'DISTRIBUTED' .and. reason /= '') &
+                  call complain(deck, diagnostics, card, parameter_place(deck, card, 'POINTS'), 'DISTRIBUTED needs '//reason)
             end if
          end if
          model%contact = [model%contact, contact]
@@ -227,4 +235,40 @@ contains
          if (reason /= '') return
       end do
    end function no_sliding
+
+   !> What a contact lacks for reactions inside elements; '' when it has a foundation and its nodes are those of unbranched
+   !> chains of GE elements.
+   function no_distribution(model, contact) result(reason)
+      type(model_t), intent(in) :: model
+      type(contact_t), intent(in) :: contact
+      character(:), allocatable :: reason
+      logical :: candidate(model%mesh%n_nodes)
+      integer :: leaving(model%mesh%n_nodes), entering(model%mesh%n_nodes), e, i, node
+      reason = ''
+      if (model%obstacle(contact%obstacle)%rigid) then
+         reason = 'a foundation; obstacle '//trim(model%obstacle(contact%obstacle)%name)//' is rigid'
+         return
+      end if
+      candidate = .false.
+      candidate(contact%node) = .true.
+      leaving = 0
+      entering = 0
+      do e = 1, model%mesh%n_elements
+         if (.not. all(candidate(model%mesh%node(:, e)))) cycle
+         leaving(model%mesh%node(1, e)) = leaving(model%mesh%node(1, e)) + 1
+         entering(model%mesh%node(2, e)) = entering(model%mesh%node(2, e)) + 1
+         if (model%mesh%family(e) == family_ge) cycle
+         reason = 'GE elements; element '//to_text(model%mesh%element_label(e))//' is not'
+         return
+      end do
+      do i = 1, size(contact%node)
+         node = contact%node(i)
+         if (leaving(node) + entering(node) == 0) then
+            reason = 'elements between its nodes; node '//to_text(model%mesh%node_label(node))//' is alone'
+         else if (max(leaving(node), entering(node)) > 1) then
+            reason = 'chains without branches; there is one at node '//to_text(model%mesh%node_label(node))
+         end if
+         if (reason /= '') return
+      end do
+   end function no_distribution
 end module read_contact

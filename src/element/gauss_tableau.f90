@@ -13,6 +13,7 @@ module gauss_tableau
       real(wp) :: a(max_stages, max_stages) = 0.0_wp !! a_ij: integral of the j-th Lagrange polynomial from 0 to c_i
       real(wp) :: b(max_stages) = 0.0_wp             !! weights
       real(wp) :: c(max_stages) = 0.0_wp             !! abscissae
+      real(wp) :: integral(max_stages, max_stages) = 0.0_wp !! (power, j) coefficients of stage_basis
    end type tableau_t
 
 contains
@@ -21,10 +22,26 @@ contains
    pure function new_tableau(stages) result(t)
       integer, intent(in) :: stages
       type(tableau_t) :: t
-      real(wp) :: basis(max_stages)
-      integer :: i
+      real(wp) :: basis(max_stages), lagrange(0:max_stages), scale
+      integer :: i, j, k, degree
       t%stages = stages
       call gauss_points(stages, t%c(:stages), t%b(:stages))
+      do j = 1, stages
+         ! Build the polynomial product (x - c_k)/(c_j - c_k) by its coefficients.
+         lagrange = 0.0_wp
+         lagrange(0) = 1.0_wp
+         degree = 0
+         do k = 1, stages
+            if (k == j) cycle
+            scale = 1.0_wp / (t%c(j) - t%c(k))
+            lagrange(1:degree + 1) = scale * (lagrange(0:degree) - t%c(k) * lagrange(1:degree + 1))
+            lagrange(0) = -scale * t%c(k) * lagrange(0)
+            degree = degree + 1
+         end do
+         do k = 1, stages
+            t%integral(k, j) = lagrange(k - 1) / k
+         end do
+      end do
       do i = 1, stages
          call stage_basis(t, t%c(i), basis)
          t%a(i, :stages) = basis(:stages)
@@ -61,28 +78,13 @@ contains
 
    !> Integrals from 0 to tau of the Lagrange polynomials through the abscissae: dense output of the collocation.
    pure subroutine stage_basis(t, tau, basis)
-      type(tableau_t), intent(in) :: t        !! `stages` and `c` are used
+      type(tableau_t), intent(in) :: t        !! `stages` and `integral` are used
       real(wp), intent(in) :: tau             !! 0 to 1
       real(wp), intent(out) :: basis(max_stages) !! (stages) the integrals
-      real(wp) :: coefficient(0:max_stages), scale
-      integer :: j, k, degree
+      integer :: k
       basis = 0.0_wp
-      do j = 1, t%stages
-         ! Build the polynomial product (x - c_k)/(c_j - c_k) by its coefficients.
-         coefficient = 0.0_wp
-         coefficient(0) = 1.0_wp
-         degree = 0
-         do k = 1, t%stages
-            if (k == j) cycle
-            scale = 1.0_wp / (t%c(j) - t%c(k))
-            coefficient(1:degree + 1) = scale * (coefficient(0:degree) - t%c(k) * coefficient(1:degree + 1))
-            coefficient(0) = -scale * t%c(k) * coefficient(0)
-            degree = degree + 1
-         end do
-         do k = degree, 0, -1
-            basis(j) = basis(j) * tau + coefficient(k) / (k + 1)
-         end do
-         basis(j) = basis(j) * tau
+      do k = t%stages, 1, -1
+         basis(:t%stages) = (basis(:t%stages) + t%integral(k, :t%stages)) * tau
       end do
    end subroutine stage_basis
 end module gauss_tableau

@@ -1,24 +1,28 @@
 !> The geometrically exact rod element: Gauss collocation of the rod equations between two nodes, order 2 to 8.
 !>
 !>   r' = C [(1 + N/EA) t + (Q/GA) nu]     N = n.t, Q = n.nu, t at the angle (stress-free angle + rotation)
-!>   rotation' = m/EI                       n' = -q - p J r'      m' = -r' x n
+!>   rotation' = m/EI                       n' = -q - p J r' - f(r)     m' = -r' x n
 !>
-!> q: dead load per unit stress-free length, p: follower pressure per deformed length, J: a quarter turn anticlockwise.
+!> q: dead load per unit stress-free length, p: follower pressure per deformed length, J: a quarter turn anticlockwise,
+!> f: force per unit stress-free length that depends on the position, from foundations. Its quadrature is free (a contact
+!> may end inside the element): the stages take n_i = n_1 - ... - h sum_q w_q (1 - A_i(tau_q)/b_i) f_q, A_i the integral of
+!> the Lagrange polynomial, which is what the virtual work of f_q says and with the Gauss points is the collocation itself.
 !> C = 1 + O(h^2s) makes the stress-free shape an exact discrete solution (see rod_geometry).
 !>
 !> With one stage the bending flexibility of a shear-rigid element would be singular; MacNeal's residual bending
 !> flexibility h^2/12EI is added to 1/GA there (R. H. MacNeal, Comput. & Struct. 8 (1978) 175-183): still order 2.
 !>
 !> The resultants are stored unknowns z = (n_x, n_y, m at the first end, m at the stages [, n at the stages, when there
-!> is pressure]), condensed out here, so that N never comes from EA times a difference of coordinates: nothing locks and
+!> is pressure or a foundation]), condensed out here, so that N never comes from EA times a difference of coordinates: nothing locks and
 !> nothing cancels for large EA. Gauss collocation is symplectic, hence the condensed tangent is symmetric.
 module ge_element
    use kinds, only: wp
    use gauss_tableau, only: tableau_t, max_stages, stage_basis
    use small_dense, only: solve_small
+   use inner_forces, only: inner_forces_t
    implicit none
    private
-   public :: ge_compliance, ge_stiffness_t, ge_load_t, ge_evaluate, ge_end_forces, ge_interior, ge_size, ge_columns
+   public :: ge_compliance, ge_stiffness_t, ge_load_t, ge_evaluate, ge_end_forces, ge_interior, ge_directions, ge_size, ge_columns
 
    integer, parameter :: max_unknowns = 3 * max_stages
    integer, parameter :: ge_columns = 8 !! columns of the update operator: six node displacements, residual, load factor
@@ -37,16 +41,17 @@ module ge_element
    end type ge_load_t
 
    ! Columns of the local linearisation before condensation.
-   integer, parameter :: by_rotation = 1, by_nx = 2, by_ny = 3, by_m = 4, by_residual = 5, by_load = 6, n_by = 6
+   integer, parameter :: by_rotation = 1, by_nx = 2, by_ny = 3, by_m = 4, by_residual = 5, by_load = 6, &
+      & by_x = 7, by_y = 8, n_by = 8
 
 contains
 
    !> Number of stored unknowns of an element.
-   pure integer function ge_size(stages, pressurised)
+   pure integer function ge_size(stages, loaded)
       integer, intent(in) :: stages
-      logical, intent(in) :: pressurised
+      logical, intent(in) :: loaded          !! by pressure or a foundation
       ge_size = 3 + stages
-      if (pressurised) ge_size = ge_size + 2 * stages
+      if (loaded) ge_size = ge_size + 2 * stages
    end function ge_size
 
    !> Compliances of an element of stiffness EA, EI and, unless shear-rigid, GA.
@@ -66,7 +71,8 @@ contains
    !> Sign: f = (-n, -m) at the first node and (n, m) at the second, so that the sum over elements minus the node loads
    !> vanishes in equilibrium. With du the six node displacement increments and dl that of the load factor,
    !>   f + k du - fl dl   are the end forces after one Newton step,   z + op (du, 1, dl)   the stored unknowns.
-   subroutine ge_evaluate(tab, h, scale, angle, chord, compliance, load, u, z, f, raw, k, fl, op, defect, ok, more_force)
+   subroutine ge_evaluate(tab, h, scale, angle, chord, compliance, load, u, z, f, raw, k, fl, op, defect, ok, more_force, inner, &
+      & shift)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h                !! stress-free length
       real(wp), intent(in) :: scale            !! C
@@ -84,26 +90,32 @@ contains
       real(wp), intent(out) :: defect(2)       !! largest internal residual: of rotation [rad] and of position
       logical, intent(out) :: ok               !! false: the internal system is singular; outputs undefined
       real(wp), intent(in), optional :: more_force(:, :) !! (2, stages) n beyond z that the tangent counts, nothing else
+      type(inner_forces_t), intent(in), optional :: inner !! needs the n at the stages in z
+      real(wp), intent(out), optional :: shift(6, 2)      !! k times a unit translation in x, in y: only foundations resist it
 
       real(wp) :: phi(max_stages), m(max_stages), nn(2, max_stages), rho(2, max_stages), g(max_stages)
       real(wp) :: g_phi(max_stages), d(2, max_stages), bnn(3, max_stages), position(2, max_stages)
-      real(wp) :: system(max_unknowns, max_unknowns), rhs(max_unknowns, n_by)
-      real(wp) :: dphi(n_by), dn(2, n_by), dend(3, n_by), dtail(3, n_by), flexibility(3, 3), ends(3, ge_columns)
+      real(wp) :: system(max_unknowns, max_unknowns), rhs(max_unknowns, n_by), moved(2, n_by)
+      real(wp) :: dphi(n_by), dn(2, n_by), dend(3, n_by), dtail(3, n_by), flexibility(3, 3), &
+         & ends(3, ge_columns + 2)
       real(wp) :: t(2), nu(2), axial, shear, beta, end_defect(3), tail(3), hc, he, residual_m, turn(2), more(2), along, across
-      integer :: s, i, j, l, unknowns
-      logical :: pressurised, singular
+      integer :: s, i, j, l, q, unknowns, nb
+      logical :: stored, founded, singular
 
       s = tab%stages
       hc = h * scale
       he = h * compliance%bending
       beta = compliance%axial - compliance%shear
-      pressurised = size(z) > 3 + s
+      stored = size(z) > 3 + s
+      founded = .false.
+      if (present(inner)) founded = inner%n > 0
+      nb = merge(n_by, by_load, founded)
 
       ! Stage values.
       m(:s) = z(4:3 + s)
       do i = 1, s
          phi(i) = u(3) + he * dot_product(tab%a(i, :s), m(:s))
-         if (pressurised) then
+         if (stored) then
             nn(:, i) = z(2 + s + 2 * i:3 + s + 2 * i)
          else
             nn(:, i) = z(1:2) - (tab%c(i) * h) * load%line
@@ -131,7 +143,7 @@ contains
 
       ! Linearised stage equations for the increments of m (and n) at the stages.
       unknowns = s
-      if (pressurised) unknowns = 3 * s
+      if (stored) unknowns = 3 * s
       defect = 0.0_wp
       system(:unknowns, :unknowns) = 0.0_wp
       rhs(:unknowns, :) = 0.0_wp
@@ -145,7 +157,7 @@ contains
             do l = 1, s
                system(i, l) = system(i, l) - (hc * tab%a(i, j) * g_phi(j)) * (he * tab%a(j, l))
             end do
-            if (pressurised) then
+            if (stored) then
                system(i, s + 2 * j - 1) = hc * tab%a(i, j) * d(1, j)
                system(i, s + 2 * j) = hc * tab%a(i, j) * d(2, j)
             else
@@ -156,11 +168,12 @@ contains
          rhs(i, by_residual) = -residual_m
          defect(1) = max(defect(1), abs(residual_m) * he)
       end do
-      if (pressurised) call add_pressure_rows()
-      call solve_small(unknowns, system, rhs(:unknowns, :), singular)
+      if (stored) call add_force_rows()
+      call solve_small(unknowns, system, rhs(:unknowns, :nb), singular)
       ok = .not. singular
       if (singular) then
          f = 0.0_wp; raw = 0.0_wp; k = 0.0_wp; fl = 0.0_wp; op = 0.0_wp
+         if (present(shift)) shift = 0.0_wp
          return
       end if
 
@@ -181,7 +194,7 @@ contains
          do l = 1, s
             dphi = dphi + (he * tab%a(i, l)) * rhs(l, :)
          end do
-         if (pressurised) then
+         if (stored) then
             dn = rhs(s + 2 * i - 1:s + 2 * i, :)
          else
             dn = 0.0_wp
@@ -197,12 +210,20 @@ contains
          end_defect(3) = end_defect(3) - (he * tab%b(i)) * m(i)
          tail(3) = tail(3) + (hc * tab%b(i)) * g(i)
       end do
-      if (pressurised) then
+      if (stored) then
          turn = [chord(1) + u(4) - u(1) - end_defect(1), chord(2) + u(5) - u(2) - end_defect(2)]
          tail(1:2) = tail(1:2) - load%pressure * [-turn(2), turn(1)]
          dtail(1, :) = dtail(1, :) + load%pressure * dend(2, :)
          dtail(2, :) = dtail(2, :) - load%pressure * dend(1, :)
          dtail(1:2, by_load) = dtail(1:2, by_load) - load%pressure_rate * [-turn(2), turn(1)]
+      end if
+      if (founded) then
+         do q = 1, inner%n
+            call point_increment(q)
+            tail(1:2) = tail(1:2) - (h * inner%weight(q)) * inner%force(:, q)
+            dtail(1:2, :) = dtail(1:2, :) + (h * inner%weight(q)) * matmul(inner%stiffness(:, :, q), moved)
+            dtail(1:2, by_load) = dtail(1:2, by_load) - (h * inner%weight(q)) * inner%rate(:, q)
+         end do
       end if
       defect(1) = max(defect(1), abs(end_defect(3)))
       defect(2) = max(abs(end_defect(1)), abs(end_defect(2)))
@@ -219,24 +240,38 @@ contains
       ends(3, 3) = -dend(3, by_rotation)
       ends(:, 7) = end_defect - dend(:, by_residual)
       ends(:, 8) = -dend(:, by_load)
-      call solve_small(3, flexibility, ends, singular)
+      if (founded) then
+         ! Translations of the first node, and of the whole element.
+         ends(:, 1:2) = ends(:, 1:2) - dend(:, by_x:by_y)
+         ends(:, ge_columns + 1:) = -dend(:, by_x:by_y)
+      end if
+      call solve_small(3, flexibility, ends(:, :merge(ge_columns + 2, ge_columns, founded)), singular)
       ok = .not. singular
+      if (present(shift)) shift = 0.0_wp
       if (singular) then
          f = 0.0_wp; raw = 0.0_wp; k = 0.0_wp; fl = 0.0_wp; op = 0.0_wp
          return
       end if
 
-      op(1:3, :) = ends
+      op(1:3, :) = ends(:, :ge_columns)
       do j = 1, ge_columns
          op(4:3 + unknowns, j) = matmul(rhs(:unknowns, by_nx:by_m), ends(:, j))
       end do
       op(4:3 + unknowns, 3) = op(4:3 + unknowns, 3) + rhs(:unknowns, by_rotation)
+      if (founded) op(4:3 + unknowns, 1:2) = op(4:3 + unknowns, 1:2) + rhs(:unknowns, by_x:by_y)
       op(4:3 + unknowns, 7) = op(4:3 + unknowns, 7) + rhs(:unknowns, by_residual)
       op(4:3 + unknowns, 8) = op(4:3 + unknowns, 8) + rhs(:unknowns, by_load)
 
       k(1:3, :) = -ends(:, :6)
       k(4:6, :) = matmul(dtail(:, by_nx:by_m), ends(:, :6))
       k(4:6, 3) = k(4:6, 3) + dtail(:, by_rotation)
+      if (founded) then
+         k(4:6, 1:2) = k(4:6, 1:2) + dtail(:, by_x:by_y)
+         if (present(shift)) then
+            shift(1:3, :) = -ends(:, ge_columns + 1:)
+            shift(4:6, :) = matmul(dtail(:, by_nx:by_m), ends(:, ge_columns + 1:)) + dtail(:, by_x:by_y)
+         end if
+      end if
       raw(1:3) = -z(1:3)
       raw(4:6) = tail
       f(1:3) = -z(1:3) - ends(:, 7)
@@ -244,14 +279,35 @@ contains
       fl(1:3) = ends(:, 8)
       fl(4:6) = -matmul(dtail(:, by_nx:by_m), ends(:, 8)) - dtail(:, by_load)
       ! Pressure leaves a skew part that cancels between neighbours; dropping it keeps the band symmetric.
-      if (pressurised) k = 0.5_wp * (k + transpose(k))
+      if (stored) k = 0.5_wp * (k + transpose(k))
 
    contains
 
-      !> n_i = n_1 - q c_i h - p J (r_i - r_1) at every stage, linearised.
-      subroutine add_pressure_rows()
+      !> Increment of the position of a quadrature point, as function of the columns.
+      subroutine point_increment(number)
+         integer, intent(in) :: number
+         integer :: a, b
+         real(wp) :: weight, turned(n_by), pulled(2, n_by)
+         moved = 0.0_wp
+         moved(1, by_x) = 1.0_wp
+         moved(2, by_y) = 1.0_wp
+         do a = 1, s
+            weight = hc * inner%basis(a, number)
+            turned = 0.0_wp
+            turned(by_rotation) = 1.0_wp
+            do b = 1, s
+               turned = turned + (he * tab%a(a, b)) * rhs(b, :)
+            end do
+            pulled = rhs(s + 2 * a - 1:s + 2 * a, :)
+            moved(1, :) = moved(1, :) + weight * (d(1, a) * turned + bnn(1, a) * pulled(1, :) + bnn(2, a) * pulled(2, :))
+            moved(2, :) = moved(2, :) + weight * (d(2, a) * turned + bnn(2, a) * pulled(1, :) + bnn(3, a) * pulled(2, :))
+         end do
+      end subroutine point_increment
+
+      !> n_i = n_1 - q c_i h - p J (r_i - r_1) - foundation at every stage, linearised.
+      subroutine add_force_rows()
          integer :: row, a, b
-         real(wp) :: w, residual(2)
+         real(wp) :: w, residual(2), share, k_d(2), along(2, max_stages), turning(2), k_dn(2, 2, max_stages)
          position = 0.0_wp
          do a = 1, s
             do b = 1, s
@@ -281,11 +337,43 @@ contains
             rhs(row:row + 1, by_load) = -(tab%c(a) * h) * load%line_rate - &
                & load%pressure_rate * [-position(2, a), position(1, a)]
          end do
-      end subroutine add_pressure_rows
+         if (founded) then
+            do q = 1, inner%n
+               ! Displacement of the point: by_x, by_y, turning * rotation 1, along * dm, k_dn * dn.
+               along = 0.0_wp
+               turning = 0.0_wp
+               do b = 1, s
+                  k_d = matmul(inner%stiffness(:, :, q), d(:, b)) * (hc * inner%basis(b, q))
+                  turning = turning + k_d
+                  along(1, :s) = along(1, :s) + (k_d(1) * he) * tab%a(b, :s)
+                  along(2, :s) = along(2, :s) + (k_d(2) * he) * tab%a(b, :s)
+                  k_dn(:, :, b) = matmul(inner%stiffness(:, :, q), reshape([bnn(1, b), bnn(2, b), bnn(2, b), bnn(3, b)], &
+                     & [2, 2])) * (hc * inner%basis(b, q))
+               end do
+               do a = 1, s
+                  row = s + 2 * a - 1
+                  share = h * inner%weight(q) * (1.0_wp - inner%basis(a, q) / tab%b(a))
+                  system(row:row + 1, :s) = system(row:row + 1, :s) - share * along(:, :s)
+                  do b = 1, s
+                     system(row:row + 1, s + 2 * b - 1:s + 2 * b) = system(row:row + 1, s + 2 * b - 1:s + 2 * b) - &
+                        & share * k_dn(:, :, b)
+                  end do
+                  rhs(row:row + 1, by_rotation) = rhs(row:row + 1, by_rotation) + share * turning
+                  rhs(row:row + 1, by_x:by_y) = rhs(row:row + 1, by_x:by_y) + share * inner%stiffness(:, :, q)
+                  rhs(row:row + 1, by_residual) = rhs(row:row + 1, by_residual) - share * inner%force(:, q)
+                  rhs(row:row + 1, by_load) = rhs(row:row + 1, by_load) - share * inner%rate(:, q)
+               end do
+            end do
+         end if
+         ! As the rotation and the displacement that such forces would make.
+         do a = 1, s
+            defect(1) = max(defect(1), maxval(abs(rhs(s + 2 * a - 1:s + 2 * a, by_residual))) * hc * he)
+         end do
+      end subroutine add_force_rows
    end subroutine ge_evaluate
 
    !> Stored end resultants without condensation: n and m at both ends in global axes, as the collocation has them.
-   pure subroutine ge_end_forces(tab, h, scale, angle, compliance, load, u, z, first, second)
+   pure subroutine ge_end_forces(tab, h, scale, angle, compliance, load, u, z, first, second, inner)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h, scale
       real(wp), intent(in) :: angle(:)         !! (stages)
@@ -293,12 +381,18 @@ contains
       type(ge_load_t), intent(in) :: load
       real(wp), intent(in) :: u(6), z(:)
       real(wp), intent(out) :: first(3), second(3) !! (n_x, n_y, m)
+      type(inner_forces_t), intent(in), optional :: inner
       real(wp) :: span(2), rotation
+      integer :: q
       first = z(1:3)
       call ge_interior(tab, h, scale, angle, compliance, load, u, z, 1.0_wp, span, rotation, second)
+      if (.not. present(inner)) return
+      do q = 1, inner%n
+         second(1:2) = second(1:2) - (h * inner%weight(q)) * inner%force(:, q)
+      end do
    end subroutine ge_end_forces
 
-   !> Dense output of the collocation inside an element.
+   !> Dense output of the collocation inside an element. Forces of foundations are not taken off n.
    pure subroutine ge_interior(tab, h, scale, angle, compliance, load, u, z, tau, span, rotation, resultant)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h, scale
@@ -310,28 +404,57 @@ contains
       real(wp), intent(out) :: span(2)         !! deformed position minus that of the first node
       real(wp), intent(out) :: rotation        !! rotation displacement there
       real(wp), intent(out) :: resultant(3)    !! (n_x, n_y, m) there
-      real(wp) :: basis(max_stages), phi, nn(2), t(2), nu(2), axial, shear, rho(2)
+      real(wp) :: basis(max_stages), nn(2), rho(2, max_stages)
       integer :: i, s
       s = tab%stages
       call stage_basis(tab, tau, basis)
+      call ge_directions(tab, h, angle, compliance, load, u, z, rho(:, :s))
       rotation = u(3) + h * compliance%bending * dot_product(basis(:s), z(4:3 + s))
       span = 0.0_wp
       resultant = z(1:3)
       do i = 1, s
+         nn = stage_force(tab, h, load, z, i)
+         span = span + (h * scale * basis(i)) * rho(:, i)
+         resultant(3) = resultant(3) - (h * scale * basis(i)) * (rho(1, i) * nn(2) - rho(2, i) * nn(1))
+      end do
+      resultant(1:2) = resultant(1:2) - (tau * h) * load%line - load%pressure * [-span(2), span(1)]
+   end subroutine ge_interior
+
+   !> Derivative of the position by the stress-free arc length over C, at the stages.
+   pure subroutine ge_directions(tab, h, angle, compliance, load, u, z, rho)
+      type(tableau_t), intent(in) :: tab
+      real(wp), intent(in) :: h
+      real(wp), intent(in) :: angle(:)         !! (stages)
+      type(ge_stiffness_t), intent(in) :: compliance
+      type(ge_load_t), intent(in) :: load
+      real(wp), intent(in) :: u(6), z(:)
+      real(wp), intent(out) :: rho(:, :)       !! (2, stages)
+      real(wp) :: phi, nn(2), t(2), nu(2)
+      integer :: i, s
+      s = tab%stages
+      do i = 1, s
          phi = u(3) + h * compliance%bending * dot_product(tab%a(i, :s), z(4:3 + s))
+         nn = stage_force(tab, h, load, z, i)
+         t = [cos(angle(i) + phi), sin(angle(i) + phi)]
+         nu = [-t(2), t(1)]
+         rho(:, i) = (1.0_wp + dot_product(nn, t) * compliance%axial) * t + (dot_product(nn, nu) * compliance%shear) * nu
+      end do
+   end subroutine ge_directions
+
+   !> n at a stage.
+   pure function stage_force(tab, h, load, z, i) result(nn)
+      type(tableau_t), intent(in) :: tab
+      real(wp), intent(in) :: h
+      type(ge_load_t), intent(in) :: load
+      real(wp), intent(in) :: z(:)
+      integer, intent(in) :: i
+      real(wp) :: nn(2)
+      associate (s => tab%stages)
          if (size(z) > 3 + s) then
             nn = z(2 + s + 2 * i:3 + s + 2 * i)
          else
             nn = z(1:2) - (tab%c(i) * h) * load%line
          end if
-         t = [cos(angle(i) + phi), sin(angle(i) + phi)]
-         nu = [-t(2), t(1)]
-         axial = dot_product(nn, t)
-         shear = dot_product(nn, nu)
-         rho = (1.0_wp + axial * compliance%axial) * t + (shear * compliance%shear) * nu
-         span = span + (h * scale * basis(i)) * rho
-         resultant(3) = resultant(3) - (h * scale * basis(i)) * (rho(1) * nn(2) - rho(2) * nn(1))
-      end do
-      resultant(1:2) = resultant(1:2) - (tau * h) * load%line - load%pressure * [-span(2), span(1)]
-   end subroutine ge_interior
+      end associate
+   end function stage_force
 end module ge_element

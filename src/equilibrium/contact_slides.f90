@@ -10,6 +10,7 @@ module contact_slides
    use rod_state, only: state_t
    use rod_geometry, only: element_geometry_t, slid_pair, node_reference
    use ge_element, only: ge_columns
+   use inner_forces, only: inner_forces_t
    use linear_system, only: system_t, evaluate_element, turn_pair, row_times
    implicit none
    private
@@ -69,10 +70,11 @@ contains
       type(system_t), intent(inout) :: system
       integer, intent(in) :: k
       type(element_geometry_t) :: pair(2)
-      real(wp) :: f(6, 2, 2), raw(6), ek(6, 6), fl(6), op(size(state%z, 1), ge_columns, 2, 2), defect(2)
+      real(wp) :: f(6, 2, 2), raw(6), ek(6, 6), fl(6), op(size(state%z, 1), ge_columns, 2, 2), defect(2), translation(6, 2)
       real(wp) :: step, x(2), reference, speed, t0(2), t(2), n(2), across(2), turning(2), angle, angles(2)
       integer :: c, node, i, side, e, d, end_node, j, z
       logical :: ok
+      type(inner_forces_t) :: inner
       c = system%slide(k)
       node = problem%candidates%node(c)
       system%slide_column(:, k) = 0.0_wp
@@ -82,7 +84,8 @@ contains
             & merge(-step, step, side == 1), pair, x, angles(side))
          do i = 1, 2
             e = problem%candidates%element(i, c)
-            call evaluate_element(problem, state, base, pair(i), e, f(:, i, side), raw, ek, fl, op(:, :, i, side), defect, ok)
+            call evaluate_element(problem, state, base, pair(i), e, f(:, i, side), raw, ek, fl, op(:, :, i, side), defect, ok, &
+               & inner, translation)
          end do
       end do
       f(:, :, 1) = (f(:, :, 2) - f(:, :, 1)) / (2.0_wp * step)

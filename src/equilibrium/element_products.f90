@@ -12,15 +12,16 @@ contains
    !> Product of element matrices with x, and x^T k x, each element free of its translation: EA/h and EI/h^3 then multiply
    !> the rounding of small differences, not that of the displacements, which would drown small eigenvalues of stiff rods.
    !> Follower pressure does not count translations either, but its symmetric part does, by half of what the skew part has.
-   pure subroutine apply_elements(problem, system, k, pressure, x, y, form)
+   pure subroutine apply_elements(problem, system, k, shift, pressure, x, y, form)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system     !! gives the node axes
       real(wp), intent(in) :: k(:, :, :)       !! (6, 6, elements) node axes, as sum_elements leaves them
+      real(wp), intent(in) :: shift(:, :, :)   !! (6, 2, elements) k times unit translations, or (6, 2, 0): none resists
       real(wp), intent(in) :: pressure(:)      !! (elements) in these matrices
       real(wp), intent(in) :: x(:)             !! (n) node axes
       real(wp), intent(out) :: y(:)            !! (n) their sum times x
       real(wp), intent(out) :: form            !! x^T y
-      real(wp) :: relative(6), force(6), moved(2), u(3), stretch(3), pair(2)
+      real(wp) :: relative(6), force(6), held(6), moved(2), u(3), stretch(3), pair(2)
       integer :: e, i, d(2), node(2)
       form = 0.0_wp
       y = 0.0_wp
@@ -35,6 +36,17 @@ contains
          end do
          force = matmul(k(:, :, e), relative)
          form = form + dot_product(relative, force)
+         if (size(shift, 3) > 0) then
+            ! What a foundation adds when the element moves as a whole.
+            held = matmul(shift(:, :, e), u(1:2))
+            force = force + held
+            form = form + 2.0_wp * dot_product(relative, held)
+            do i = 1, 2
+               moved = u(1:2)
+               if (system%turned(node(i))) call turn_pair(system%axis(:, node(i)), moved)
+               form = form + dot_product(moved, held(3 * i - 2:3 * i - 1))
+            end do
+         end if
          if (abs(pressure(e)) > 0.0_wp) then
             stretch = to_global(problem, system, x, node(2)) - u
             form = form - pressure(e) * (u(2) * stretch(1) - u(1) * stretch(2))

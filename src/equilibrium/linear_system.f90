@@ -11,6 +11,8 @@ module linear_system
    use force_law, only: law_reaction
    use ge_element, only: ge_evaluate, ge_load_t, ge_columns
    use ul2_element, only: ul2_evaluate
+   use element_foundation, only: foundation_forces
+   use inner_forces, only: inner_forces_t
    use band_matrix, only: band_t, factor_t, new_band
    use timing, only: timers_t, timing_start, timing_stop, phase_elements, phase_assembly
    implicit none
@@ -42,6 +44,7 @@ module linear_system
       real(wp), allocatable :: push(:)          !! soft: the reaction that belongs to the gap of an active one
       ! Elements.
       real(wp), allocatable :: ek(:, :, :), ef(:, :), eraw(:, :), el(:, :), op(:, :, :)
+      real(wp), allocatable :: eshift(:, :, :) !! (6, 2, elements) element matrix times unit translations in x and y, node axes
       ! Sliding nodes.
       integer :: n_slides = 0
       integer, allocatable :: slide(:)          !! (n_slides) candidate
@@ -86,6 +89,7 @@ contains
       allocate (system%turned(nodes), source=.false.)
       allocate (system%ek(6, 6, elements), system%ef(6, elements), system%eraw(6, elements), system%el(6, elements))
       allocate (system%op(z, ge_columns, elements))
+      allocate (system%eshift(6, 2, merge(elements, 0, any(problem%ground%founded))))
       associate (list => problem%candidates)
          allocate (system%gap(list%n), system%normal(2, list%n), system%bend(list%n), system%slope(list%n))
          allocate (system%motion(2, list%n), source=0.0_wp)
@@ -111,14 +115,16 @@ contains
       type(timers_t), intent(inout) :: timers
       integer :: e, c
       logical :: ok
-      real(wp) :: defect(2), worst(2)
+      real(wp) :: defect(2), worst(2), shift(6, 2)
+      type(inner_forces_t) :: inner
 
       call timing_start(timers, phase_elements)
       system%ok = .true.
       worst = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
          call evaluate_element(problem, state, base, state%geometry%element(e), e, system%ef(:, e), system%eraw(:, e), &
-            & system%ek(:, :, e), system%el(:, e), system%op(:, :, e), defect, ok)
+            & system%ek(:, :, e), system%el(:, e), system%op(:, :, e), defect, ok, inner, shift)
+         if (size(system%eshift, 3) > 0) system%eshift(:, :, e) = shift
          system%ok = system%ok .and. ok
          worst = max(worst, defect)
       end do
@@ -164,27 +170,31 @@ contains
    end subroutine set_foundation
 
    !> One element of either family at a state, on a given stress-free geometry.
-   subroutine evaluate_element(problem, state, base, geometry, e, f, raw, k, fl, op, defect, ok)
+   subroutine evaluate_element(problem, state, base, geometry, e, f, raw, k, fl, op, defect, ok, inner, shift)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state, base
       type(element_geometry_t), intent(in) :: geometry
       integer, intent(in) :: e
       real(wp), intent(out) :: f(6), raw(6), k(6, 6), fl(6), op(:, :), defect(2)
       logical, intent(out) :: ok
+      type(inner_forces_t), intent(inout) :: inner !! storage for the forces of foundations
+      real(wp), intent(out) :: shift(6, 2)     !! k times unit translations
       type(ge_load_t) :: load
       real(wp) :: u(6)
       u = element_displacement(problem, state, e)
       load = element_load(problem, state, e)
       if (problem%model%mesh%family(e) == family_ge) then
+         call foundation_forces(problem, state, e, inner)
          call ge_evaluate(problem%tableau(problem%model%mesh%stages(e)), geometry%length, geometry%scale, &
             & geometry%angle, geometry%chord, problem%compliance(e), load, u, &
-            & state%z(:problem%z_size(e), e), f, raw, k, fl, op, defect, ok)
+            & state%z(:problem%z_size(e), e), f, raw, k, fl, op, defect, ok, inner=inner, shift=shift)
       else
          call ul2_evaluate(geometry%length, geometry%chord, 1.0_wp / problem%compliance(e)%axial, &
             & 1.0_wp / problem%compliance(e)%bending, load%line, load%line_rate, load%pressure, load%pressure_rate, u, &
             & element_displacement(problem, base, e), base%z(:3, e), f, k, fl, op(:3, 1))
          raw = f
          defect = 0.0_wp
+         shift = 0.0_wp
          ok = .true.
       end if
    end subroutine evaluate_element
@@ -254,6 +264,14 @@ contains
       do e = 1, problem%model%mesh%n_elements
          node = problem%model%mesh%node(:, e)
          p = 3 * (problem%numbering%position(node) - 1)
+         if (size(system%eshift, 3) > 0) then
+            do i = 1, 2
+               if (.not. system%turned(node(i))) cycle
+               do j = 1, 2
+                  call turn_pair(system%axis(:, node(i)), system%eshift(3 * i - 2:3 * i - 1, j, e))
+               end do
+            end do
+         end if
          if (system%turned(node(1))) call turn_element(system%axis(:, node(1)), 1, system%ek(:, :, e), &
             & system%ef(:, e), system%eraw(:, e), system%el(:, e))
          if (system%turned(node(2))) call turn_element(system%axis(:, node(2)), 4, system%ek(:, :, e), &
@@ -450,7 +468,7 @@ contains
       end do
       system%force_scale = scale
       ! UL2 takes N from displacements, a foundation its reaction from a gap: no better than their rounding times stiffness.
-      noise = maxval([0.0_wp, system%spring]) * problem%size
+      noise = maxval([problem%ground%stiffest, system%spring]) * problem%size
       moved = max(maxval(abs(state%u(1:2, :))), maxval(abs(state%u(3, :))) * problem%size)
       noise = max(noise, moved * maxval(problem%spring(1:2, :)), moved * maxval(problem%spring(3, :)) / problem%size**2)
       do e = 1, problem%model%mesh%n_elements

@@ -8,6 +8,7 @@ module problem
    use ul2_element, only: ul2_size
    use rod_geometry, only: geometry_t, new_geometry
    use candidates, only: candidates_t, new_candidates
+   use ground, only: ground_t, new_ground
    implicit none
    private
    public :: problem_t, new_problem, structure_size, dof
@@ -15,7 +16,8 @@ module problem
    type :: problem_t
       type(model_t) :: model
       type(numbering_t) :: numbering
-      type(candidates_t) :: candidates
+      type(candidates_t) :: candidates                   !! of contact at nodes
+      type(ground_t) :: ground                           !! foundations that act inside elements
       type(tableau_t) :: tableau(max_stages)
       type(ge_stiffness_t), allocatable :: compliance(:) !! (elements)
       real(wp), allocatable :: spring(:, :)              !! (3, nodes) stiffness of springs to the ground
@@ -45,7 +47,8 @@ contains
          problem%tableau(i) = new_tableau(i)
       end do
       home = new_geometry(model, problem%tableau)
-      problem%candidates = new_candidates(model, home)
+      problem%candidates = new_candidates(model, home, distributed=.false.)
+      problem%ground = new_ground(model, problem%tableau, home)
       allocate (problem%spring(3, model%mesh%n_nodes), source=0.0_wp)
       if (allocated(model%spring)) problem%spring = model%spring
       problem%constant = new_load(model%mesh%n_nodes, model%mesh%n_elements, size(model%obstacle))
@@ -67,7 +70,7 @@ contains
          end associate
          problem%z_size(e) = ul2_size
          if (model%mesh%family(e) == family_ge) &
-            & problem%z_size(e) = ge_size(model%mesh%stages(e), problem%pressurised(e))
+            & problem%z_size(e) = ge_size(model%mesh%stages(e), problem%pressurised(e) .or. problem%ground%founded(e))
          do i = 1, 2
             associate (node => model%mesh%node(i, e))
                problem%weight(node) = problem%weight(node) + 0.5_wp * home%element(e)%length

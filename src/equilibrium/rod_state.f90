@@ -3,12 +3,13 @@ module rod_state
    use kinds, only: wp
    use problem, only: problem_t
    use rod_geometry, only: geometry_t, new_geometry
+   use candidates, only: candidates_t
    use obstacle_geometry, only: obstacle_gap
    use ge_element, only: ge_load_t
    implicit none
    private
    public :: state_t, new_state, element_displacement, element_load, node_position, candidate_position, &
-      & obstacle_shift, candidate_gap, may_react
+      & obstacle_shift, candidate_gap, chain_gap, may_react
 
    type :: state_t
       real(wp) :: load_factor = 0.0_wp
@@ -16,6 +17,7 @@ module rod_state
       real(wp), allocatable :: z(:, :)        !! (largest z_size, elements) stored resultants
       logical, allocatable :: active(:)       !! (candidates) in contact
       real(wp), allocatable :: reaction(:)    !! (candidates) normal reaction, positive in compression
+      logical, allocatable :: grounded(:)     !! (elements) a distributed foundation touches it, at the last converged point
       type(geometry_t) :: geometry            !! changes only where a contact node slides
    end type state_t
 
@@ -32,6 +34,7 @@ contains
       allocate (state%z(maxval(problem%z_size), problem%model%mesh%n_elements), source=0.0_wp)
       allocate (state%active(problem%candidates%n), source=.false.)
       allocate (state%reaction(problem%candidates%n), source=0.0_wp)
+      state%grounded = problem%ground%founded
       state%geometry = new_geometry(problem%model, problem%tableau)
       do c = 1, problem%candidates%n
          call candidate_gap(problem, state, c, gap, normal, bend)
@@ -98,10 +101,22 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       real(wp), intent(out) :: gap, normal(2), bend
-      call obstacle_gap(problem%model%obstacle(problem%candidates%obstacle(candidate)), &
-         & candidate_position(problem, state, candidate), gap, normal, bend)
-      gap = gap + problem%candidates%gap_offset(candidate)
+      call chain_gap(problem, state, problem%candidates, candidate, gap, normal, bend)
    end subroutine candidate_gap
+
+   !> The same for a candidate of either list, problem%candidates or problem%ground%chain.
+   pure subroutine chain_gap(problem, state, list, candidate, gap, normal, bend)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(candidates_t), intent(in) :: list
+      integer, intent(in) :: candidate
+      real(wp), intent(out) :: gap, normal(2), bend
+      associate (obstacle => list%obstacle(candidate))
+         call obstacle_gap(problem%model%obstacle(obstacle), node_position(state, list%node(candidate)) - &
+            & obstacle_shift(problem, state, obstacle), gap, normal, bend)
+      end associate
+      gap = gap + list%gap_offset(candidate)
+   end subroutine chain_gap
 
    !> False where a support of the node takes all that an obstacle of this normal could push.
    pure logical function may_react(problem, candidate, normal)

@@ -5,6 +5,8 @@ module section_forces
    use problem, only: problem_t
    use rod_state, only: state_t, element_displacement, element_load
    use ge_element, only: ge_end_forces, ge_load_t
+   use element_foundation, only: foundation_forces
+   use inner_forces, only: inner_forces_t
    implicit none
    private
    public :: end_forces, local_forces, rod_direction
@@ -20,11 +22,13 @@ contains
       real(wp), intent(out) :: first(3), second(3)
       real(wp) :: u(6), d(2), l, shear, half(2)
       type(ge_load_t) :: load
+      type(inner_forces_t) :: inner
       u = element_displacement(problem, state, e)
       if (problem%model%mesh%family(e) == family_ge) then
+         call foundation_forces(problem, state, e, inner)
          call ge_end_forces(problem%tableau(problem%model%mesh%stages(e)), state%geometry%element(e)%length, &
             & state%geometry%element(e)%scale, state%geometry%element(e)%angle, problem%compliance(e), &
-            & element_load(problem, state, e), u, state%z(:problem%z_size(e), e), first, second)
+            & element_load(problem, state, e), u, state%z(:problem%z_size(e), e), first, second, inner)
       else
          d = state%geometry%element(e)%chord + u(4:5) - u(1:2)
          l = norm2(d)

@@ -5,7 +5,7 @@ module support_check
    use kinds, only: wp
    use text, only: to_text
    use problem, only: problem_t
-   use rod_state, only: state_t, node_position, candidate_gap
+   use rod_state, only: state_t, node_position, chain_gap, candidate_gap
    implicit none
    private
    public :: unheld_part
@@ -35,6 +35,12 @@ contains
          if (.not. state%active(c)) cycle
          call candidate_gap(problem, state, c, gap, normal, bend)
          call add(problem%candidates%node(c), normal, 0.0_wp)
+      end do
+      ! A foundation resists where it touches; no sign counts, as for the candidates.
+      do c = 1, problem%ground%chain%n
+         call chain_gap(problem, state, problem%ground%chain, c, gap, normal, bend)
+         if (problem%ground%chain%bilateral(c) .or. gap <= 1.0e-10_wp * problem%size) &
+            & call add(problem%ground%chain%node(c), normal, 0.0_wp)
       end do
       part = ''
       do k = 1, size(gram, 3)

@@ -131,6 +131,7 @@ module model
       integer, allocatable :: node(:)           !! node indices, in the deck's order
       real(wp) :: gap = 0.0_wp                  !! added to the geometric gap (half depth: negative)
       logical :: sliding = .false.              !! isolated contact points may move inside elements
+      logical :: distributed = .false.          !! foundation: reactions act all along the elements, not at the nodes
    end type contact_t
 
    type :: monitor_t

@@ -10,6 +10,8 @@ module corrector
    use path_control, only: control_t, control_row, control_error, metric, is_arc_length, set_tangent, monitor_change, &
       & path_length
    use contact_set, only: contact_step_t, solve_contact_step, gap_tolerance
+   use element_foundation, only: foundation_forces
+   use inner_forces, only: inner_forces_t
    use timing, only: timers_t, count_up, counter_newton
    implicit none
    private
@@ -56,7 +58,8 @@ contains
          call predicted_length(ahead)
          call iterate(problem, start, control, state, system, rhs, frozen, .not. frozen, &
             & problem%model%step(problem%step)%tangent_updates, report, timers)
-         if (report%converged .and. .not. is_arc_length(control%method) .and. all(state%active .eqv. start%active)) then
+         if (report%converged .and. .not. is_arc_length(control%method) .and. all(state%active .eqv. start%active) &
+            & .and. all(state%grounded .eqv. start%grounded)) then
             report%converged = path_length(problem, start, state) <= longest_jump * ahead
             if (.not. report%converged) report%message = 'the increment ends far from the path'
          end if
@@ -295,6 +298,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
+      type(inner_forces_t) :: inner
       integer :: c, e
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) then
@@ -307,6 +311,9 @@ contains
       end do
       do e = 1, problem%model%mesh%n_elements
          if (problem%model%mesh%family(e) /= family_ge) state%z(:3, e) = system%op(:3, 1, e)
+         if (.not. problem%ground%founded(e)) cycle
+         call foundation_forces(problem, state, e, inner)
+         state%grounded(e) = inner%n > 0
       end do
    end subroutine keep_resultants
 end module corrector

@@ -13,6 +13,8 @@ module stress_stiffness
    use element_products, only: apply_elements
    use bordered_system, only: resultant_rates
    use contact_set, only: reaction_rate
+   use element_foundation, only: foundation_forces
+   use inner_forces, only: inner_forces_t
    use ge_element, only: ge_evaluate, ge_load_t, ge_columns
    use ul2_element, only: ul2_stress_stiffness
    use band_matrix, only: band_t
@@ -23,6 +25,7 @@ module stress_stiffness
    type :: stress_stiffness_t
       type(band_t) :: k                        !! per unit of load factor, node axes
       real(wp), allocatable :: element(:, :, :) !! (6, 6, elements) its elements, node axes
+      real(wp), allocatable :: shift(:, :, :)  !! (6, 2, elements) these times unit translations, (6, 2, 0) without foundations
       real(wp), allocatable :: contact(:, :, :) !! (2, 2, candidates) and its contacts
    end type stress_stiffness_t
 
@@ -36,7 +39,7 @@ contains
       type(stress_stiffness_t), intent(out) :: matrix
       type(system_t) :: stresses
       real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements)
-      real(wp) :: y(1 + system%n_slides), reaction, t(2), du(6)
+      real(wp) :: y(1 + system%n_slides), reaction, t(2), du(6), shift(6, 2)
       integer :: e, c, d
       y(1) = 1.0_wp
       if (system%n_slides > 0) y(2:) = system%slide_rate
@@ -47,7 +50,10 @@ contains
       stresses%el = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
          if (problem%model%mesh%family(e) == family_ge) then
-            call ge_stress_stiffness(problem, state, rate(:, e), e, stresses%ek(:, :, e))
+            du(1:3) = to_global(problem, system, system%tangent, problem%model%mesh%node(1, e))
+            du(4:6) = to_global(problem, system, system%tangent, problem%model%mesh%node(2, e))
+            call ge_stress_stiffness(problem, state, du, rate(:, e), e, stresses%ek(:, :, e), shift)
+            if (size(stresses%eshift, 3) > 0) stresses%eshift(:, :, e) = shift
          else
             du(1:3) = to_global(problem, system, system%tangent, problem%model%mesh%node(1, e))
             du(4:6) = to_global(problem, system, system%tangent, problem%model%mesh%node(2, e))
@@ -61,6 +67,7 @@ contains
       call sum_elements(problem, stresses)
       matrix%k = stresses%k
       matrix%element = stresses%ek
+      matrix%shift = stresses%eshift
       allocate (matrix%contact(2, 2, problem%candidates%n), source=0.0_wp)
       ! A reaction on a curved obstacle.
       do c = 1, problem%candidates%n
@@ -88,7 +95,8 @@ contains
       real(wp), intent(out) :: y(:), form
       real(wp) :: force(2)
       integer :: c, d
-      call apply_elements(problem, system, matrix%element, problem%model%step(problem%step)%load%pressure, x, y, form)
+      call apply_elements(problem, system, matrix%element, matrix%shift, problem%model%step(problem%step)%load%pressure, &
+         & x, y, form)
       do c = 1, problem%candidates%n
          d = dof(problem, problem%candidates%node(c), 1)
          force = matmul(matrix%contact(:, :, c), x(d:d + 1))
@@ -98,18 +106,22 @@ contains
    end subroutine apply_stress
 
    !> Of one GE element: central differences of its condensed tangent, to the sixth order in n h^2/EI.
-   subroutine ge_stress_stiffness(problem, state, dz, e, k)
+   subroutine ge_stress_stiffness(problem, state, du, dz, e, k, shift)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      real(wp), intent(in) :: du(6)            !! node displacements per unit of load factor
       real(wp), intent(in) :: dz(:)            !! stored resultants per unit of load factor
       integer, intent(in) :: e
       real(wp), intent(out) :: k(6, 6)
+      real(wp), intent(out) :: shift(6, 2)     !! k times unit translations
       ! (64 D(e/4) - 20 D(e/2) + D(e)) / 45 with D(e) = (K(e) - K(-e)) / 2e
       real(wp), parameter :: sides(6) = [1.0_wp, -1.0_wp, 0.5_wp, -0.5_wp, 0.25_wp, -0.25_wp]
       real(wp), parameter :: weights(6) = [0.5_wp, -0.5_wp, -20.0_wp, 20.0_wp, 128.0_wp, -128.0_wp] / 45.0_wp
       real(wp), parameter :: small = 0.3_wp    !! n h^2/EI at the outermost sides
       type(ge_load_t) :: load, shifted
-      real(wp) :: force(2, max_stages), f(6), raw(6), part(6, 6), fl(6), op(size(dz), ge_columns), defect(2), step, largest
+      real(wp) :: force(2, max_stages), f(6), raw(6), part(6, 6), fl(6), op(size(dz), ge_columns), defect(2), step, largest, &
+         & moved(6, 2)
+      type(inner_forces_t) :: inner, pressed
       integer :: i, s, z
       logical :: ok
       s = problem%model%mesh%stages(e)
@@ -125,17 +137,48 @@ contains
          end do
          largest = maxval(abs(force(:, :s))) * g%length**2 * flexible%bending
          largest = max(largest, abs(load%pressure_rate) * g%length**3 * flexible%bending)
+         call foundation_forces(problem, state, e, inner)
+         pressed = inner
          k = 0.0_wp
+         shift = 0.0_wp
          if (.not. largest > 0.0_wp) return
          step = small / largest
          do i = 1, size(sides)
             shifted = load
             shifted%pressure = load%pressure + sides(i) * step * load%pressure_rate
+            if (inner%n > 0) call press(sides(i) * step)
             call ge_evaluate(tab, g%length, g%scale, g%angle, g%chord, flexible, shifted, &
                & element_displacement(problem, state, e), state%z(:z, e), f, raw, part, fl, op, defect, ok, &
-               & more_force=sides(i) * step * force(:, :s))
+               & more_force=sides(i) * step * force(:, :s), inner=pressed, shift=moved)
             k = k + (weights(i) / step) * part
+            shift = shift + (weights(i) / step) * moved
          end do
       end associate
+
+   contains
+
+      !> The curvature of a foundation's surface under the additional pressure.
+      subroutine press(part_of_load)
+         real(wp), intent(in) :: part_of_load
+         real(wp) :: along(2), basis(max_stages), d(2), t(2), turn
+         integer :: q, j
+         associate (g => state%geometry%element(e), tab => problem%tableau(s))
+            do q = 1, inner%n
+               ! Displacement of the point by bending and shift; stretching adds nothing across the rod.
+               basis = inner%basis(:, q)
+               d = du(1:2)
+               do j = 1, s
+                  turn = du(3) + g%length * problem%compliance(e)%bending * dot_product(tab%a(j, :s), dz(4:3 + s))
+                  t = [cos(g%angle(j) + state%u(3, problem%model%mesh%node(1, e))), &
+                     & sin(g%angle(j) + state%u(3, problem%model%mesh%node(1, e)))]
+                  d = d + g%length * g%scale * basis(j) * turn * [-t(2), t(1)]
+               end do
+               along = [inner%normal(2, q), -inner%normal(1, q)]
+               turn = dot_product(inner%normal(:, q), matmul(inner%stiffness(:, :, q), d)) * inner%bend(q) * part_of_load
+               pressed%stiffness(:, 1, q) = inner%stiffness(:, 1, q) + turn * along * along(1)
+               pressed%stiffness(:, 2, q) = inner%stiffness(:, 2, q) + turn * along * along(2)
+            end do
+         end associate
+      end subroutine press
    end subroutine ge_stress_stiffness
 end module stress_stiffness

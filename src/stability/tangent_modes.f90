@@ -103,7 +103,8 @@ contains
       real(wp) :: force(2), k(2, 2), push(3)
       integer :: i, c, d, node
       associate (rate => problem%model%step(problem%step)%load%pressure)
-         call apply_elements(problem, system, system%ek, problem%constant%pressure + state%load_factor * rate, x, y, form)
+         call apply_elements(problem, system, system%ek, system%eshift, &
+            & problem%constant%pressure + state%load_factor * rate, x, y, form)
       end associate
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle

@@ -1,0 +1,129 @@
+!> Foundations that act inside elements: which elements they act on, and where the stress-free axis lies between the nodes.
+module ground
+   use kinds, only: wp
+   use model, only: model_t
+   use gauss_tableau, only: tableau_t, max_stages, gauss_points, stage_basis
+   use rod_geometry, only: geometry_t
+   use reference_curve, only: curve_point, curve_abscissa
+   use candidates, only: candidates_t, new_candidates
+   implicit none
+   private
+   public :: ground_t, new_ground, home_deviation
+
+   integer, parameter :: n_knots = 10 !! of the deviation's polynomial: far beyond the elements' order
+
+   !> The deviation is the stress-free axis minus its collocation polynomial, which only meets it at the nodes: without it
+   !> an arc would lie on its cavity at the nodes, and beside it in between.
+   type :: ground_t
+      type(candidates_t) :: chain               !! the nodes along the foundations, in order
+      integer, allocatable :: first(:)          !! (elements + 1) entries of `candidate` for each element
+      integer, allocatable :: candidate(:)      !! at the element's first node: index into chain
+      logical, allocatable :: founded(:)        !! (elements) some foundation acts on it
+      logical, allocatable :: curved(:)         !! (elements) the deviation is not zero
+      real(wp) :: stiffest = 0.0_wp             !! [force/length] of a node's share of the foundation
+      real(wp), allocatable :: deviation(:, :, :) !! (2, n_knots, elements) Newton's divided differences
+      real(wp) :: knot(n_knots) = 0.0_wp        !! in (0, 1)
+      real(wp) :: rule_place(max_stages + 1, max_stages) = 0.0_wp !! (points, stages) Gauss rule of stages + 1 points
+      real(wp) :: rule_weight(max_stages + 1, max_stages) = 0.0_wp
+   end type ground_t
+
+contains
+
+   !> Derives it from a checked model.
+   function new_ground(model, tableau, home) result(ground)
+      type(model_t), intent(in) :: model
+      type(tableau_t), intent(in) :: tableau(:)   !! by number of stages
+      type(geometry_t), intent(in) :: home
+      type(ground_t) :: ground
+      real(wp) :: weight(n_knots), slope
+      integer :: e, c, n, places(model%mesh%n_elements)
+      ground%chain = new_candidates(model, home, distributed=.true.)
+      n = model%mesh%n_elements
+      allocate (ground%founded(n), ground%curved(n), source=.false.)
+      allocate (ground%first(n + 1), source=1)
+      places = 0
+      do c = 1, ground%chain%n
+         e = ground%chain%element(2, c)
+         if (e > 0) places(e) = places(e) + 1
+      end do
+      do e = 1, n
+         ground%first(e + 1) = ground%first(e) + places(e)
+      end do
+      ground%founded = places > 0
+      allocate (ground%candidate(ground%first(n + 1) - 1))
+      do c = ground%chain%n, 1, -1
+         e = ground%chain%element(2, c)
+         if (e == 0) cycle
+         places(e) = places(e) - 1
+         ground%candidate(ground%first(e) + places(e)) = c
+      end do
+      if (.not. any(ground%founded)) return
+      do c = 1, ground%chain%n
+         associate (obstacle => model%obstacle(ground%chain%obstacle(c)))
+            slope = obstacle%modulus
+            if (obstacle%law > 0) then
+               associate (law => model%law(obstacle%law))
+                  n = size(law%force)
+                  slope = obstacle%width * maxval((law%force(2:) - law%force(:n - 1)) / &
+                     & (law%penetration(2:) - law%penetration(:n - 1)))
+               end associate
+            end if
+            ground%stiffest = max(ground%stiffest, slope * ground%chain%tributary(c))
+         end associate
+      end do
+      n = model%mesh%n_elements
+      call gauss_points(n_knots, ground%knot, weight)
+      do e = 1, max_stages
+         call gauss_points(e + 1, ground%rule_place(:, e), ground%rule_weight(:, e))
+      end do
+      allocate (ground%deviation(2, n_knots, n), source=0.0_wp)
+      do e = 1, n
+         if (ground%founded(e) .and. model%mesh%curve(e) > 0) call set_deviation(e)
+      end do
+
+   contains
+
+      subroutine set_deviation(element)
+         integer, intent(in) :: element
+         real(wp) :: x(2), start(2), angle, speed, s, basis(max_stages), span(2), rounding
+         integer :: k, j, stages
+         associate (curve => model%curve(model%mesh%curve(element)), g => home%element(element), &
+            & table => ground%deviation(:, :, element))
+            if (.not. abs(curve%curvature) > 0.0_wp .and. curve%imperfection == 0) return
+            stages = model%mesh%stages(element)
+            call curve_point(curve, model%imperfection, g%s(1), start, angle, speed)
+            do k = 1, n_knots
+               s = curve_abscissa(curve, model%imperfection, g%s(1), ground%knot(k) * g%length)
+               call curve_point(curve, model%imperfection, s, x, angle, speed)
+               call stage_basis(tableau(stages), ground%knot(k), basis)
+               span = 0.0_wp
+               do j = 1, stages
+                  span = span + basis(j) * [cos(g%angle(j)), sin(g%angle(j))]
+               end do
+               table(:, k) = x - start - (g%length * g%scale) * span
+            end do
+            rounding = 8.0_wp * epsilon(rounding) * maxval(abs(home%x))
+            ground%curved(element) = maxval(abs(table)) > rounding
+            do j = 2, n_knots
+               do k = n_knots, j, -1
+                  table(:, k) = (table(:, k) - table(:, k - 1)) / (ground%knot(k) - ground%knot(k - j + 1))
+               end do
+            end do
+         end associate
+      end subroutine set_deviation
+   end function new_ground
+
+   !> Deviation of the stress-free axis at a place inside an element, in global axes.
+   pure function home_deviation(ground, e, tau) result(d)
+      type(ground_t), intent(in) :: ground
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau        !! 0 to 1
+      real(wp) :: d(2)
+      integer :: k
+      d = 0.0_wp
+      if (.not. ground%curved(e)) return
+      do k = n_knots, 1, -1
+         d = ground%deviation(:, k, e) + (tau - ground%knot(k)) * d
+      end do
+   end function home_deviation
+end module ground
