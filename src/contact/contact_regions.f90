@@ -14,6 +14,7 @@ module contact_regions
    use obstacle_geometry, only: obstacle_gap, has_angle, contact_angle, contact_curvature
    use section_forces, only: local_forces, rod_direction
    use gap_profile, only: gap_and_slope, natural_curvature
+   use ground_regions, only: find_ground_regions
    use path_record, only: region_t
    implicit none
    private
@@ -23,7 +24,7 @@ module contact_regions
 
 contains
 
-   !> All regions of all contacts, in the order of the candidates.
+   !> All regions of all contacts, in the order of the candidates; then those of distributed foundations.
    function find_regions(problem, state) result(regions)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -42,6 +43,7 @@ contains
       do c = 1, problem%candidates%n
          if (.not. seen(c)) regions = [regions, follow(c, last)]
       end do
+      regions = [regions, find_ground_regions(problem, state)]
 
    contains
 

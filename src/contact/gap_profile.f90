@@ -2,14 +2,146 @@
 module gap_profile
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, candidate_gap
+   use candidates, only: candidates_t
+   use rod_state, only: state_t, candidate_gap, chain_gap
    use rod_geometry, only: element_geometry_t
    use section_forces, only: local_forces, rod_direction
    implicit none
    private
    public :: least_gap_after, smallest_gap, gap_and_slope, natural_curvature
+   public :: profile_t, element_profile, profile_value, profile_least, profile_parts
+
+   !> Gap along one element, tau from 0 to 1.
+   type :: profile_t
+      real(wp) :: value(2) = 0.0_wp, slope(2) = 0.0_wp, bend(2) = 0.0_wp !! at both ends; derivatives by tau
+   end type profile_t
 
 contains
+
+   !> Profile on the element after a candidate of either list.
+   function element_profile(problem, state, list, candidate) result(profile)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(candidates_t), intent(in) :: list
+      integer, intent(in) :: candidate     !! with a neighbour after it
+      type(profile_t) :: profile
+      real(wp) :: local(3, 2), h
+      integer :: e, side, c
+      e = list%element(2, candidate)
+      h = state%geometry%element(e)%length
+      call local_forces(problem, state, e, local)
+      do side = 1, 2
+         c = candidate
+         if (side == 2) c = list%neighbour(2, candidate)
+         call end_derivatives(problem, state, list, c, e, side, local(3, side), profile%value(side), profile%slope(side), &
+            & profile%bend(side))
+      end do
+      profile%slope = profile%slope * h
+      profile%bend = profile%bend * h**2
+   end function element_profile
+
+   !> Gap, its slope and its second derivative along the rod at one end of an element.
+   subroutine end_derivatives(problem, state, list, candidate, e, side, moment, gap, slope, second)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(candidates_t), intent(in) :: list
+      integer, intent(in) :: candidate, e, side
+      real(wp), intent(in) :: moment       !! at that end
+      real(wp), intent(out) :: gap, slope, second
+      real(wp) :: normal(2), bend, angle, t(2), curvature, across
+      call chain_gap(problem, state, list, candidate, gap, normal, bend)
+      angle = rod_direction(problem, state, e, side)
+      t = [cos(angle), sin(angle)]
+      slope = dot_product(normal, t)
+      across = normal(2) * t(1) - normal(1) * t(2)
+      curvature = natural_curvature(state%geometry%element(e)) + moment * problem%compliance(e)%bending
+      second = bend * across**2 + curvature * across
+   end subroutine end_derivatives
+
+   !> The gap at a place.
+   pure real(wp) function profile_value(profile, tau)
+      type(profile_t), intent(in) :: profile
+      real(wp), intent(in) :: tau
+      profile_value = quintic(profile%value, profile%slope, profile%bend, tau)
+   end function profile_value
+
+   !> Smallest value between two places, ends included.
+   pure subroutine profile_least(profile, from, to, least, tau)
+      type(profile_t), intent(in) :: profile
+      real(wp), intent(in) :: from, to     !! 0 <= from <= to <= 1
+      real(wp), intent(out) :: least, tau
+      integer, parameter :: samples = 8
+      real(wp) :: step, value, f(3), curvature
+      integer :: i
+      least = huge(1.0_wp)
+      tau = from
+      do i = 0, samples
+         value = profile_value(profile, from + (to - from) * i / samples)
+         if (value >= least) cycle
+         least = value
+         tau = from + (to - from) * i / samples
+      end do
+      step = 0.5_wp * (to - from) / samples
+      do i = 1, 40
+         f(1) = profile_value(profile, max(tau - step, from))
+         f(2) = profile_value(profile, tau)
+         f(3) = profile_value(profile, min(tau + step, to))
+         curvature = f(1) - 2.0_wp * f(2) + f(3)
+         if (curvature > 0.0_wp) tau = tau + min(max(0.5_wp * step * (f(1) - f(3)) / curvature, -step), step)
+         tau = min(max(tau, from), to)
+         step = max(0.5_wp * step, 1.0e-4_wp * (to - from))
+      end do
+      value = profile_value(profile, tau)
+      if (value < least) least = value
+      if (profile_value(profile, from) <= least) tau = from
+      if (profile_value(profile, to) < least) tau = to
+      least = profile_value(profile, tau)
+   end subroutine profile_least
+
+   !> The parts of an element on which the gap is below a level.
+   pure subroutine profile_parts(profile, level, n, part)
+      type(profile_t), intent(in) :: profile
+      real(wp), intent(in) :: level
+      integer, intent(out) :: n
+      real(wp), intent(out) :: part(:, :)  !! (2, 3) from, to; a quintic has no more
+      integer, parameter :: samples = 12
+      real(wp) :: low, high, middle, mark(2)
+      logical :: inside, now
+      integer :: i, iteration
+      n = 0
+      part = 0.0_wp
+      inside = profile%value(1) < level
+      if (inside) then
+         n = 1
+         part(1, 1) = 0.0_wp
+      end if
+      do i = 1, samples
+         mark = [real(i - 1, wp), real(i, wp)] / samples
+         now = profile_value(profile, mark(2)) < level
+         if (i == samples) now = profile%value(2) < level
+         if (now .neqv. inside) then
+            low = mark(1)
+            high = mark(2)
+            do iteration = 1, 50
+               middle = 0.5_wp * (low + high)
+               if ((profile_value(profile, middle) < level) .eqv. inside) then
+                  low = middle
+               else
+                  high = middle
+               end if
+            end do
+            if (now) then
+               if (n == size(part, 2)) return
+               n = n + 1
+               part(1, n) = 0.5_wp * (low + high)
+            else
+               part(2, n) = 0.5_wp * (low + high)
+            end if
+         end if
+         inside = now
+      end do
+      if (inside) part(2, n) = 1.0_wp
+   end subroutine profile_parts
 
    !> Smallest gap on the element from a candidate to its next neighbour, ends included.
    subroutine least_gap_after(problem, state, candidate, least, tau)
@@ -18,39 +150,7 @@ contains
       integer, intent(in) :: candidate     !! with a neighbour after it
       real(wp), intent(out) :: least
       real(wp), intent(out) :: tau         !! where, 0 to 1 from the candidate to its neighbour
-      integer, parameter :: samples = 8
-      real(wp) :: gap(2), slope(2), bend(2), h, step, value
-      integer :: next, e, i
-      next = problem%candidates%neighbour(2, candidate)
-      e = problem%candidates%element(2, candidate)
-      h = state%geometry%element(e)%length
-      call gap_and_slope(problem, state, candidate, e, 1, gap(1), slope(1))
-      call gap_and_slope(problem, state, next, e, 2, gap(2), slope(2))
-      bend(1) = gap_bend(problem, state, candidate, e, 1)
-      bend(2) = gap_bend(problem, state, next, e, 2)
-      slope = slope * h
-      bend = bend * h**2
-      least = huge(1.0_wp)
-      tau = 0.0_wp
-      do i = 0, samples
-         value = quintic(gap, slope, bend, real(i, wp) / samples)
-         if (value >= least) cycle
-         least = value
-         tau = real(i, wp) / samples
-      end do
-      step = 0.5_wp / samples
-      do i = 1, 40
-         call parabola_step(gap, slope, bend, tau, step)
-      end do
-      least = quintic(gap, slope, bend, tau)
-      if (gap(1) < least) then
-         least = gap(1)
-         tau = 0.0_wp
-      end if
-      if (gap(2) < least) then
-         least = gap(2)
-         tau = 1.0_wp
-      end if
+      call profile_least(element_profile(problem, state, problem%candidates, candidate), 0.0_wp, 1.0_wp, least, tau)
    end subroutine least_gap_after
 
    !> Smallest gap along the elements that touch a set of candidates.
@@ -85,34 +185,6 @@ contains
       angle = rod_direction(problem, state, e, side)
       slope = normal(1) * cos(angle) + normal(2) * sin(angle)
    end subroutine gap_and_slope
-
-   !> Moves tau towards the minimum of the quintic and halves the step.
-   pure subroutine parabola_step(value, slope, bend, tau, step)
-      real(wp), intent(in) :: value(2), slope(2), bend(2)
-      real(wp), intent(inout) :: tau, step
-      real(wp) :: f(3), curvature
-      f(1) = quintic(value, slope, bend, max(tau - step, 0.0_wp))
-      f(2) = quintic(value, slope, bend, tau)
-      f(3) = quintic(value, slope, bend, min(tau + step, 1.0_wp))
-      curvature = f(1) - 2.0_wp * f(2) + f(3)
-      if (curvature > 0.0_wp) tau = tau + min(max(0.5_wp * step * (f(1) - f(3)) / curvature, -step), step)
-      tau = min(max(tau, 0.0_wp), 1.0_wp)
-      step = max(0.5_wp * step, 1.0e-4_wp)
-   end subroutine parabola_step
-
-   !> Second derivative of the gap along the rod at one end of an element.
-   real(wp) function gap_bend(problem, state, candidate, e, side) result(second)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate, e, side
-      real(wp) :: local(3, 2), gap, normal(2), bend, angle, t(2), curvature
-      call candidate_gap(problem, state, candidate, gap, normal, bend)
-      call local_forces(problem, state, e, local)
-      angle = rod_direction(problem, state, e, side)
-      t = [cos(angle), sin(angle)]
-      curvature = natural_curvature(state%geometry%element(e)) + local(3, side) * problem%compliance(e)%bending
-      second = bend * (normal(2) * t(1) - normal(1) * t(2))**2 + curvature * (normal(2) * t(1) - normal(1) * t(2))
-   end function gap_bend
 
    !> Hermite quintic on (0, 1).
    pure real(wp) function quintic(value, slope, bend, tau)

@@ -22,7 +22,8 @@ module ge_element
    use inner_forces, only: inner_forces_t
    implicit none
    private
-   public :: ge_compliance, ge_stiffness_t, ge_load_t, ge_evaluate, ge_end_forces, ge_interior, ge_directions, ge_size, ge_columns
+   public :: ge_compliance, ge_stiffness_t, ge_load_t, ge_evaluate, ge_end_forces, ge_interior, ge_directions, &
+      & ge_direction_rates, ge_size, ge_columns
 
    integer, parameter :: max_unknowns = 3 * max_stages
    integer, parameter :: ge_columns = 8 !! columns of the update operator: six node displacements, residual, load factor
@@ -440,6 +441,37 @@ contains
          rho(:, i) = (1.0_wp + dot_product(nn, t) * compliance%axial) * t + (dot_product(nn, nu) * compliance%shear) * nu
       end do
    end subroutine ge_directions
+
+   !> Change of ge_directions with the first node's rotation, and the stored resultants.
+   pure subroutine ge_direction_rates(tab, h, angle, compliance, load, u, z, du, dz, load_change, rate)
+      type(tableau_t), intent(in) :: tab
+      real(wp), intent(in) :: h
+      real(wp), intent(in) :: angle(:)         !! (stages)
+      type(ge_stiffness_t), intent(in) :: compliance
+      type(ge_load_t), intent(in) :: load
+      real(wp), intent(in) :: u(6), z(:)
+      real(wp), intent(in) :: du(6), dz(:)     !! their changes
+      real(wp), intent(in) :: load_change      !! of the load factor
+      real(wp), intent(out) :: rate(:, :)      !! (2, stages)
+      type(ge_load_t) :: increment
+      real(wp) :: phi, dphi, nn(2), dn(2), t(2), nu(2), axial, shear, beta
+      integer :: i, s
+      s = tab%stages
+      beta = compliance%axial - compliance%shear
+      increment%line = load_change * load%line_rate
+      do i = 1, s
+         phi = u(3) + h * compliance%bending * dot_product(tab%a(i, :s), z(4:3 + s))
+         dphi = du(3) + h * compliance%bending * dot_product(tab%a(i, :s), dz(4:3 + s))
+         nn = stage_force(tab, h, load, z, i)
+         dn = stage_force(tab, h, increment, dz, i)
+         t = [cos(angle(i) + phi), sin(angle(i) + phi)]
+         nu = [-t(2), t(1)]
+         axial = dot_product(nn, t)
+         shear = dot_product(nn, nu)
+         rate(:, i) = dphi * ((beta * shear) * t + (1.0_wp + beta * axial) * nu) + &
+            & (compliance%axial * dot_product(dn, t)) * t + (compliance%shear * dot_product(dn, nu)) * nu
+      end do
+   end subroutine ge_direction_rates
 
    !> n at a stage.
    pure function stage_force(tab, h, load, z, i) result(nn)

@@ -18,6 +18,7 @@ module inner_forces
       real(wp), allocatable :: rate(:, :)         !! (2, n)
       ! For reports; the element does not look at them.
       integer, allocatable :: source(:)           !! (n) who pushes
+      real(wp), allocatable :: x(:, :)            !! (2, n) where the point is
       real(wp), allocatable :: normal(:, :)       !! (2, n) unit
       real(wp), allocatable :: pressure(:)        !! (n) component of the force along the normal
       real(wp), allocatable :: bend(:)            !! (n) curvature of the gap function along the surface
@@ -49,9 +50,9 @@ contains
          n = list%n
          if (n > 0) old = list
          if (allocated(list%tau)) deallocate (list%tau, list%weight, list%basis, list%force, list%stiffness, list%rate, &
-            & list%source, list%normal, list%pressure, list%bend)
+            & list%source, list%normal, list%pressure, list%bend, list%x)
          allocate (list%tau(m), list%weight(m), list%basis(max_stages, m), list%force(2, m), list%stiffness(2, 2, m))
-         allocate (list%rate(2, m), list%source(m), list%normal(2, m), list%pressure(m), list%bend(m))
+         allocate (list%rate(2, m), list%source(m), list%normal(2, m), list%pressure(m), list%bend(m), list%x(2, m))
          if (n == 0) return
          list%tau(:n) = old%tau(:n)
          list%weight(:n) = old%weight(:n)
@@ -63,6 +64,7 @@ contains
          list%normal(:, :n) = old%normal(:, :n)
          list%pressure(:n) = old%pressure(:n)
          list%bend(:n) = old%bend(:n)
+         list%x(:, :n) = old%x(:, :n)
       end subroutine resize
    end subroutine add_force
 end module inner_forces

@@ -6,6 +6,8 @@ module balance
    use problem, only: problem_t
    use rod_state, only: state_t, node_position, element_displacement, element_load, candidate_gap
    use section_forces, only: end_forces
+   use element_foundation, only: foundation_forces, touching_gap
+   use inner_forces, only: inner_forces_t
    use ge_element, only: ge_load_t
    use gauss_tableau, only: max_stages
    use path_record, only: accuracy_t
@@ -22,14 +24,16 @@ contains
       real(wp), intent(in) :: residual
       type(accuracy_t), intent(inout) :: accuracy
       real(wp), allocatable :: support(:, :)
-      real(wp) :: total(3), scale, first(3), second(3), x(2), force(3), gap, normal(2), bend, size_, largest
+      real(wp) :: total(3), scale, first(3), second(3), x(2), force(3), gap, normal(2), bend, size_, largest, noise
       integer :: e, i, node, c
 
       size_ = problem%size
       accuracy%residual = max(accuracy%residual, residual)
       allocate (support(3, problem%model%mesh%n_nodes), source=0.0_wp)
       total = 0.0_wp
-      scale = problem%force_floor
+      ! A foundation's force is no better than the rounding of its gap.
+      noise = problem%ground%stiffest * touching_gap(problem) * count(problem%ground%founded)
+      scale = max(problem%force_floor, noise)
       elements: do e = 1, problem%model%mesh%n_elements
          call end_forces(problem, state, e, first, second)
          associate (a => problem%model%mesh%node(1, e), b => problem%model%mesh%node(2, e))
@@ -38,6 +42,8 @@ contains
          end associate
          scale = max(scale, maxval(abs(first(1:2))), maxval(abs(second(1:2))), abs(first(3)) / size_, abs(second(3)) / size_)
          force = element_load_sum(problem, state, e)
+         ! What a foundation carries need not pass through any section.
+         scale = max(scale, maxval(abs(force(1:2))))
          total = total + force
       end do elements
       nodes: do node = 1, problem%model%mesh%n_nodes
@@ -82,8 +88,33 @@ contains
          if (largest > 0.0_wp .and. .not. problem%candidates%bilateral(c)) &
             & accuracy%tension = max(accuracy%tension, -state%reaction(c) / largest)
       end do
+      if (problem%ground%chain%n > 0) call add_foundations()
       accuracy%force_balance = max(accuracy%force_balance, norm2(total(1:2)) / scale)
       accuracy%moment_balance = max(accuracy%moment_balance, abs(total(3)) / (scale * size_))
+
+   contains
+
+      !> Foundations that act inside elements, from their pressure where it acts.
+      subroutine add_foundations()
+         type(inner_forces_t) :: inner
+         real(wp) :: push(2), most, least, shortest
+         integer :: q
+         shortest = minval(state%geometry%element%length, mask=problem%ground%founded)
+         most = 0.0_wp
+         least = 0.0_wp
+         do e = 1, problem%model%mesh%n_elements
+            if (.not. problem%ground%founded(e)) cycle
+            call foundation_forces(problem, state, e, inner)
+            do q = 1, inner%n
+               push = (state%geometry%element(e)%length * inner%weight(q) * inner%pressure(q)) * inner%normal(:, q)
+               total = total + [push, inner%x(1, q) * push(2) - inner%x(2, q) * push(1)]
+               if (problem%ground%chain%bilateral(inner%source(q))) cycle
+               most = max(most, inner%pressure(q))
+               least = min(least, inner%pressure(q))
+            end do
+         end do
+         if (most > noise / shortest) accuracy%tension = max(accuracy%tension, -least / most)
+      end subroutine add_foundations
    end subroutine measure_balance
 
    !> Resultant force and moment about the origin of the load on an element.
@@ -113,7 +144,7 @@ contains
             do i = 1, s
                phi = u(3) + h * problem%compliance(e)%bending * dot_product(tab%a(i, :s), z(4:3 + s))
                nn = z(1:2) - tab%c(i) * h * load%line
-               if (problem%pressurised(e)) nn = z(2 + s + 2 * i:3 + s + 2 * i)
+               if (problem%pressurised(e) .or. problem%ground%founded(e)) nn = z(2 + s + 2 * i:3 + s + 2 * i)
                t = [cos(state%geometry%element(e)%angle(i) + phi), sin(state%geometry%element(e)%angle(i) + phi)]
                nu = [-t(2), t(1)]
                rho = (1.0_wp + dot_product(nn, t) * problem%compliance(e)%axial) * t + &

@@ -16,7 +16,7 @@ module element_foundation
    use inner_forces, only: inner_forces_t, clear_forces, add_force
    implicit none
    private
-   public :: foundation_forces
+   public :: foundation_forces, touching_gap
 
    integer, parameter :: max_cuts = 64
 
@@ -55,7 +55,7 @@ contains
          bilateral = problem%ground%chain%bilateral(c)
          shift = obstacle_shift(problem, state, obstacle)
          ! What lies on the surface but for rounding touches: a structure may begin with all of it there.
-         touching = 8.0_wp * epsilon(touching) * problem%size
+         touching = touching_gap(problem)
          do k = 0, samples
             value(k) = gap_at(real(k, wp) / samples)
          end do
@@ -87,14 +87,14 @@ contains
       !> Gap to the obstacle, for bilateral ones more than that of the stress-free axis.
       real(wp) function gap_at(tau) result(gap)
          real(wp), intent(in) :: tau
-         real(wp) :: basis(max_stages), normal(2), bend
-         call look(tau, basis, gap, normal, bend)
+         real(wp) :: basis(max_stages), x(2), normal(2), bend
+         call look(tau, basis, x, gap, normal, bend)
       end function gap_at
 
-      subroutine look(tau, basis, gap, normal, bend)
+      subroutine look(tau, basis, x, gap, normal, bend)
          real(wp), intent(in) :: tau
-         real(wp), intent(out) :: basis(max_stages), gap, normal(2), bend
-         real(wp) :: x(2), at_home, other(2)
+         real(wp), intent(out) :: basis(max_stages), x(2), gap, normal(2), bend
+         real(wp) :: at_home, other(2)
          x = place(tau, basis)
          at_home = 0.0_wp
          if (bilateral) then
@@ -209,9 +209,9 @@ contains
 
       subroutine add_point(tau, weight)
          real(wp), intent(in) :: tau, weight
-         real(wp) :: gap, normal(2), bend, push, spring, t(2), basis(max_stages)
+         real(wp) :: gap, normal(2), bend, push, spring, t(2), x(2), basis(max_stages)
          integer :: q
-         call look(tau, basis, gap, normal, bend)
+         call look(tau, basis, x, gap, normal, bend)
          associate (ground => problem%model%obstacle(obstacle))
             if (ground%law == 0) then
                spring = ground%modulus
@@ -235,6 +235,13 @@ contains
          list%normal(:, q) = normal
          list%pressure(q) = push
          list%bend(q) = bend
+         list%x(:, q) = x
       end subroutine add_point
    end subroutine foundation_forces
+
+   !> Gaps below it are contact: zero but for the rounding of positions.
+   pure real(wp) function touching_gap(problem)
+      type(problem_t), intent(in) :: problem
+      touching_gap = 8.0_wp * epsilon(touching_gap) * problem%size
+   end function touching_gap
 end module element_foundation

@@ -434,6 +434,7 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
       real(wp) :: worst, scale, noise, moved
+      type(ge_load_t) :: load
       integer :: e, i, d, node
       system%raw = system%residual
       scale = problem%force_floor
@@ -454,6 +455,13 @@ contains
          scale = max(scale, maxval(abs(problem%constant%node_force(1:2, :))), &
             & abs(state%load_factor) * maxval(abs(rate%node_force(1:2, :))))
       end associate
+      if (any(problem%ground%founded)) then
+         ! A foundation may carry a load that no section feels.
+         do e = 1, problem%model%mesh%n_elements
+            load = element_load(problem, state, e)
+            scale = max(scale, maxval(abs(load%line)) * state%geometry%element(e)%length)
+         end do
+      end if
       worst = 0.0_wp
       do node = 1, problem%model%mesh%n_nodes
          do i = 1, 3

@@ -49,7 +49,8 @@ contains
       fraction = 1.0_wp
       place = trial
       branching = event%kind == event_bifurcation
-      held = event%kind == event_contact .and. .not. (event%divided .and. event%before < 0.0_wp)
+      held = event%kind == event_contact .and. event%ground%contact == 0 .and. &
+         & .not. (event%divided .and. event%before < 0.0_wp)
       control = run%control
       whole = control%increment
       if (is_arc_length(control%method)) then

@@ -6,6 +6,7 @@ module monitors
    use rod_state, only: state_t
    use linear_system, only: system_t, to_global, row_times
    use contact_set, only: reaction_rate
+   use ground_regions, only: foundation_totals, foundation_total_rates
    use path_control, only: monitor_change
    implicit none
    private
@@ -18,7 +19,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      real(wp) :: values(size(problem%model%monitor)), total
+      real(wp) :: values(size(problem%model%monitor)), total, founded(3, size(problem%model%obstacle))
       integer :: m, i
       do m = 1, size(problem%model%monitor)
          associate (monitor => problem%model%monitor(m))
@@ -32,6 +33,10 @@ contains
                   if (problem%candidates%obstacle(i) /= monitor%obstacle) cycle
                   total = total + state%reaction(i) * share(monitor, system%normal(:, i))
                end do
+               if (problem%ground%chain%n > 0) then
+                  call foundation_totals(problem, state, founded)
+                  total = total + founded(monitor%component, monitor%obstacle)
+               end if
             else
                do i = 1, size(monitor%node)
                   if (.not. problem%model%fixed(monitor%component, monitor%node(i))) then
@@ -54,7 +59,7 @@ contains
       integer, intent(in) :: m                 !! index into model%monitor
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
-      real(wp) :: moved(3)
+      real(wp) :: moved(3), founded(3, size(problem%model%obstacle))
       integer :: i, d, k
       associate (monitor => problem%model%monitor(m))
          rate = 0.0_wp
@@ -66,6 +71,10 @@ contains
                rate = rate + monitor%factor * (reaction_rate(problem, system, i) * share(monitor, system%normal(:, i)) &
                   & + state%reaction(i) * turning(i))
             end do
+            if (problem%ground%chain%n > 0) then
+               call foundation_total_rates(problem, state, system, founded)
+               rate = rate + monitor%factor * founded(monitor%component, monitor%obstacle)
+            end if
          else
             do i = 1, size(monitor%node)
                if (.not. problem%model%fixed(monitor%component, monitor%node(i))) then

@@ -9,6 +9,9 @@ module path_events
    use monitors, only: monitor_values, monitor_rate
    use contact_regions, only: region_of, resolved_contact
    use gap_profile, only: smallest_gap
+   use ground_regions, only: find_ground_regions
+   use ground_events, only: ground_event_t, find_ground_events, ground_event_value
+   use path_record, only: region_t
    implicit none
    private
    public :: probe_t, event_t, new_probe, detect_events, event_value
@@ -25,6 +28,7 @@ module path_events
       real(wp), allocatable :: monitor(:)
       real(wp), allocatable :: monitor_rate(:) !! d(monitor)/d(arc length) of those whose turning points are asked for
       logical, allocatable :: active(:)       !! contact as far as the mesh resolves it
+      type(region_t), allocatable :: grounded(:) !! contact with distributed foundations
    end type probe_t
 
    type :: event_t
@@ -37,6 +41,7 @@ module path_events
       integer :: pivots = 0                   !! count where it was located
       logical, allocatable :: marked(:)       !! contact: the candidates concerned
       logical :: divided = .false.            !! contact: a region splits there, or two merge
+      type(ground_event_t) :: ground          !! contact with a distributed foundation: what happens where
       real(wp) :: gap_scale = 1.0_wp, reaction_scale = 1.0_wp !! contact: make both branches comparable
       logical :: load_tells = .false.         !! the load grows so steadily over the increment that it tells parts of it
       real(wp) :: scale = 1.0_wp              !! what the zero of its function was measured against
@@ -65,6 +70,7 @@ contains
       end associate
       probe%monitor = monitor_values(problem, state, system)
       probe%active = resolved_contact(problem, state)
+      probe%grounded = find_ground_regions(problem, state)
    end function new_probe
 
    !> All events between two neighbouring points.
@@ -102,6 +108,7 @@ contains
          if (any(before%active .neqv. after%active)) &
             & call detect_contact_events(problem, from, to, before%active, after%active, events)
       end if
+      if (problem%ground%chain%n > 0) call add_ground_events()
       do i = 1, size(step%locate)
          event = event_t(kind=event_value_reached, label='UZ', monitor=step%locate(i)%monitor, &
             & value=step%locate(i)%value)
@@ -125,6 +132,24 @@ contains
       end do
 
    contains
+
+      subroutine add_ground_events()
+         type(ground_event_t), allocatable :: found(:)
+         integer :: k
+         call find_ground_events(problem, before%grounded, after%grounded, found)
+         do k = 1, size(found)
+            event = event_t(kind=event_contact, label=found(k)%label)
+            event%ground = found(k)
+            event%divided = found(k)%divided
+            allocate (event%marked(problem%candidates%n), source=.false.)
+            if (found(k)%label == 'C-') event%note = merge('a contact region splits', 'contact lost           ', event%divided)
+            if (found(k)%label == 'C+') event%note = merge('two contact regions merge', 'contact gained           ', event%divided)
+            event%note = trim(event%note)
+            event%gap_scale = max(abs(ground_event_value(problem, from, event%ground)), &
+               & abs(ground_event_value(problem, to, event%ground)), tiny(1.0_wp))
+            call append(event)
+         end do
+      end subroutine add_ground_events
 
       subroutine append(new)
          type(event_t), intent(in) :: new
@@ -240,7 +265,9 @@ contains
       case (event_turning)
          value = probe%monitor_rate(event%monitor)
       case (event_contact)
-         if (event%divided) then
+         if (event%ground%contact > 0) then
+            value = ground_event_value(problem, state, event%ground) / event%gap_scale
+         else if (event%divided) then
             ! Whole as long as all of it touches.
             value = minval(state%reaction, mask=event%marked) / event%reaction_scale
             if (any(event%marked .and. .not. state%active)) value = -largest_gap(problem, state, event%marked) / event%gap_scale

@@ -6,6 +6,7 @@ module point_report
    use linear_system, only: system_t
    use monitors, only: monitor_values
    use contact_regions, only: find_regions
+   use ground_regions, only: ground_reaction
    use section_forces, only: local_forces
    use path_record, only: point_t
    use model, only: obstacles_move
@@ -23,13 +24,14 @@ contains
       integer, intent(in) :: number            !! points recorded before this one: decides whether fields are due
       character(*), intent(in) :: label        !! points with a label always get their fields
       type(point_t) :: point
+      real(wp), allocatable :: shares(:)
       integer :: c, e
       associate (step => problem%model%step(problem%step))
          point%step = problem%step
          point%label = label
          point%load_factor = state%load_factor
          point%negative_pivots = system%negative_pivots
-         point%active_contacts = count(state%active)
+         point%active_contacts = count(state%active) + count(state%grounded)
          point%monitor = monitor_values(problem, state, system)
          if (size(problem%model%contact) > 0) then
             point%region = find_regions(problem, state)
@@ -39,6 +41,15 @@ contains
                   total = total + state%reaction(c)
                end associate
             end do
+            if (problem%ground%chain%n > 0) then
+               allocate (shares(problem%ground%chain%n))
+               call ground_reaction(problem, state, shares)
+               do c = 1, problem%ground%chain%n
+                  associate (total => point%reaction_total(problem%ground%chain%contact(c)))
+                     total = total + shares(c)
+                  end associate
+               end do
+            end if
          end if
          if (obstacles_move(problem%model)) then
             allocate (point%obstacle_shift(2, size(problem%model%obstacle)))

@@ -6,6 +6,8 @@ module second_parameter
    use text, only: same_name
    use imperfect_mesh, only: move_to_curves
    use problem, only: problem_t, new_problem
+   use candidates, only: candidates_t
+   use ground_regions, only: ground_reaction
    use rod_state, only: state_t
    use rod_geometry, only: new_geometry, slide_node
    implicit none
@@ -75,13 +77,14 @@ contains
       call derive_again(base, problem)
    end function problem_at
 
-   !> The problem with the curve's obstacle rigid, its reactions at the nodes as those of the foundation are.
+   !> The problem with the curve's obstacle rigid, its reactions at the nodes.
    function rigid_problem(base, curve) result(problem)
       type(problem_t), intent(in) :: base
       type(limit_curve_t), intent(in) :: curve
       type(problem_t) :: problem
       problem = base
       problem%model%obstacle(curve%obstacle)%rigid = .true.
+      where (problem%model%contact%obstacle == curve%obstacle) problem%model%contact%distributed = .false.
       call derive_again(base, problem)
    end function rigid_problem
 
@@ -110,6 +113,7 @@ contains
       logical :: done(size(state%u, 2))
       carried = state
       carried%geometry = new_geometry(to%model, to%tableau)
+      if (to%candidates%n /= from%candidates%n) call touch_nodes()
       do c = 1, from%candidates%n
          if (.not. from%candidates%may_slide(c)) cycle
          associate (element => from%candidates%element(:, c))
@@ -128,5 +132,37 @@ contains
             carried%u(3, node) = state%u(3, node) + turn
          end do
       end do
+
+   contains
+
+      !> Contact at nodes instead of inside elements: those that the foundation pushes.
+      subroutine touch_nodes()
+         integer :: k, place
+         real(wp) :: share(from%ground%chain%n)
+         call ground_reaction(from, state, share)
+         carried%grounded = to%ground%founded
+         deallocate (carried%active, carried%reaction)
+         allocate (carried%active(to%candidates%n), source=.false.)
+         allocate (carried%reaction(to%candidates%n), source=0.0_wp)
+         do k = 1, to%candidates%n
+            do place = 1, from%candidates%n
+               if (.not. same_place(from%candidates, place, k)) cycle
+               carried%active(k) = state%active(place)
+               carried%reaction(k) = state%reaction(place)
+            end do
+            do place = 1, from%ground%chain%n
+               if (.not. same_place(from%ground%chain, place, k)) cycle
+               carried%active(k) = share(place) > 0.0_wp
+               carried%reaction(k) = share(place)
+            end do
+         end do
+      end subroutine touch_nodes
+
+      logical function same_place(list, candidate, new)
+         type(candidates_t), intent(in) :: list
+         integer, intent(in) :: candidate, new
+         same_place = list%node(candidate) == to%candidates%node(new) .and. &
+            & list%contact(candidate) == to%candidates%contact(new)
+      end function same_place
    end function carry_state
 end module second_parameter

@@ -15,7 +15,7 @@ module stress_stiffness
    use contact_set, only: reaction_rate
    use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t
-   use ge_element, only: ge_evaluate, ge_load_t, ge_columns
+   use ge_element, only: ge_evaluate, ge_direction_rates, ge_load_t, ge_columns
    use ul2_element, only: ul2_stress_stiffness
    use band_matrix, only: band_t
    implicit none
@@ -160,23 +160,18 @@ contains
       !> The curvature of a foundation's surface under the additional pressure.
       subroutine press(part_of_load)
          real(wp), intent(in) :: part_of_load
-         real(wp) :: along(2), basis(max_stages), d(2), t(2), turn
-         integer :: q, j
-         associate (g => state%geometry%element(e), tab => problem%tableau(s))
+         real(wp) :: along(2), d(2), rho(2, max_stages), change
+         integer :: q
+         associate (g => state%geometry%element(e))
+            call ge_direction_rates(problem%tableau(s), g%length, g%angle, problem%compliance(e), load, &
+               & element_displacement(problem, state, e), state%z(:z, e), du, dz(:z), 1.0_wp, rho(:, :s))
             do q = 1, inner%n
-               ! Displacement of the point by bending and shift; stretching adds nothing across the rod.
-               basis = inner%basis(:, q)
-               d = du(1:2)
-               do j = 1, s
-                  turn = du(3) + g%length * problem%compliance(e)%bending * dot_product(tab%a(j, :s), dz(4:3 + s))
-                  t = [cos(g%angle(j) + state%u(3, problem%model%mesh%node(1, e))), &
-                     & sin(g%angle(j) + state%u(3, problem%model%mesh%node(1, e)))]
-                  d = d + g%length * g%scale * basis(j) * turn * [-t(2), t(1)]
-               end do
+               d = du(1:2) + g%length * g%scale * matmul(rho(:, :s), inner%basis(:s, q))
                along = [inner%normal(2, q), -inner%normal(1, q)]
-               turn = dot_product(inner%normal(:, q), matmul(inner%stiffness(:, :, q), d)) * inner%bend(q) * part_of_load
-               pressed%stiffness(:, 1, q) = inner%stiffness(:, 1, q) + turn * along * along(1)
-               pressed%stiffness(:, 2, q) = inner%stiffness(:, 2, q) + turn * along * along(2)
+               change = part_of_load * inner%bend(q) * &
+                  & dot_product(inner%normal(:, q), inner%rate(:, q) - matmul(inner%stiffness(:, :, q), d))
+               pressed%stiffness(:, 1, q) = inner%stiffness(:, 1, q) - change * along * along(1)
+               pressed%stiffness(:, 2, q) = inner%stiffness(:, 2, q) - change * along * along(2)
             end do
          end associate
       end subroutine press

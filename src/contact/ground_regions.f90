@@ -1,0 +1,274 @@
+!> Connected stretches of contact with foundations that act inside elements, and what the nodes along them see.
+module ground_regions
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+   use kinds, only: wp, degree
+   use model, only: obstacle_t
+   use problem, only: problem_t
+   use rod_state, only: state_t, node_position, obstacle_shift, chain_gap, element_displacement, element_load
+   use linear_system, only: system_t, to_global
+   use bordered_system, only: resultant_rates
+   use ge_element, only: ge_direction_rates
+   use gauss_tableau, only: max_stages
+   use obstacle_geometry, only: has_angle, contact_angle
+   use section_forces, only: rod_direction
+   use force_law, only: law_reaction
+   use element_foundation, only: foundation_forces, touching_gap
+   use inner_forces, only: inner_forces_t
+   use gap_profile, only: profile_t, element_profile, profile_parts, profile_least
+   use path_record, only: region_t
+   implicit none
+   private
+   public :: find_ground_regions, extreme_gap, ground_pressure, ground_reaction, foundation_totals, &
+      & foundation_total_rates
+
+contains
+
+   !> All regions, contact by contact along their chains.
+   function find_ground_regions(problem, state) result(regions)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(region_t), allocatable :: regions(:)
+      type(region_t) :: region
+      type(profile_t) :: profile
+      real(wp) :: part(2, 3), h
+      integer :: c, e, i, n, first, closes
+      logical :: open_end
+      allocate (regions(0))
+      associate (chain => problem%ground%chain)
+         open_end = .false.
+         first = 0
+         do c = 1, chain%n
+            e = chain%element(2, c)
+            if (e == 0) then
+               open_end = .false.
+               cycle
+            end if
+            if (chain%neighbour(1, c) == 0) open_end = .false.
+            ! A closed chain begins where the list does.
+            if (c == 1) then
+               first = 1
+            else if (chain%contact(c) /= chain%contact(c - 1)) then
+               first = size(regions) + 1
+               open_end = .false.
+            end if
+            h = state%geometry%element(e)%length
+            if (chain%bilateral(c)) then
+               n = 1
+               part(:, 1) = [0.0_wp, 1.0_wp]
+            else
+               profile = element_profile(problem, state, chain, c)
+               call profile_parts(profile, touching_gap(problem), n, part)
+            end if
+            if (n == 0) open_end = .false.
+            do i = 1, n
+               if (i == 1 .and. open_end .and. part(1, 1) <= 0.0_wp) then
+                  call set_end(c, part(2, 1), regions(size(regions))%end, regions(size(regions))%angle_end)
+               else
+                  region%contact = chain%contact(c)
+                  call set_end(c, part(1, i), region%start, region%angle_start)
+                  call set_end(c, part(2, i), region%end, region%angle_end)
+                  regions = [regions, region]
+               end if
+               open_end = part(2, i) >= 1.0_wp
+            end do
+            ! Once round a closed chain: the last region goes on as the first one.
+            closes = chain%neighbour(2, c)
+            if (closes >= 1 .and. closes <= c .and. open_end .and. size(regions) >= first) then
+               if (regions(first)%start <= chain%s(closes)) then
+                  if (size(regions) > first) then
+                     regions(first)%start = regions(size(regions))%start
+                     regions(first)%angle_start = regions(size(regions))%angle_start
+                     regions(first)%end = regions(first)%end + chain%chain_length(chain%contact(c))
+                     regions = regions(:size(regions) - 1)
+                  else
+                     regions(first)%end = regions(first)%start + chain%chain_length(chain%contact(c))
+                     regions(first)%angle_end = regions(first)%angle_start
+                  end if
+               end if
+               open_end = .false.
+            end if
+         end do
+         do i = 1, size(regions)
+            call unwrap(problem%model%obstacle(problem%model%contact(regions(i)%contact)%obstacle), regions(i))
+         end do
+      end associate
+
+   contains
+
+      !> Coordinate and angle of a place on the element after a candidate: cubic through positions and directions.
+      subroutine set_end(candidate, tau, s, angle)
+         integer, intent(in) :: candidate
+         real(wp), intent(in) :: tau
+         real(wp), intent(out) :: s, angle
+         real(wp) :: x(2, 2), t(2, 2), theta, place(2), length
+         integer :: side, element
+         s = problem%ground%chain%s(candidate) + tau * h
+         angle = ieee_value(angle, ieee_quiet_nan)
+         associate (obstacle => problem%ground%chain%obstacle(candidate))
+            if (.not. has_angle(problem%model%obstacle(obstacle))) return
+            element = problem%ground%chain%element(2, candidate)
+            do side = 1, 2
+               x(:, side) = node_position(state, problem%model%mesh%node(side, element))
+               theta = rod_direction(problem, state, element, side)
+               t(:, side) = [cos(theta), sin(theta)]
+            end do
+            length = norm2(x(:, 2) - x(:, 1)) / max(norm2(0.5_wp * (t(:, 1) + t(:, 2))), 0.5_wp)
+            t = t * length
+            place = x(:, 1) + tau * (t(:, 1) + tau * ((3.0_wp * (x(:, 2) - x(:, 1)) - 2.0_wp * t(:, 1) - t(:, 2)) + &
+               & tau * (2.0_wp * (x(:, 1) - x(:, 2)) + t(:, 1) + t(:, 2))))
+            angle = contact_angle(problem%model%obstacle(obstacle), place - obstacle_shift(problem, state, obstacle))
+         end associate
+      end subroutine set_end
+   end function find_ground_regions
+
+   !> Adds full turns to the end angle so that both angles span what the length of the region does.
+   pure subroutine unwrap(obstacle, region)
+      type(obstacle_t), intent(in) :: obstacle
+      type(region_t), intent(inout) :: region
+      real(wp) :: span, best, candidate
+      integer :: turn
+      if (.not. has_angle(obstacle)) return
+      span = (region%end - region%start) / obstacle%radius / degree
+      best = region%angle_end
+      do turn = 2, -2, -1
+         candidate = region%angle_end + 360.0_wp * turn
+         if (abs(abs(candidate - region%angle_start) - span) < abs(abs(best - region%angle_start) - span)) best = candidate
+      end do
+      region%angle_end = best
+   end subroutine unwrap
+
+   !> Smallest (largest) gap on a stretch of a contact's chain; what lies beyond the chain's ends does not count.
+   real(wp) function extreme_gap(problem, state, contact, from, to, largest) result(extreme)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: contact
+      real(wp), intent(in) :: from, to           !! arc lengths
+      logical, intent(in) :: largest
+      type(profile_t) :: profile
+      real(wp) :: a, b, h, s, value, tau
+      integer :: c, e, round
+      extreme = huge(1.0_wp)
+      associate (chain => problem%ground%chain)
+         do c = 1, chain%n
+            e = chain%element(2, c)
+            if (chain%contact(c) /= contact .or. e == 0) cycle
+            h = state%geometry%element(e)%length
+            ! On a closed chain a region may go on beyond the end of the list.
+            do round = 0, merge(1, 0, chain%chain_length(contact) > 0.0_wp)
+               s = chain%s(c) + round * chain%chain_length(contact)
+               a = max((from - s) / h, 0.0_wp)
+               b = min((to - s) / h, 1.0_wp)
+               if (b < a) cycle
+               profile = element_profile(problem, state, chain, c)
+               if (largest) profile = profile_t(-profile%value, -profile%slope, -profile%bend)
+               call profile_least(profile, a, b, value, tau)
+               extreme = min(extreme, value)
+            end do
+         end do
+      end associate
+      if (largest) extreme = -extreme
+   end function extreme_gap
+
+   !> Force per stress-free length and gap at every node of the foundations' chains.
+   subroutine ground_pressure(problem, state, pressure, gap)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp), intent(out) :: pressure(:), gap(:) !! (chain)
+      real(wp) :: normal(2), bend, slope
+      integer :: c
+      do c = 1, problem%ground%chain%n
+         call chain_gap(problem, state, problem%ground%chain, c, gap(c), normal, bend)
+         pressure(c) = 0.0_wp
+         if (gap(c) >= 0.0_wp .and. .not. problem%ground%chain%bilateral(c)) cycle
+         associate (obstacle => problem%model%obstacle(problem%ground%chain%obstacle(c)))
+            if (obstacle%law == 0) then
+               pressure(c) = -obstacle%modulus * gap(c)
+            else
+               call law_reaction(problem%model%law(obstacle%law), -gap(c), pressure(c), slope)
+               pressure(c) = obstacle%width * pressure(c)
+            end if
+         end associate
+      end do
+   end subroutine ground_pressure
+
+   !> Shares of the distributed reaction at the nodes of the chains, linear between them.
+   subroutine ground_reaction(problem, state, reaction)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp), intent(out) :: reaction(:)       !! (chain)
+      type(inner_forces_t) :: inner
+      real(wp) :: share
+      integer :: e, q, c
+      reaction = 0.0_wp
+      if (problem%ground%chain%n == 0) return
+      do e = 1, problem%model%mesh%n_elements
+         if (.not. problem%ground%founded(e)) cycle
+         call foundation_forces(problem, state, e, inner)
+         do q = 1, inner%n
+            c = inner%source(q)
+            share = state%geometry%element(e)%length * inner%weight(q) * inner%pressure(q)
+            reaction(c) = reaction(c) + (1.0_wp - inner%tau(q)) * share
+            c = problem%ground%chain%neighbour(2, c)
+            reaction(c) = reaction(c) + inner%tau(q) * share
+         end do
+      end do
+   end subroutine ground_reaction
+
+   !> Resultant force in x and y and sum of the normal reactions of every obstacle's distributed foundations.
+   subroutine foundation_totals(problem, state, total)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp), intent(out) :: total(:, :)       !! (3, obstacles)
+      type(inner_forces_t) :: inner
+      integer :: e, q
+      total = 0.0_wp
+      if (problem%ground%chain%n == 0) return
+      do e = 1, problem%model%mesh%n_elements
+         if (.not. problem%ground%founded(e)) cycle
+         call foundation_forces(problem, state, e, inner)
+         do q = 1, inner%n
+            associate (sum_here => total(:, problem%ground%chain%obstacle(inner%source(q))))
+               sum_here = sum_here + state%geometry%element(e)%length * inner%weight(q) * &
+                  & [inner%force(:, q), inner%pressure(q)]
+            end associate
+         end do
+      end do
+   end subroutine foundation_totals
+
+   !> Derivatives of foundation_totals along the path, by the load factor.
+   subroutine foundation_total_rates(problem, state, system, rate)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system       !! assembled and factored at `state`
+      real(wp), intent(out) :: rate(:, :)        !! (3, obstacles)
+      type(inner_forces_t) :: inner
+      real(wp) :: dz(size(state%z, 1), size(state%z, 2)), y(1 + system%n_slides), du(6), rho(2, max_stages), change(2)
+      integer :: e, i, q, s, z
+      rate = 0.0_wp
+      if (problem%ground%chain%n == 0) return
+      y(1) = 1.0_wp
+      if (system%n_slides > 0) y(2:) = system%slide_rate
+      dz = resultant_rates(problem, system, system%tangent, y)
+      do e = 1, problem%model%mesh%n_elements
+         if (.not. problem%ground%founded(e)) cycle
+         call foundation_forces(problem, state, e, inner)
+         s = problem%model%mesh%stages(e)
+         z = problem%z_size(e)
+         do i = 1, 2
+            du(3 * i - 2:3 * i) = to_global(problem, system, system%tangent, problem%model%mesh%node(i, e))
+         end do
+         associate (g => state%geometry%element(e))
+            call ge_direction_rates(problem%tableau(s), g%length, g%angle, problem%compliance(e), &
+               & element_load(problem, state, e), element_displacement(problem, state, e), state%z(:z, e), du, dz(:z, e), &
+               & 1.0_wp, rho(:, :s))
+            do q = 1, inner%n
+               change = inner%rate(:, q) - matmul(inner%stiffness(:, :, q), &
+                  & du(1:2) + g%length * g%scale * matmul(rho(:, :s), inner%basis(:s, q)))
+               associate (rate_here => rate(:, problem%ground%chain%obstacle(inner%source(q))))
+                  rate_here = rate_here + g%length * inner%weight(q) * [change, dot_product(inner%normal(:, q), change)]
+               end associate
+            end do
+         end associate
+      end do
+   end subroutine foundation_total_rates
+end module ground_regions
