@@ -9,7 +9,7 @@ import numpy as np
 
 from result_file import ResultsError, dataset, open_file
 
-FIELD_NAMES = ("displacement", "section_forces", "reaction", "gap")
+FIELD_NAMES = ("displacement", "section_forces", "reaction", "reaction_density", "gap")
 
 
 @dataclass(frozen=True)
@@ -181,7 +181,7 @@ class Path:
         """A stored field at a point (from 1).
 
         displacement (nodes, 3): u, v, rotation; section_forces (elements, 2, 3): N, Q, M at both ends;
-        reaction, gap (candidates).
+        reaction, reaction_density, gap (candidates).
         """
         self._known_field(name)
         found = np.flatnonzero(self.field_points == point)

@@ -13,6 +13,7 @@ module candidates
    type :: candidates_t
       integer :: n = 0
       integer, allocatable :: node(:)
+      integer, allocatable :: row(:)          !! place in the results: contact after contact, in the deck's order of nodes
       integer, allocatable :: contact(:)      !! index into model%contact
       integer, allocatable :: obstacle(:)     !! index into model%obstacle
       integer, allocatable :: neighbour(:, :) !! (2, n) candidate before and after, 0: none
@@ -35,19 +36,24 @@ contains
       type(candidates_t) :: list
       integer, allocatable :: next(:), previous(:)
       logical, allocatable :: member(:), done(:), pinned(:)
-      integer :: c, e, i, node, total, first
+      integer, allocatable :: order(:)
+      integer :: c, e, i, node, total, first, rows
 
       total = 0
       do c = 1, size(model%contact)
          if (model%contact(c)%distributed .eqv. distributed) total = total + size(model%contact(c)%node)
       end do
-      allocate (list%node(total), list%contact(total), list%obstacle(total), list%s(total), list%tributary(total))
+      allocate (list%node(total), list%row(total), list%contact(total), list%obstacle(total), list%s(total), list%tributary(total))
       allocate (list%gap_offset(total), list%may_slide(total), list%bilateral(total))
       allocate (list%neighbour(2, total), list%element(2, total), source=0)
       allocate (list%chain_length(size(model%contact)), source=0.0_wp)
       if (total == 0) return
       pinned = nodes_that_stay(model)
+      allocate (order(model%mesh%n_nodes))
+      rows = 0
       do c = 1, size(model%contact)
+         order(model%contact(c)%node) = [(rows + i, i=1, size(model%contact(c)%node))]
+         rows = rows + size(model%contact(c)%node)
          if (model%contact(c)%distributed .neqv. distributed) cycle
          associate (contact => model%contact(c), mesh => model%mesh)
             allocate (member(mesh%n_nodes), done(mesh%n_nodes), source=.false.)
@@ -88,6 +94,7 @@ contains
             list%n = list%n + 1
             here = list%n
             list%node(here) = at
+            list%row(here) = order(at)
             list%contact(here) = c
             list%obstacle(here) = model%contact(c)%obstacle
             list%gap_offset(here) = model%contact(c)%gap

@@ -112,7 +112,7 @@ contains
       call card(t, 'FIELD OUTPUT', in_step, 'Stores fields in the result file.', once=.true.)
       call param(t, 'EVERY', kind_integer, 'at every n-th point; points with a label always get them', default='1', bound=positive)
       call lines(t, last_repeats=.true.)
-      call field(t, 'field', kind_word, 'REACTION and GAP are those of the contact candidates', &
+      call field(t, 'field', kind_word, 'REACTION (with its density) and GAP are those of the contact candidates', &
          words='DISPLACEMENT|SECTION FORCES|REACTION|GAP')
    end subroutine path_cards
 

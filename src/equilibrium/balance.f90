@@ -89,6 +89,8 @@ contains
             & accuracy%tension = max(accuracy%tension, -state%reaction(c) / largest)
       end do
       if (problem%ground%chain%n > 0) call add_foundations()
+      ! Nothing but rounding: a structure that lies on its foundation without load.
+      if (scale <= noise) return
       accuracy%force_balance = max(accuracy%force_balance, norm2(total(1:2)) / scale)
       accuracy%moment_balance = max(accuracy%moment_balance, abs(total(3)) / (scale * size_))
 

@@ -32,8 +32,9 @@ module path_record
       ! Fields: allocated only where the deck asks for them at this point.
       real(wp), allocatable :: displacement(:, :)     !! (3, n_nodes)
       real(wp), allocatable :: section_forces(:, :, :) !! (3, 2, n_elements) N, Q, M at both ends
-      real(wp), allocatable :: reaction(:)            !! (n_candidates) all contacts one after the other
-      real(wp), allocatable :: gap(:)                 !! (n_candidates)
+      real(wp), allocatable :: reaction(:)            !! (nodes of all contacts, in the deck's order) share of the node
+      real(wp), allocatable :: reaction_density(:)    !! (the same) [force/length]
+      real(wp), allocatable :: gap(:)                 !! (the same)
    end type point_t
 
    !> A located critical point.

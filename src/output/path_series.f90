@@ -34,7 +34,7 @@ module path_series
    end type contact_series_t
 
    type :: field_series_t
-      integer :: point = 0, displacement = 0, section_forces = 0, reaction = 0, gap = 0
+      integer :: point = 0, displacement = 0, section_forces = 0, reaction = 0, reaction_density = 0, gap = 0
    end type field_series_t
 
    type :: critical_series_t
@@ -161,6 +161,7 @@ contains
       call append_field(set, id%displacement, series_row_size(set, id%displacement), point%displacement)
       call append_field(set, id%section_forces, series_row_size(set, id%section_forces), point%section_forces)
       call append_field(set, id%reaction, series_row_size(set, id%reaction), point%reaction)
+      call append_field(set, id%reaction_density, series_row_size(set, id%reaction_density), point%reaction_density)
       call append_field(set, id%gap, series_row_size(set, id%gap), point%gap)
    end subroutine append_fields
 
@@ -290,7 +291,9 @@ contains
       if (section_forces) call series_real(set, file, id%section_forces, group//'/section_forces', &
          & [3, 2, model%mesh%n_elements], 'force, force, moment', 'N, Q, M at both ends of every element')
       if (reaction) call series_real(set, file, id%reaction, group//'/reaction', [n_candidates], 'force', &
-         & 'normal reaction at every candidate')
+         & 'normal reaction at every candidate; its share where reactions are distributed')
+      if (reaction) call series_real(set, file, id%reaction_density, group//'/reaction_density', [n_candidates], &
+         & 'force/length', 'normal reaction per stress-free length; reactions at nodes: over half of both elements')
       if (gap) call series_real(set, file, id%gap, group//'/gap', [n_candidates], 'length', 'gap at every candidate')
    end subroutine open_fields
 end module path_series

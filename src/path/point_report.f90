@@ -6,7 +6,7 @@ module point_report
    use linear_system, only: system_t
    use monitors, only: monitor_values
    use contact_regions, only: find_regions
-   use ground_regions, only: ground_reaction
+   use ground_regions, only: ground_reaction, ground_pressure
    use section_forces, only: local_forces
    use path_record, only: point_t
    use model, only: obstacles_move
@@ -70,8 +70,44 @@ contains
                call local_forces(problem, state, e, point%section_forces(:, :, e))
             end do
          end if
-         if (step%field_reaction .and. problem%candidates%n > 0) point%reaction = state%reaction
-         if (step%field_gap .and. problem%candidates%n > 0) point%gap = system%gap
+         if (size(problem%model%contact) == 0) return
+         if (step%field_reaction .or. step%field_gap) call add_contact_fields()
       end associate
+
+   contains
+
+      !> Reactions and gaps at the nodes of all contacts, in the order of the results.
+      subroutine add_contact_fields()
+         real(wp) :: share, density, length
+         real(wp), allocatable :: pressure(:), distance(:)
+         integer :: n, side
+         n = problem%candidates%n + problem%ground%chain%n
+         allocate (point%reaction(n), point%reaction_density(n), point%gap(n))
+         associate (list => problem%candidates)
+            do c = 1, list%n
+               length = 0.0_wp
+               do side = 1, 2
+                  if (list%element(side, c) > 0) length = length + 0.5_wp * state%geometry%element(list%element(side, c))%length
+               end do
+               share = state%reaction(c)
+               density = 0.0_wp
+               if (length > 0.0_wp) density = share / length
+               point%reaction(list%row(c)) = share
+               point%reaction_density(list%row(c)) = density
+               point%gap(list%row(c)) = system%gap(c)
+            end do
+         end associate
+         associate (chain => problem%ground%chain)
+            allocate (pressure(chain%n), distance(chain%n))
+            if (chain%n > 0) call ground_pressure(problem, state, pressure, distance)
+            do c = 1, chain%n
+               point%reaction(chain%row(c)) = shares(c)
+               point%reaction_density(chain%row(c)) = pressure(c)
+               point%gap(chain%row(c)) = distance(c)
+            end do
+         end associate
+         if (.not. problem%model%step(problem%step)%field_reaction) deallocate (point%reaction, point%reaction_density)
+         if (.not. problem%model%step(problem%step)%field_gap) deallocate (point%gap)
+      end subroutine add_contact_fields
    end function report_point
 end module point_report
