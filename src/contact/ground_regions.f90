@@ -57,7 +57,7 @@ contains
                part(:, 1) = [0.0_wp, 1.0_wp]
             else
                profile = element_profile(problem, state, chain, c)
-               call profile_parts(profile, touching_gap(problem), n, part)
+               call profile_parts(profile, touching_gap(problem, state, e), n, part)
             end if
             if (n == 0) open_end = .false.
             do i = 1, n

@@ -6,7 +6,7 @@ module balance
    use problem, only: problem_t
    use rod_state, only: state_t, node_position, element_displacement, element_load, candidate_gap
    use section_forces, only: end_forces
-   use element_foundation, only: foundation_forces, touching_gap
+   use element_foundation, only: foundation_forces, rounding_gap
    use inner_forces, only: inner_forces_t
    use ge_element, only: ge_load_t
    use gauss_tableau, only: max_stages
@@ -32,7 +32,7 @@ contains
       allocate (support(3, problem%model%mesh%n_nodes), source=0.0_wp)
       total = 0.0_wp
       ! A foundation's force is no better than the rounding of its gap.
-      noise = problem%ground%stiffest * touching_gap(problem) * count(problem%ground%founded)
+      noise = problem%ground%stiffest * rounding_gap(problem) * count(problem%ground%founded)
       scale = max(problem%force_floor, noise)
       elements: do e = 1, problem%model%mesh%n_elements
          call end_forces(problem, state, e, first, second)

@@ -16,7 +16,7 @@ module element_foundation
    use inner_forces, only: inner_forces_t, clear_forces, add_force
    implicit none
    private
-   public :: foundation_forces, touching_gap
+   public :: foundation_forces, touching_gap, rounding_gap
 
    integer, parameter :: max_cuts = 64
 
@@ -54,8 +54,7 @@ contains
          obstacle = problem%ground%chain%obstacle(c)
          bilateral = problem%ground%chain%bilateral(c)
          shift = obstacle_shift(problem, state, obstacle)
-         ! What lies on the surface but for rounding touches: a structure may begin with all of it there.
-         touching = touching_gap(problem)
+         touching = touching_gap(problem, state, e)
          do k = 0, samples
             value(k) = gap_at(real(k, wp) / samples)
          end do
@@ -239,9 +238,19 @@ contains
       end subroutine add_point
    end subroutine foundation_forces
 
-   !> Gaps below it are contact: zero but for the rounding of positions.
-   pure real(wp) function touching_gap(problem)
+   !> Gaps below it are contact: zero, or the rounding of positions where an element has not moved yet. A structure may
+   !> begin with all of it on the surface.
+   pure real(wp) function touching_gap(problem, state, e)
       type(problem_t), intent(in) :: problem
-      touching_gap = 8.0_wp * epsilon(touching_gap) * problem%size
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      touching_gap = 0.0_wp
+      if (all(abs(element_displacement(problem, state, e)) <= 0.0_wp)) touching_gap = rounding_gap(problem)
    end function touching_gap
+
+   !> What the rounding of positions may make of a gap.
+   pure real(wp) function rounding_gap(problem)
+      type(problem_t), intent(in) :: problem
+      rounding_gap = 8.0_wp * epsilon(rounding_gap) * problem%size
+   end function rounding_gap
 end module element_foundation

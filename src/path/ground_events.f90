@@ -39,20 +39,24 @@ contains
          character(2), intent(in) :: label
          real(wp) :: reach, last_end, closed
          integer :: i, k, parts
+         logical :: near
          do i = 1, size(there)
             parts = 0
+            near = .false.
             last_end = 0.0_wp
             closed = problem%ground%chain%chain_length(there(i)%contact)
             reach = 2.0_wp * longest_element(there(i)%contact)
             do k = 1, size(other)
                if (other(k)%contact /= there(i)%contact) cycle
-               if (.not. meet(there(i), other(k), reach, closed)) cycle
+               near = near .or. meet(there(i), other(k), reach, closed)
+               if (.not. meet(there(i), other(k), 0.0_wp, closed)) cycle
                parts = parts + 1
                if (parts > 1 .and. closed <= 0.0_wp) &
                   & events = [events, ground_event_t(label, there(i)%contact, last_end, other(k)%start, .true.)]
                last_end = other(k)%end
             end do
-            if (parts == 0) events = [events, ground_event_t(label, there(i)%contact, there(i)%start - reach, &
+            ! A short region may have moved by more than its length.
+            if (parts == 0 .and. .not. near) events = [events, ground_event_t(label, there(i)%contact, there(i)%start - reach, &
                & there(i)%end + reach, .false.)]
             ! Round a closed chain two regions have two stretches between them: told by their number.
             if (closed > 0.0_wp .and. parts > 1) call divide_closed(there(i), other, label)

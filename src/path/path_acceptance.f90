@@ -19,7 +19,7 @@ module path_acceptance
    use contact_set, only: reaction_rate
    use sliding_nodes, only: rehome_nodes
    use point_report, only: report_point
-   use element_foundation, only: touching_gap
+   use element_foundation, only: rounding_gap
    use balance, only: measure_balance
    use path_record, only: recorder_t, point_t, critical_t, accuracy_t
    use timing, only: timers_t, count_up, counter_points, counter_located
@@ -280,7 +280,7 @@ contains
       point%arc_length = run%arc_length + path_length(problem, run%state, state)
       ! At the stress-free start there is no force to measure a residual against.
       if (report%iterations == 0 .and. run%system%force_scale <= max(problem%force_floor, &
-         & problem%ground%stiffest * touching_gap(problem))) point%residual = 0.0_wp
+         & problem%ground%stiffest * rounding_gap(problem))) point%residual = 0.0_wp
       call measure_balance(problem, state, point%residual, outcome%accuracy)
       run%points = run%points + 1
       call count_up(timers, counter_points)
