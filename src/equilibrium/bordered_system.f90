@@ -58,8 +58,7 @@ contains
       call factorise(system%k, system%fixed, system%factor)
       call count_up(timers, counter_factorisation)
       call timing_stop(timers, phase_factorisation)
-      system%ok = system%factor%usable
-      if (.not. system%ok) return
+      system%ok = .true.
       call solve_constrained(system, system%load, system%rate, system%column(:, 1), timers)
       do k = 1, system%n_slides
          c = system%slide(k)
@@ -228,7 +227,8 @@ contains
       end do
       call solve_small(m, matrix, b, singular)
       y = b(:, 1)
-      ok = .not. singular
+      ! Without a row of displacements, as under load control, the border cannot make a singular tangent regular.
+      ok = .not. singular .and. .not. (system%factor%deficient .and. all(abs(system%path_row) <= 0.0_wp))
       if (.not. ok) return
       do j = 1, m
          x = x + y(j) * system%column(:, j)

@@ -15,7 +15,7 @@ module band_matrix
    type :: factor_t
       integer :: n = 0, kd = 0
       logical :: positive = .false.      !! Cholesky succeeded
-      logical :: usable = .false.        !! neither factorisation met an exactly singular matrix
+      logical :: deficient = .false.     !! the matrix was exactly singular: zero pivots were replaced by small ones
       integer :: negative_pivots = 0     !! of L D L^T: the number of negative eigenvalues (Sylvester)
       real(wp), allocatable :: cholesky(:, :) !! (kd + 1, n)
       real(wp), allocatable :: lu(:, :)       !! (3 kd + 1, n), allocated at the first indefinite matrix
@@ -53,7 +53,7 @@ contains
       call copy_masked(band, fixed, factor%cholesky)
       call dpbtrf('L', band%n, band%kd, factor%cholesky, band%kd + 1, info)
       factor%positive = info == 0
-      factor%usable = .true.
+      factor%deficient = .false.
       factor%negative_pivots = 0
       if (factor%positive) return
       if (.not. allocated(factor%lu)) allocate (factor%lu(3 * band%kd + 1, band%n), factor%pivot(band%n))
@@ -61,8 +61,22 @@ contains
       call to_general(factor)
       factor%negative_pivots = count_negative(factor)
       call dgbtrf(band%n, band%n, band%kd, band%kd, factor%lu, 3 * band%kd + 1, factor%pivot, info)
-      factor%usable = info == 0
+      factor%deficient = info > 0
+      if (factor%deficient) call replace_zero_pivots(factor)
    end subroutine factorise
+
+   !> Zero pivots become the root of the rounding of the largest one: a border that makes the system regular then still
+   !> gives its solution, to half the digits.
+   subroutine replace_zero_pivots(factor)
+      type(factor_t), intent(inout) :: factor
+      real(wp) :: small
+      integer :: j, diagonal
+      diagonal = 2 * factor%kd + 1
+      small = max(sqrt(epsilon(small)) * maxval(abs(factor%lu(diagonal, :))), tiny(small))
+      do j = 1, factor%n
+         if (.not. abs(factor%lu(diagonal, j)) > 0.0_wp) factor%lu(diagonal, j) = small
+      end do
+   end subroutine replace_zero_pivots
 
    !> Copies A with identity rows and columns at the fixed unknowns.
    subroutine copy_masked(band, fixed, a)

@@ -95,7 +95,7 @@ contains
          end if
       end if
       call linearise(problem, run%state, run%state, run%system, timers)
-      if (.not. run%system%ok) then
+      if (.not. run%system%ok .or. run%system%factor%deficient) then
          outcome%why = 'the tangent at the start is singular: '//unheld
          return
       end if
