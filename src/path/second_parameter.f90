@@ -141,6 +141,11 @@ contains
          real(wp) :: share(from%ground%chain%n)
          call ground_reaction(from, state, share)
          carried%grounded = to%ground%founded
+         ! The forces at the stages follow the others and are no longer stored.
+         deallocate (carried%z)
+         allocate (carried%z(maxval(to%z_size), size(state%z, 2)), source=0.0_wp)
+         k = min(size(state%z, 1), size(carried%z, 1))
+         carried%z(:k, :) = state%z(:k, :)
          deallocate (carried%active, carried%reaction)
          allocate (carried%active(to%candidates%n), source=.false.)
          allocate (carried%reaction(to%candidates%n), source=0.0_wp)
