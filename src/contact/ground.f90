@@ -23,6 +23,7 @@ module ground
       real(wp) :: stiffest = 0.0_wp             !! [force/length] of a node's share of the foundation
       real(wp), allocatable :: deviation(:, :, :) !! (2, n_knots, elements) Newton's divided differences
       real(wp) :: knot(n_knots) = 0.0_wp        !! in (0, 1)
+      integer :: terms = 0                      !! of the differences: the others are rounding
       real(wp) :: rule_place(max_stages + 1, max_stages) = 0.0_wp !! (points, stages) Gauss rule of stages + 1 points
       real(wp) :: rule_weight(max_stages + 1, max_stages) = 0.0_wp
    end type ground_t
@@ -109,8 +110,24 @@ contains
                   table(:, k) = (table(:, k) - table(:, k - 1)) / (ground%knot(k) - ground%knot(k - j + 1))
                end do
             end do
+            ! Rounding in the values is multiplied by about 2^(j - 1) / (j - 1)! knots^(j - 1) in the j-th difference, and by
+            ! the inverse of that in the sum: only terms that count in the sum are kept.
+            do j = n_knots, 1, -1
+               if (maxval(abs(table(:, j))) * largest_product(j) > rounding) exit
+            end do
+            ground%terms = max(ground%terms, j)
          end associate
       end subroutine set_deviation
+
+      !> Largest value in (0, 1) of the polynomial that belongs to a divided difference, from a sample.
+      real(wp) function largest_product(number)
+         integer, intent(in) :: number
+         integer :: k
+         largest_product = 0.0_wp
+         do k = 0, 20
+            largest_product = max(largest_product, abs(product(0.05_wp * k - ground%knot(:number - 1))))
+         end do
+      end function largest_product
    end function new_ground
 
    !> Deviation of the stress-free axis at a place inside an element, in global axes.
@@ -122,7 +139,7 @@ contains
       integer :: k
       d = 0.0_wp
       if (.not. ground%curved(e)) return
-      do k = n_knots, 1, -1
+      do k = ground%terms, 1, -1
          d = ground%deviation(:, k, e) + (tau - ground%knot(k)) * d
       end do
    end function home_deviation

@@ -348,8 +348,8 @@ contains
                   turning = turning + k_d
                   along(1, :s) = along(1, :s) + (k_d(1) * he) * tab%a(b, :s)
                   along(2, :s) = along(2, :s) + (k_d(2) * he) * tab%a(b, :s)
-                  k_dn(:, :, b) = matmul(inner%stiffness(:, :, q), reshape([bnn(1, b), bnn(2, b), bnn(2, b), bnn(3, b)], &
-                     & [2, 2])) * (hc * inner%basis(b, q))
+                  k_dn(:, 1, b) = matmul(inner%stiffness(:, :, q), bnn(1:2, b)) * (hc * inner%basis(b, q))
+                  k_dn(:, 2, b) = matmul(inner%stiffness(:, :, q), bnn(2:3, b)) * (hc * inner%basis(b, q))
                end do
                do a = 1, s
                   row = s + 2 * a - 1

@@ -55,6 +55,9 @@ contains
          bilateral = problem%ground%chain%bilateral(c)
          shift = obstacle_shift(problem, state, obstacle)
          touching = touching_gap(problem, state, e)
+         if (.not. bilateral .and. problem%model%obstacle(obstacle)%law == 0) then
+            if (is_plain()) cycle
+         end if
          do k = 0, samples
             value(k) = gap_at(real(k, wp) / samples)
          end do
@@ -69,6 +72,22 @@ contains
       end do
 
    contains
+
+      !> Deals with an element that clearly touches with all of its length or not at all: the gap bends little between both
+      !> ends compared to its size.
+      logical function is_plain()
+         real(wp) :: coarse(3), bending_of_gap
+         integer :: j
+         do j = 1, 3
+            coarse(j) = gap_at(0.5_wp * (j - 1)) - touching
+         end do
+         bending_of_gap = 4.0_wp * abs(coarse(1) - 2.0_wp * coarse(2) + coarse(3))
+         is_plain = minval(abs(coarse)) > bending_of_gap .and. (all(coarse > 0.0_wp) .or. all(coarse < 0.0_wp))
+         if (.not. is_plain .or. coarse(1) > 0.0_wp) return
+         cut(1:2) = [0.0_wp, 1.0_wp]
+         n_cuts = 2
+         call fill_between_cuts()
+      end function is_plain
 
       !> Place on the deformed axis.
       function place(tau, basis) result(x)
