@@ -22,90 +22,128 @@ module ground_events
 
 contains
 
-   !> Compares the regions of two points.
+   !> Compares the regions of two points, contact by contact.
    subroutine find_ground_events(problem, earlier, later, events)
       type(problem_t), intent(in) :: problem
       type(region_t), intent(in) :: earlier(:), later(:)
       type(ground_event_t), allocatable, intent(out) :: events(:)
+      type(region_t), allocatable :: a(:), b(:)
+      real(wp) :: reach, closed
+      integer, allocatable :: partner_a(:), partner_b(:)
+      integer :: contact
       allocate (events(0))
-      call compare(earlier, later, 'C-')
-      call compare(later, earlier, 'C+')
+      do contact = 1, size(problem%model%contact)
+         if (.not. problem%model%contact(contact)%distributed) cycle
+         a = pack(earlier, earlier%contact == contact)
+         b = pack(later, later%contact == contact)
+         closed = problem%ground%chain%chain_length(contact)
+         reach = 2.0_wp * maxval(problem%ground%chain%tributary, mask=problem%ground%chain%contact == contact)
+         if (closed > 0.0_wp) call turn_round(a, b, closed)
+         call match(a, b, reach, partner_a, partner_b)
+         call tell(contact, a, b, partner_b, reach, 'C+', 'C-', events)
+         call tell(contact, b, a, partner_a, reach, 'C-', 'C+', events)
+      end do
+   end subroutine find_ground_events
+
+   !> Shifts the regions of a closed chain so that both lists begin at the same place and rise.
+   pure subroutine turn_round(a, b, closed)
+      type(region_t), intent(in) :: a(:)
+      type(region_t), intent(inout) :: b(:)
+      real(wp), intent(in) :: closed
+      real(wp) :: turn
+      integer :: k, first
+      if (size(a) == 0 .or. size(b) == 0) return
+      ! Each region within half a round of the first one's middle, or behind.
+      do k = 1, size(b)
+         turn = anint((0.5_wp * (a(1)%start + a(1)%end) - 0.5_wp * (b(k)%start + b(k)%end)) / closed)
+         b(k)%start = b(k)%start + turn * closed
+         b(k)%end = b(k)%end + turn * closed
+      end do
+      do k = 1, size(b)
+         if (b(k)%end >= a(1)%start) cycle
+         b(k)%start = b(k)%start + closed
+         b(k)%end = b(k)%end + closed
+      end do
+      first = minloc(b%start, 1)
+      b = cshift(b, first - 1)
+   end subroutine turn_round
+
+   !> Pairs the regions of two lists in their order, as many as can be: those that overlap or nearly do, for a short region
+   !> may move by more than its length. Longest common subsequence.
+   subroutine match(a, b, reach, partner_a, partner_b)
+      type(region_t), intent(in) :: a(:), b(:)
+      real(wp), intent(in) :: reach
+      integer, allocatable, intent(out) :: partner_a(:), partner_b(:) !! index into the other list, 0: none
+      real(wp) :: best(0:size(a), 0:size(b)), pair
+      integer :: i, j
+      best = 0.0_wp
+      do i = 1, size(a)
+         do j = 1, size(b)
+            best(i, j) = max(best(i - 1, j), best(i, j - 1), best(i - 1, j - 1) + worth(i, j))
+         end do
+      end do
+      allocate (partner_a(size(a)), partner_b(size(b)), source=0)
+      i = size(a)
+      j = size(b)
+      do while (i > 0 .and. j > 0)
+         pair = worth(i, j)
+         if (pair > 0.0_wp .and. best(i, j) <= best(i - 1, j - 1) + pair) then
+            partner_a(i) = j
+            partner_b(j) = i
+            i = i - 1
+            j = j - 1
+         else if (best(i - 1, j) >= best(i, j - 1)) then
+            i = i - 1
+         else
+            j = j - 1
+         end if
+      end do
 
    contains
 
-      !> Regions of `there` that have no counterpart in `other`, or several.
-      subroutine compare(there, other, label)
-         type(region_t), intent(in) :: there(:), other(:)
-         character(2), intent(in) :: label
-         real(wp) :: reach, last_end, closed
-         integer :: i, k, parts
-         logical :: near
-         do i = 1, size(there)
-            parts = 0
-            near = .false.
-            last_end = 0.0_wp
-            closed = problem%ground%chain%chain_length(there(i)%contact)
-            reach = 2.0_wp * longest_element(there(i)%contact)
-            do k = 1, size(other)
-               if (other(k)%contact /= there(i)%contact) cycle
-               near = near .or. meet(there(i), other(k), reach, closed)
-               if (.not. meet(there(i), other(k), 0.0_wp, closed)) cycle
-               parts = parts + 1
-               if (parts > 1 .and. closed <= 0.0_wp) &
-                  & events = [events, ground_event_t(label, there(i)%contact, last_end, other(k)%start, .true.)]
-               last_end = other(k)%end
-            end do
-            ! A short region may have moved by more than its length.
-            if (parts == 0 .and. .not. near) events = [events, ground_event_t(label, there(i)%contact, there(i)%start - reach, &
-               & there(i)%end + reach, .false.)]
-            ! Round a closed chain two regions have two stretches between them: told by their number.
-            if (closed > 0.0_wp .and. parts > 1) call divide_closed(there(i), other, label)
+      !> Of a pair: pairs count more than how much they overlap.
+      real(wp) function worth(k, l)
+         integer, intent(in) :: k, l
+         real(wp) :: overlap
+         worth = 0.0_wp
+         overlap = min(a(k)%end, b(l)%end) - max(a(k)%start, b(l)%start)
+         if (overlap < -reach) return
+         worth = 1.0_wp
+         if (overlap > 0.0_wp) worth = 1.0_wp + 0.01_wp * overlap / max(a(k)%end - a(k)%start, b(l)%end - b(l)%start)
+      end function worth
+   end subroutine match
+
+   !> Regions of `there` without a partner in `other`: they are new, or parts of a region that is whole in `other`.
+   subroutine tell(contact, other, there, partner, reach, new, divided, events)
+      integer, intent(in) :: contact
+      type(region_t), intent(in) :: other(:), there(:)
+      integer, intent(in) :: partner(:)        !! of the regions of `there`
+      real(wp), intent(in) :: reach
+      character(2), intent(in) :: new, divided !! labels
+      type(ground_event_t), allocatable, intent(inout) :: events(:)
+      integer :: k, side, beside
+      do k = 1, size(there)
+         if (partner(k) > 0) cycle
+         do side = -1, 1, 2
+            beside = k + side
+            if (beside < 1 .or. beside > size(there)) cycle
+            if (partner(beside) == 0) cycle
+            if (overlap_length(there(k), other(partner(beside))) > 0.0_wp) exit
          end do
-      end subroutine compare
-
-      !> The open stretches of `other` inside a region of a closed chain.
-      subroutine divide_closed(region, other, label)
-         type(region_t), intent(in) :: region, other(:)
-         character(2), intent(in) :: label
-         real(wp) :: closed, from, to
-         integer :: k, j, turn
-         closed = problem%ground%chain%chain_length(region%contact)
-         do k = 1, size(other)
-            if (other(k)%contact /= region%contact) cycle
-            from = other(k)%end
-            to = huge(to)
-            do j = 1, size(other)
-               if (other(j)%contact /= region%contact) cycle
-               do turn = 0, 1
-                  if (other(j)%start + turn * closed > from) to = min(to, other(j)%start + turn * closed)
-               end do
-            end do
-            do turn = -1, 1
-               if (from + turn * closed < region%start .or. to + turn * closed > region%end) cycle
-               events = [events, ground_event_t(label, region%contact, from + turn * closed, to + turn * closed, .true.)]
-               exit
-            end do
-         end do
-      end subroutine divide_closed
-
-      real(wp) function longest_element(contact)
-         integer, intent(in) :: contact
-         longest_element = maxval(problem%ground%chain%tributary, mask=problem%ground%chain%contact == contact)
-      end function longest_element
-   end subroutine find_ground_events
-
-   !> Overlap of a region with another one and what is next to it, also once round a closed chain.
-   pure logical function meet(a, b, reach, closed)
-      type(region_t), intent(in) :: a, b
-      real(wp), intent(in) :: reach            !! how far they may be apart
-      real(wp), intent(in) :: closed           !! length of the closed chain, 0 when open
-      integer :: turn
-      meet = .false.
-      do turn = -1, 1
-         if (turn /= 0 .and. .not. closed > 0.0_wp) cycle
-         meet = meet .or. (b%start + turn * closed <= a%end + reach .and. b%end + turn * closed >= a%start - reach)
+         if (side > 1) then
+            events = [events, ground_event_t(new, contact, there(k)%start - reach, there(k)%end + reach, .false.)]
+         else
+            events = [events, ground_event_t(divided, contact, min(there(k)%end, there(beside)%end), &
+               & max(there(k)%start, there(beside)%start), .true.)]
+         end if
       end do
-   end function meet
+   end subroutine tell
+
+   !> Length that two regions have in common; negative when they are apart.
+   pure real(wp) function overlap_length(a, b)
+      type(region_t), intent(in) :: a, b
+      overlap_length = min(a%end, b%end) - max(a%start, b%start)
+   end function overlap_length
 
    !> Positive on the side where the region is (whole).
    real(wp) function ground_event_value(problem, state, event) result(value)
