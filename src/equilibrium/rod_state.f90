@@ -29,17 +29,25 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t) :: state
       real(wp) :: gap, normal(2), bend
-      integer :: c
+      integer :: c, e, side
       allocate (state%u(3, problem%model%mesh%n_nodes), source=0.0_wp)
       allocate (state%z(maxval(problem%z_size), problem%model%mesh%n_elements), source=0.0_wp)
       allocate (state%active(problem%candidates%n), source=.false.)
       allocate (state%reaction(problem%candidates%n), source=0.0_wp)
-      state%grounded = problem%ground%founded
+      allocate (state%grounded(problem%model%mesh%n_elements), source=.false.)
       state%geometry = new_geometry(problem%model, problem%tableau)
       do c = 1, problem%candidates%n
          call candidate_gap(problem, state, c, gap, normal, bend)
          state%active(c) = (problem%candidates%bilateral(c) .or. gap <= 1.0e-10_wp * problem%size) .and. &
             & may_react(problem, c, normal)
+      end do
+      do c = 1, problem%ground%chain%n
+         call chain_gap(problem, state, problem%ground%chain, c, gap, normal, bend)
+         if (.not. (problem%ground%chain%bilateral(c) .or. gap <= 1.0e-10_wp * problem%size)) cycle
+         do side = 1, 2
+            e = problem%ground%chain%element(side, c)
+            if (e > 0) state%grounded(e) = .true.
+         end do
       end do
    end function new_state
 
