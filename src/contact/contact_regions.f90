@@ -281,8 +281,8 @@ contains
       integer :: e, iteration
       e = problem%candidates%element(side, candidate)
       h = state%geometry%element(e)%length
-      call gap_and_slope(problem, state, candidate, e, merge(2, 1, side == 1), gap(1), slope(1))
-      call gap_and_slope(problem, state, open, e, merge(1, 2, side == 1), gap(2), slope(2))
+      call gap_and_slope(problem, state, problem%candidates, candidate, e, merge(2, 1, side == 1), gap(1), slope(1))
+      call gap_and_slope(problem, state, problem%candidates, open, e, merge(1, 2, side == 1), gap(2), slope(2))
       if (side == 1) slope = -slope
       low = 0.0_wp
       high = 1.0_wp

@@ -175,13 +175,14 @@ contains
    end function smallest_gap
 
    !> Gap of a candidate and its derivative along the rod, seen from one end of an element.
-   subroutine gap_and_slope(problem, state, candidate, e, side, gap, slope)
+   subroutine gap_and_slope(problem, state, list, candidate, e, side, gap, slope)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      type(candidates_t), intent(in) :: list
       integer, intent(in) :: candidate, e, side
       real(wp), intent(out) :: gap, slope
       real(wp) :: normal(2), bend, angle
-      call candidate_gap(problem, state, candidate, gap, normal, bend)
+      call chain_gap(problem, state, list, candidate, gap, normal, bend)
       angle = rod_direction(problem, state, e, side)
       slope = normal(1) * cos(angle) + normal(2) * sin(angle)
    end subroutine gap_and_slope

@@ -14,7 +14,7 @@ module ground_regions
    use force_law, only: law_reaction
    use element_foundation, only: foundation_forces, touching_gap
    use inner_forces, only: inner_forces_t
-   use gap_profile, only: profile_t, element_profile, profile_parts, profile_least
+   use gap_profile, only: profile_t, gap_and_slope, element_profile, profile_parts, profile_least
    use path_record, only: region_t
    implicit none
    private
@@ -55,6 +55,8 @@ contains
             if (chain%bilateral(c)) then
                n = 1
                part(:, 1) = [0.0_wp, 1.0_wp]
+            else if (clearly(c, n)) then
+               part(:, 1) = [0.0_wp, 1.0_wp]
             else
                profile = element_profile(problem, state, chain, c)
                call profile_parts(profile, touching_gap(problem, state, e), n, part)
@@ -94,6 +96,23 @@ contains
       end associate
 
    contains
+
+      !> True for an element that touches with all of its length (one part) or not at all (none), as gaps and slopes at both
+      !> ends tell.
+      logical function clearly(candidate, parts)
+         integer, intent(in) :: candidate
+         integer, intent(out) :: parts
+         real(wp) :: gap(2), slope(2)
+         integer :: side, at
+         do side = 1, 2
+            at = candidate
+            if (side == 2) at = problem%ground%chain%neighbour(2, candidate)
+            call gap_and_slope(problem, state, problem%ground%chain, at, e, side, gap(side), slope(side))
+         end do
+         gap = gap - touching_gap(problem, state, e)
+         parts = merge(1, 0, gap(1) < 0.0_wp)
+         clearly = gap(1) * gap(2) > 0.0_wp .and. minval(abs(gap)) > h * maxval(abs(slope))
+      end function clearly
 
       !> Coordinate and angle of a place on the element after a candidate: cubic through positions and directions.
       subroutine set_end(candidate, tau, s, angle)

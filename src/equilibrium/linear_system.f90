@@ -12,7 +12,7 @@ module linear_system
    use ge_element, only: ge_evaluate, ge_load_t, ge_columns
    use ul2_element, only: ul2_evaluate
    use element_foundation, only: foundation_forces
-   use inner_forces, only: inner_forces_t
+   use inner_forces, only: inner_forces_t, clear_forces
    use band_matrix, only: band_t, factor_t, new_band
    use timing, only: timers_t, timing_start, timing_stop, phase_elements, phase_assembly
    implicit none
@@ -44,6 +44,7 @@ module linear_system
       real(wp), allocatable :: push(:)          !! soft: the reaction that belongs to the gap of an active one
       ! Elements.
       real(wp), allocatable :: ek(:, :, :), ef(:, :), eraw(:, :), el(:, :), op(:, :, :)
+      integer, allocatable :: grip(:)           !! (elements) quadrature points of its foundations: which parts touch
       real(wp), allocatable :: eshift(:, :, :) !! (6, 2, elements) element matrix times unit translations in x and y, node axes
       ! Sliding nodes.
       integer :: n_slides = 0
@@ -89,6 +90,7 @@ contains
       allocate (system%turned(nodes), source=.false.)
       allocate (system%ek(6, 6, elements), system%ef(6, elements), system%eraw(6, elements), system%el(6, elements))
       allocate (system%op(z, ge_columns, elements))
+      allocate (system%grip(elements), source=0)
       allocate (system%eshift(6, 2, merge(elements, 0, any(problem%ground%founded))))
       associate (list => problem%candidates)
          allocate (system%gap(list%n), system%normal(2, list%n), system%bend(list%n), system%slope(list%n))
@@ -125,6 +127,7 @@ contains
          call evaluate_element(problem, state, base, state%geometry%element(e), e, system%ef(:, e), system%eraw(:, e), &
             & system%ek(:, :, e), system%el(:, e), system%op(:, :, e), defect, ok, inner, shift)
          if (size(system%eshift, 3) > 0) system%eshift(:, :, e) = shift
+         system%grip(e) = inner%n
          system%ok = system%ok .and. ok
          worst = max(worst, defect)
       end do
@@ -195,6 +198,7 @@ contains
          raw = f
          defect = 0.0_wp
          shift = 0.0_wp
+         call clear_forces(inner)
          ok = .true.
       end if
    end subroutine evaluate_element

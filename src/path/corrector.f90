@@ -27,6 +27,7 @@ module corrector
    end type increment_t
 
    integer, parameter :: shifting_iterations = 8 !! after these the contact points must stay within their elements
+   integer, parameter :: settling_grip = 4      !! times the most iterations while foundations still change where they touch
    integer, parameter :: settling_iterations = 5 !! until then the last correction must be small, too
    real(wp), parameter :: longest_jump = 4.0_wp !! what load or displacement control may go, over the length of the tangent's step
    real(wp), parameter :: large_correction = 1.0e-4_wp !! of the increment
@@ -140,13 +141,18 @@ contains
       real(wp), allocatable :: before(:, :), spring(:)
       real(wp) :: rhs, tolerance, best, correction, moved
       logical :: refactor, settled
-      integer :: iteration
+      integer, allocatable :: grip(:)
+      integer :: iteration, most, last_change
 
       tolerance = problem%model%step(problem%step)%tolerance
       origin = start
       rhs = first_rhs
       best = huge(1.0_wp)
-      newton: do iteration = 1, problem%model%step(problem%step)%max_iterations
+      most = problem%model%step(problem%step)%max_iterations
+      last_change = 0
+      ! Foundations find out where they touch while Newton goes on; the limit counts from then on.
+      newton: do iteration = 1, settling_grip * most
+         if (iteration > last_change + most) exit newton
          call solve_step(problem, state, system, rhs, frozen, movable .and. iteration <= shifting_iterations, step, &
             & report, timers)
          if (allocated(report%message)) return
@@ -163,7 +169,12 @@ contains
          report%iterations = report%iterations + 1
          call count_up(timers, counter_newton)
          spring = system%spring
+         grip = system%grip
          call assemble_bordered(problem, state, origin, system, timers)
+         if (any(system%grip /= grip)) then
+            last_change = iteration
+            refactor = .true.
+         end if
          refactor = refactor .or. any(abs(system%spring - spring) > 0.0_wp)
          if (.not. system%ok) then
             report%message = 'an element has become singular'
