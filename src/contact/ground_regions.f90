@@ -14,11 +14,11 @@ module ground_regions
    use force_law, only: law_reaction
    use element_foundation, only: foundation_forces, touching_gap
    use inner_forces, only: inner_forces_t
-   use gap_profile, only: profile_t, gap_and_slope, element_profile, profile_parts, profile_least
+   use gap_profile, only: profile_t, gap_and_slope, element_profile, profile_parts, profile_least, profile_value
    use path_record, only: region_t
    implicit none
    private
-   public :: find_ground_regions, extreme_gap, ground_pressure, ground_reaction, foundation_totals, &
+   public :: find_ground_regions, smallest_ground_gap, inner_opening, ground_pressure, ground_reaction, foundation_totals, &
       & foundation_total_rates
 
 contains
@@ -156,37 +156,97 @@ contains
       region%angle_end = best
    end subroutine unwrap
 
-   !> Smallest (largest) gap on a stretch of a contact's chain; what lies beyond the chain's ends does not count.
-   real(wp) function extreme_gap(problem, state, contact, from, to, largest) result(extreme)
+   !> Smallest gap on a stretch of a contact's chain; what lies beyond the chain's ends does not count.
+   real(wp) function smallest_ground_gap(problem, state, contact, from, to) result(least)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
-      real(wp), intent(in) :: from, to           !! arc lengths
-      logical, intent(in) :: largest
+      real(wp), intent(in) :: from, to           !! arc lengths; on a closed chain `to` may lie in the next round
+      real(wp) :: range(2), value, tau
+      integer :: c, round
+      least = huge(1.0_wp)
+      do round = 0, rounds(problem, contact)
+         do c = 1, problem%ground%chain%n
+            if (.not. part_of_stretch(problem, state, contact, c, round, from, to, range)) cycle
+            call profile_least(element_profile(problem, state, problem%ground%chain, c), range(1), range(2), value, tau)
+            least = min(least, value)
+         end do
+      end do
+   end function smallest_ground_gap
+
+   !> Largest local maximum of the gap on a stretch with contact on both sides of it: positive where a contact region is
+   !> split, negative where it nearly is; minus the greatest penetration where the gap has no such maximum. It is followed
+   !> wherever it moves to.
+   real(wp) function inner_opening(problem, state, contact, from, to) result(opening)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: contact
+      real(wp), intent(in) :: from, to
+      integer, parameter :: samples = 6
       type(profile_t) :: profile
-      real(wp) :: a, b, h, s, value, tau
-      integer :: c, e, round
-      extreme = huge(1.0_wp)
-      associate (chain => problem%ground%chain)
-         do c = 1, chain%n
-            e = chain%element(2, c)
-            if (chain%contact(c) /= contact .or. e == 0) cycle
-            h = state%geometry%element(e)%length
-            ! On a closed chain a region may go on beyond the end of the list.
-            do round = 0, merge(1, 0, chain%chain_length(contact) > 0.0_wp)
-               s = chain%s(c) + round * chain%chain_length(contact)
-               a = max((from - s) / h, 0.0_wp)
-               b = min((to - s) / h, 1.0_wp)
-               if (b < a) cycle
-               profile = element_profile(problem, state, chain, c)
-               if (largest) profile = profile_t(-profile%value, -profile%slope, -profile%bend)
-               call profile_least(profile, a, b, value, tau)
-               extreme = min(extreme, value)
+      real(wp), allocatable :: gap(:), peak(:)
+      real(wp) :: range(2), value, tau
+      integer :: c, i, n, round, first_contact, last_contact
+      allocate (gap(0), peak(0))
+      do round = 0, rounds(problem, contact)
+         do c = 1, problem%ground%chain%n
+            if (.not. part_of_stretch(problem, state, contact, c, round, from, to, range)) cycle
+            profile = element_profile(problem, state, problem%ground%chain, c)
+            do i = 0, samples
+               if (i == 0 .and. size(gap) > 0) cycle
+               gap = [gap, profile_value(profile, range(1) + (range(2) - range(1)) * i / samples)]
+               peak = [peak, gap(size(gap))]
+               if (i == 0) cycle
+               ! The value between this sample and the last one, if it is larger than both.
+               call profile_least(profile_t(-profile%value, -profile%slope, -profile%bend), &
+                  & range(1) + (range(2) - range(1)) * (i - 1) / samples, &
+                  & range(1) + (range(2) - range(1)) * i / samples, value, tau)
+               peak(size(peak)) = -value
             end do
          end do
+      end do
+      n = size(gap)
+      opening = -huge(1.0_wp)
+      if (n == 0) return
+      opening = minval(gap)
+      first_contact = findloc(gap < 0.0_wp, .true., 1)
+      last_contact = findloc(gap < 0.0_wp, .true., 1, back=.true.)
+      do i = first_contact + 1, last_contact
+         ! A peak inside the interval before sample i, or at sample i.
+         if (peak(i) > max(gap(i - 1), gap(i))) then
+            opening = max(opening, peak(i))
+         else if (i < last_contact) then
+            if (gap(i) >= gap(i - 1) .and. gap(i) >= peak(i + 1)) opening = max(opening, gap(i))
+         end if
+      end do
+   end function inner_opening
+
+   !> The part of the element after a candidate that lies on a stretch; false if none does.
+   logical function part_of_stretch(problem, state, contact, candidate, round, from, to, range) result(lies)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: contact, candidate
+      integer, intent(in) :: round               !! on a closed chain: how often it has been followed already
+      real(wp), intent(in) :: from, to
+      real(wp), intent(out) :: range(2)          !! 0 to 1
+      real(wp) :: s, h
+      range = 0.0_wp
+      associate (chain => problem%ground%chain)
+         lies = chain%contact(candidate) == contact .and. chain%element(2, candidate) > 0
+         if (.not. lies) return
+         h = state%geometry%element(chain%element(2, candidate))%length
+         s = chain%s(candidate) + round * chain%chain_length(contact)
+         range = [max((from - s) / h, 0.0_wp), min((to - s) / h, 1.0_wp)]
+         lies = range(2) > range(1)
       end associate
-      if (largest) extreme = -extreme
-   end function extreme_gap
+   end function part_of_stretch
+
+   !> How often a closed chain is followed once more.
+   pure integer function rounds(problem, contact)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: contact
+      rounds = merge(1, 0, problem%ground%chain%chain_length(contact) > 0.0_wp)
+   end function rounds
 
    !> Force per stress-free length and gap at every node of the foundations' chains.
    subroutine ground_pressure(problem, state, pressure, gap)

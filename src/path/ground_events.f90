@@ -1,12 +1,12 @@
 !> Regions of contact with distributed foundations that appear, vanish, split or merge between two points of the path.
 !>
-!> The event's function is the smallest gap on the stretch where the region is (the largest one where it opens): it
-!> changes smoothly, wherever inside an element that happens.
+!> The event's function is the smallest gap on the stretch where the region is, or the largest local maximum of the gap
+!> where it opens: it changes smoothly, wherever inside an element that happens, and follows what moves.
 module ground_events
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
-   use ground_regions, only: extreme_gap
+   use ground_regions, only: smallest_ground_gap, inner_opening
    use path_record, only: region_t
    implicit none
    private
@@ -40,8 +40,8 @@ contains
          reach = 2.0_wp * maxval(problem%ground%chain%tributary, mask=problem%ground%chain%contact == contact)
          if (closed > 0.0_wp) call turn_round(a, b, closed)
          call match(a, b, reach, partner_a, partner_b)
-         call tell(contact, a, b, partner_b, reach, 'C+', 'C-', events)
-         call tell(contact, b, a, partner_a, reach, 'C-', 'C+', events)
+         call tell(contact, a, b, partner_b, 'C+', 'C-', events)
+         call tell(contact, b, a, partner_a, 'C-', 'C+', events)
       end do
    end subroutine find_ground_events
 
@@ -114,11 +114,10 @@ contains
    end subroutine match
 
    !> Regions of `there` without a partner in `other`: they are new, or parts of a region that is whole in `other`.
-   subroutine tell(contact, other, there, partner, reach, new, divided, events)
+   subroutine tell(contact, other, there, partner, new, divided, events)
       integer, intent(in) :: contact
       type(region_t), intent(in) :: other(:), there(:)
       integer, intent(in) :: partner(:)        !! of the regions of `there`
-      real(wp), intent(in) :: reach
       character(2), intent(in) :: new, divided !! labels
       type(ground_event_t), allocatable, intent(inout) :: events(:)
       integer :: k, side, beside
@@ -131,12 +130,29 @@ contains
             if (overlap_length(there(k), other(partner(beside))) > 0.0_wp) exit
          end do
          if (side > 1) then
-            events = [events, ground_event_t(new, contact, there(k)%start - reach, there(k)%end + reach, .false.)]
+            events = [events, ground_event_t(new, contact, free_from(there(k)), free_to(there(k)), .false.)]
          else
-            events = [events, ground_event_t(divided, contact, min(there(k)%end, there(beside)%end), &
-               & max(there(k)%start, there(beside)%start), .true.)]
+            events = [events, ground_event_t(divided, contact, min(there(k)%start, there(beside)%start), &
+               & max(there(k)%end, there(beside)%end), .true.)]
          end if
       end do
+
+   contains
+
+      !> Half way to the region before, of either list: a small region may move while it grows.
+      real(wp) function free_from(region)
+         type(region_t), intent(in) :: region
+         free_from = region%start - (region%end - region%start)
+         free_from = min(free_from, 0.5_wp * (region%start + max(maxval(there%end, mask=there%end < region%start), &
+            & maxval(other%end, mask=other%end < region%start), -huge(1.0_wp) * 0.25_wp)))
+      end function free_from
+
+      real(wp) function free_to(region)
+         type(region_t), intent(in) :: region
+         free_to = region%end + (region%end - region%start)
+         free_to = max(free_to, 0.5_wp * (region%end + min(minval(there%start, mask=there%start > region%end), &
+            & minval(other%start, mask=other%start > region%end), huge(1.0_wp) * 0.25_wp)))
+      end function free_to
    end subroutine tell
 
    !> Length that two regions have in common; negative when they are apart.
@@ -154,7 +170,11 @@ contains
       closed = problem%ground%chain%chain_length(event%contact)
       ! The chain's list covers one round and the next.
       associate (back => merge(closed, 0.0_wp, event%from < 0.0_wp .and. closed > 0.0_wp))
-         value = -extreme_gap(problem, state, event%contact, event%from + back, event%to + back, event%divided)
+         if (event%divided) then
+            value = -inner_opening(problem, state, event%contact, event%from + back, event%to + back)
+         else
+            value = -smallest_ground_gap(problem, state, event%contact, event%from + back, event%to + back)
+         end if
       end associate
    end function ground_event_value
 end module ground_events
