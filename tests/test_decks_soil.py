@@ -1,0 +1,85 @@
+"""Short beams and arches on tensionless ground, against closed forms."""
+import functools
+import math
+
+import numpy as np
+import pytest
+
+import deck_runner as dr
+
+
+def half_length(run):
+    return dr.regions(run, "end")[-1]
+
+
+SINKING = 0.25 / math.tanh(math.pi / 2)     # of an infinite beam under the force 2 on EI = 1, k = 4
+
+
+# Finite beams --------------------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize("half", [0.25, 0.5, 1.0, 1.5])
+def test_short_beam_stays_on_the_ground(half):
+    """Shorter than pi/lambda it never lets go: Hetenyi's finite beam with free ends on a bilateral foundation."""
+    length = 2.0 * half
+    exact = 2.0 / 8.0 * (math.cosh(length) + math.cos(length) + 2.0) / (math.sinh(length) + math.sin(length))
+    run = dr.run_deck(dr.changed(dr.example("winkler-point"), ("2, 3., 0.", f"2, {half}, 0."), ("1, 2, 60", "1, 2, 40")))
+    dr.assert_close(run.column("sinking")[-1] / 1e-5, exact, relative=1e-7)
+    dr.assert_close(half_length(run), half, absolute=1e-12)
+
+
+@pytest.mark.parametrize("half", [1.6, 2.0, 6.0])
+def test_long_beam_lets_go_where_an_infinite_one_does(half):
+    run = dr.run_deck(dr.changed(dr.example("winkler-point"), ("2, 3., 0.", f"2, {half}, 0."), ("1, 2, 60", "1, 2, 80")))
+    dr.assert_close(half_length(run), math.pi / 2, absolute=1e-6 * max(half, 1.0) ** 4)
+    dr.assert_close(run.column("sinking")[-1] / 1e-5, SINKING, relative=1e-6)
+
+
+# An arch on soil -----------------------------------------------------------------------------------------------------
+
+def arch_exact(force, radius):
+    """Half-length in contact and sinking for small rotations: the equations in the deck's comments."""
+    def basis(s):
+        columns = []
+        for root in (1 + 1j, -1 + 1j):
+            terms = [root**k * np.exp(root * s) for k in range(4)]
+            columns += [[t.real for t in terms], [t.imag for t in terms]]
+        return np.array(columns).T
+
+    def gap_at_end(a):
+        here, there = basis(0.0), basis(a)
+        c = np.linalg.solve([here[1], here[3], there[2], there[3]], [0.0, 0.5 * force, -1.0 / radius, 0.0])
+        return there[0] @ c, here[0] @ c
+
+    low, high = 1e-3, 0.5 * math.pi
+    for _ in range(100):
+        a = 0.5 * (low + high)
+        low, high = (a, high) if gap_at_end(a)[0] * gap_at_end(1e-3)[0] > 0.0 else (low, a)
+    return a, gap_at_end(a)[1]
+
+
+@functools.cache
+def arch(elements, scale=1e4):
+    """The deck with 1e4 times the radius and a 1e-4 of the force: small rotations."""
+    radius, phi, force = 20.0 * scale, 0.3 / scale, 0.5 / scale
+    return dr.run_deck(dr.changed(
+        dr.example("arch-soil"), ("2, 5.9104041332267907, 0.89327021748788035",
+                                  f"2, {radius * math.sin(phi):.17g}, {2.0 * radius * math.sin(0.5 * phi)**2:.17g}"),
+        ("1, 2, 0., 20., 60", f"1, 2, 0., {radius}, {elements}"), ("1, 2, -0.5", f"1, 2, {-force}"),
+        ("0.01, , 0.01", f"0.01, , {0.01 / scale}")))
+
+
+def test_arch_on_soil():
+    """Contact length and sinking along the path: the contact widens from a point."""
+    run = arch(120)
+    for load, end, sinking in zip(run.column("load_factor")[1:], dr.regions(run, "end")[1:], run.column("sinking")[1:]):
+        a, v = arch_exact(load, 20.0)
+        dr.assert_close(end, a, absolute=2e-5)
+        dr.assert_close(sinking * 1e4, v, relative=2e-6)
+
+
+def test_arch_converges_at_fourth_order():
+    errors = []
+    for n in (15, 30, 60, 120):
+        run = arch(n)
+        errors.append(run.column("sinking")[-1] * 1e4 / arch_exact(run.column("load_factor")[-1], 20.0)[1] - 1.0)
+    dr.assert_mean_order(errors, 4.0)
