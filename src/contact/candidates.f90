@@ -141,7 +141,9 @@ contains
             do k = 1, size(model%step)
                slides = slides .and. all(abs(model%step(k)%load%line_force(:, a) - &
                   & model%step(k)%load%line_force(:, b)) <= 0.0_wp) .and. &
-                  & abs(model%step(k)%load%pressure(a) - model%step(k)%load%pressure(b)) <= 0.0_wp
+                  & abs(model%step(k)%load%pressure(a) - model%step(k)%load%pressure(b)) <= 0.0_wp .and. &
+                  & abs(model%step(k)%load%strain(a) - model%step(k)%load%strain(b)) <= 0.0_wp .and. &
+                  & abs(model%step(k)%load%curvature(a) - model%step(k)%load%curvature(b)) <= 0.0_wp
             end do
          end associate
       end function slides

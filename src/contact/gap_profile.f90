@@ -2,7 +2,8 @@
 module gap_profile
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, candidate_gap
+   use rod_state, only: state_t, candidate_gap, element_load
+   use ge_element, only: ge_load_t
    use rod_geometry, only: element_geometry_t
    use section_forces, only: local_forces, rod_direction
    implicit none
@@ -106,11 +107,13 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate, e, side
       real(wp) :: local(3, 2), gap, normal(2), bend, angle, t(2), curvature
+      type(ge_load_t) :: load
+      load = element_load(problem, state, e)
       call candidate_gap(problem, state, candidate, gap, normal, bend)
       call local_forces(problem, state, e, local)
       angle = rod_direction(problem, state, e, side)
       t = [cos(angle), sin(angle)]
-      curvature = natural_curvature(state%geometry%element(e)) + local(3, side) * problem%compliance(e)%bending
+      curvature = natural_curvature(state%geometry%element(e)) + load%curvature + local(3, side) * problem%compliance(e)%bending
       second = bend * (normal(2) * t(1) - normal(1) * t(2))**2 + curvature * (normal(2) * t(1) - normal(1) * t(2))
    end function gap_bend
 

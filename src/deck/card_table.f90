@@ -164,7 +164,7 @@ contains
       type(card_spec_t), allocatable, intent(inout) :: t(:)
       character(*), parameter :: of_material = 'SECTION=RECT|CIRC|PIPE|GENERAL'
 
-      call card(t, 'MATERIAL', in_model, 'Begins a material; `*ELASTIC` and `*DENSITY` follow.')
+      call card(t, 'MATERIAL', in_model, 'Begins a material; `*ELASTIC`, `*DENSITY` and `*EXPANSION` follow.')
       call param(t, 'NAME', kind_name, 'each once')
 
       call card(t, 'ELASTIC', in_model, 'Elastic constants of the material.', follows='MATERIAL')
@@ -175,6 +175,10 @@ contains
       call card(t, 'DENSITY', in_model, 'Density of the material, for self-weight.', follows='MATERIAL')
       call lines(t, most=1)
       call field(t, 'rho', kind_real, 'mass per volume', unit='mass/length^3', bound=positive)
+
+      call card(t, 'EXPANSION', in_model, 'Thermal expansion of the material.', follows='MATERIAL')
+      call lines(t, most=1)
+      call field(t, 'alpha', kind_real, 'strain per unit of temperature', unit='1/temperature', bound=not_zero)
 
       call card(t, 'BEAM SECTION', in_model, 'Stiffness of the elements of a set. Every element has exactly one '// &
          'section.')
@@ -204,6 +208,7 @@ contains
          bound=positive)
       call field(t, 'mass', kind_real, 'per unit length, for self-weight', unit='mass/length', default='0', &
          bound=not_negative)
+      call field(t, 'alpha', kind_real, 'thermal strain per unit of temperature', unit='1/temperature', default='0')
    end subroutine section_cards
 
    pure subroutine contact_cards(t)

@@ -104,7 +104,7 @@ contains
             names%mesh_incomplete = .true.
          case ('IMPERFECTION')
             names%imperfections_incomplete = .true.
-         case ('MATERIAL', 'ELASTIC', 'DENSITY', 'BEAM SECTION')
+         case ('MATERIAL', 'ELASTIC', 'DENSITY', 'EXPANSION', 'BEAM SECTION')
             names%sections_incomplete = .true.
             names%material%incomplete = .true.
          case ('FOUNDATION LAW')
@@ -120,7 +120,7 @@ contains
          case ('BOUNDARY')
             names%supports_incomplete = .true.
             names%loads_incomplete = .true.
-         case ('CLOAD', 'DLOAD', 'OBSTACLE MOTION')
+         case ('CLOAD', 'DLOAD', 'TEMPERATURE', 'OBSTACLE MOTION')
             names%loads_incomplete = .true.
          end select
       end do

@@ -1,4 +1,4 @@
-!> *CLOAD, *DLOAD, *BOUNDARY and *OBSTACLE MOTION of the steps: what grows with the load factor.
+!> *CLOAD, *DLOAD, *TEMPERATURE, *BOUNDARY and *OBSTACLE MOTION of the steps: what grows with the load factor.
 module read_loads
    use kinds, only: wp
    use text, only: to_text
@@ -38,6 +38,8 @@ contains
                   call read_node_load(deck, names, model, diagnostics, line, load)
                case ('DLOAD')
                   call read_element_load(deck, names, model, diagnostics, line, load)
+               case ('TEMPERATURE')
+                  call read_temperature(deck, names, model, diagnostics, line, load)
                case ('OBSTACLE MOTION')
                   call read_motion(deck, names, diagnostics, line, load)
                case ('BOUNDARY')
@@ -125,6 +127,34 @@ contains
          end select
       end do
    end subroutine read_element_load
+
+   !> *TEMPERATURE: element or set, change, gradient.
+   subroutine read_temperature(deck, names, model, diagnostics, line, load)
+      type(deck_t), intent(in) :: deck
+      type(deck_names_t), intent(in) :: names
+      type(model_t), intent(in) :: model
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer, intent(in) :: line
+      type(load_t), intent(inout) :: load
+      integer, allocatable :: elements(:)
+      integer :: i, e
+      call find_elements(deck, names, diagnostics, line, 1, elements)
+      do i = 1, size(elements)
+         e = elements(i)
+         if (model%mesh%section(e) == 0) cycle ! reported elsewhere
+         associate (alpha => model%section(model%mesh%section(e))%expansion)
+            if (.not. (abs(alpha) > 0.0_wp .or. names%sections_incomplete)) then
+               call complain(deck, diagnostics, deck%data_line(line)%card, field_place(deck, line, 1), 'element '// &
+                  to_text(model%mesh%element_label(e))//' does not expand; alpha comes from *EXPANSION, or from alpha on '// &
+                  '*BEAM SECTION, SECTION=STIFFNESS')
+               return
+            end if
+            load%strain(e) = load%strain(e) + alpha * field_real(deck, line, 2)
+            ! Hot on its left an element bends to the right.
+            load%curvature(e) = load%curvature(e) - alpha * field_real(deck, line, 3)
+         end associate
+      end do
+   end subroutine read_temperature
 
    !> *BOUNDARY in a step: node or set, dof, last dof, value.
    subroutine read_displacement(deck, names, model, diagnostics, line, prescribed_in, load)

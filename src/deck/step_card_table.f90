@@ -82,6 +82,14 @@ contains
       call field(t, 'x direction', kind_real, 'GRAV only, and required there; any length', optional=.true.)
       call field(t, 'y direction', kind_real, 'GRAV only, and required there', optional=.true.)
 
+      call card(t, 'TEMPERATURE', in_step, 'Heats elements: strain and curvature that they would take without stress. The '// &
+         'coefficient is that of `*EXPANSION`, or alpha on `*BEAM SECTION, SECTION=STIFFNESS`; repeated ones add up.')
+      call lines(t)
+      call field(t, 'element or set', kind_label_or_set, 'an element label or the name of an element set')
+      call field(t, 'change', kind_real, 'of the temperature of the axis at load factor 1', unit='temperature')
+      call field(t, 'gradient', kind_real, 'of the temperature through the depth at load factor 1, positive where it rises '// &
+         'to the left of the element''s direction', unit='temperature/length', default='0')
+
       call card(t, 'OBSTACLE MOTION', in_step, 'Moves obstacles. What earlier steps have moved stays there; repeated '// &
          'motions add up.')
       call lines(t)

@@ -20,6 +20,8 @@ module linear_system
 
    real(wp), parameter :: worst_round_off = 1.0e-6_wp !! a residual above it is no equilibrium, whatever its reason
 
+   real(wp), parameter :: least_heat_force = 1.0e-6_wp !! scale of forces, over those that heat without expansion makes
+
    type :: system_t
       integer :: n = 0                          !! unknowns of the band
       type(band_t) :: k                         !! tangent, node axes, nothing eliminated
@@ -181,7 +183,7 @@ contains
             & state%z(:problem%z_size(e), e), f, raw, k, fl, op, defect, ok)
       else
          call ul2_evaluate(geometry%length, geometry%chord, 1.0_wp / problem%compliance(e)%axial, &
-            & 1.0_wp / problem%compliance(e)%bending, load%line, load%line_rate, load%pressure, load%pressure_rate, u, &
+            & 1.0_wp / problem%compliance(e)%bending, load, u, &
             & element_displacement(problem, base, e), base%z(:3, e), f, k, fl, op(:3, 1))
          raw = f
          defect = 0.0_wp
@@ -416,6 +418,7 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
       real(wp) :: worst, scale, noise, moved
+      type(ge_load_t) :: load
       integer :: e, i, d, node
       system%raw = system%residual
       scale = problem%force_floor
@@ -427,6 +430,10 @@ contains
          end do
          scale = max(scale, maxval(abs(system%eraw(1:2, e))), maxval(abs(system%eraw(4:5, e))), &
             & abs(system%eraw(3, e)) / problem%size, abs(system%eraw(6, e)) / problem%size)
+         if (problem%model%mesh%family(e) == family_ge) cycle
+         ! UL2 takes the forces of a freely heated rod from differences that cancel.
+         load = element_load(problem, state, e)
+         scale = max(scale, least_heat_force * abs(load%strain) / problem%compliance(e)%axial)
       end do
       scale = max(scale, maxval(abs(state%reaction), mask=state%active))
       scale = max(scale, maxval(problem%spring(1:2, :) * abs(state%u(1:2, :))), &

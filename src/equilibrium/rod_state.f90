@@ -61,6 +61,10 @@ contains
          load%line = problem%constant%line_force(:, e) + state%load_factor * load%line_rate
          load%pressure_rate = step%pressure(e)
          load%pressure = problem%constant%pressure(e) + state%load_factor * load%pressure_rate
+         load%strain_rate = step%strain(e)
+         load%strain = problem%constant%strain(e) + state%load_factor * load%strain_rate
+         load%curvature_rate = step%curvature(e)
+         load%curvature = problem%constant%curvature(e) + state%load_factor * load%curvature_rate
       end associate
    end function element_load
 

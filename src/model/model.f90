@@ -84,6 +84,7 @@ module model
       real(wp) :: ga = 0.0_wp                   !! shear stiffness [force]; not used when shear_rigid
       logical :: shear_rigid = .true.
       real(wp) :: mass = 0.0_wp                 !! mass per unit stress-free length (self-weight)
+      real(wp) :: expansion = 0.0_wp            !! strain per unit of temperature
    end type section_t
 
    type :: node_set_t
@@ -96,6 +97,8 @@ module model
       real(wp), allocatable :: node_force(:, :)   !! (3, n_nodes) forces and moment
       real(wp), allocatable :: line_force(:, :)   !! (2, n_elements) dead, global axes, per unit stress-free length
       real(wp), allocatable :: pressure(:)        !! (n_elements) follower, per deformed length, to the left of the element
+      real(wp), allocatable :: strain(:)          !! (n_elements) that heat would give a free element
+      real(wp), allocatable :: curvature(:)       !! (n_elements) and its change of curvature, per unit stress-free length
       real(wp), allocatable :: displacement(:, :) !! (3, n_nodes) prescribed values of fixed degrees of freedom
       real(wp), allocatable :: motion(:, :)       !! (2, n_obstacles) how far the obstacles move
    end type load_t
@@ -240,6 +243,7 @@ contains
       allocate (load%node_force(3, n_nodes), source=0.0_wp)
       allocate (load%line_force(2, n_elements), source=0.0_wp)
       allocate (load%pressure(n_elements), source=0.0_wp)
+      allocate (load%strain(n_elements), load%curvature(n_elements), source=0.0_wp)
       allocate (load%displacement(3, n_nodes), source=0.0_wp)
       allocate (load%motion(2, n_obstacles), source=0.0_wp)
    end function new_load
