@@ -75,17 +75,29 @@ contains
       end do
    end function smallest_gap
 
-   !> Gap of a candidate and its derivative along the rod, seen from one end of an element.
+   !> Gap of a candidate and its derivative by the stress-free arc length, seen from one end of an element.
    subroutine gap_and_slope(problem, state, candidate, e, side, gap, slope)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate, e, side
       real(wp), intent(out) :: gap, slope
-      real(wp) :: normal(2), bend, angle
+      real(wp) :: normal(2), bend, angle, local(3, 2)
       call candidate_gap(problem, state, candidate, gap, normal, bend)
+      call local_forces(problem, state, e, local)
       angle = rod_direction(problem, state, e, side)
-      slope = normal(1) * cos(angle) + normal(2) * sin(angle)
+      slope = stretch(problem, state, e, local(1, side)) * (normal(1) * cos(angle) + normal(2) * sin(angle))
    end subroutine gap_and_slope
+
+   !> Deformed over stress-free length where the normal force is n.
+   pure real(wp) function stretch(problem, state, e, n)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(in) :: n
+      type(ge_load_t) :: load
+      load = element_load(problem, state, e)
+      stretch = 1.0_wp + load%strain + n * problem%compliance(e)%axial
+   end function stretch
 
    !> Moves tau towards the minimum of the quintic and halves the step.
    pure subroutine parabola_step(value, slope, bend, tau, step)
@@ -106,7 +118,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate, e, side
-      real(wp) :: local(3, 2), gap, normal(2), bend, angle, t(2), curvature
+      real(wp) :: local(3, 2), gap, normal(2), bend, angle, t(2), curvature, along
       type(ge_load_t) :: load
       load = element_load(problem, state, e)
       call candidate_gap(problem, state, candidate, gap, normal, bend)
@@ -114,7 +126,9 @@ contains
       angle = rod_direction(problem, state, e, side)
       t = [cos(angle), sin(angle)]
       curvature = natural_curvature(state%geometry%element(e)) + load%curvature + local(3, side) * problem%compliance(e)%bending
-      second = bend * (normal(2) * t(1) - normal(1) * t(2))**2 + curvature * (normal(2) * t(1) - normal(1) * t(2))
+      along = stretch(problem, state, e, local(1, side))
+      second = along * (along * bend * (normal(2) * t(1) - normal(1) * t(2))**2 + &
+         & curvature * (normal(2) * t(1) - normal(1) * t(2)))
    end function gap_bend
 
    !> Hermite quintic on (0, 1).

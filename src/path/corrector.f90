@@ -27,6 +27,7 @@ module corrector
    integer, parameter :: shifting_iterations = 8 !! after these the contact points must stay within their elements
    integer, parameter :: settling_iterations = 5 !! until then the last correction must be small, too
    real(wp), parameter :: longest_jump = 4.0_wp !! what load or displacement control may go, over the length of the tangent's step
+   real(wp), parameter :: no_motion = 1.0e-10_wp !! arc length of rounding, where loads only stress what cannot move
    real(wp), parameter :: large_correction = 1.0e-4_wp !! of the increment
    integer, parameter :: max_contact_loops = 12 !! outer loops of the paper's scheme
 
@@ -57,7 +58,7 @@ contains
          call iterate(problem, start, control, state, system, rhs, frozen, .not. frozen, &
             & problem%model%step(problem%step)%tangent_updates, report, timers)
          if (report%converged .and. .not. is_arc_length(control%method) .and. all(state%active .eqv. start%active)) then
-            report%converged = path_length(problem, start, state) <= longest_jump * ahead
+            report%converged = path_length(problem, start, state) <= longest_jump * ahead + no_motion
             if (.not. report%converged) report%message = 'the increment ends far from the path'
          end if
          return
