@@ -9,7 +9,7 @@ module contact_regions
    use kinds, only: wp, degree
    use model, only: obstacle_t, obstacle_line, obstacle_circle
    use problem, only: problem_t
-   use rod_state, only: state_t, candidate_position, element_load
+   use rod_state, only: state_t, candidate_position, candidate_offset, element_load
    use ge_element, only: ge_load_t
    use reference_curve, only: curve_length
    use obstacle_geometry, only: obstacle_gap, has_angle, contact_angle, contact_curvature
@@ -257,7 +257,7 @@ contains
          associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(c)))
             x = candidate_position(problem, state, c) + moved * t
             call obstacle_gap(obstacle, x, gap, normal, bend)
-            curvature = contact_curvature(obstacle, x - (gap + problem%candidates%gap_offset(c)) * normal, t)
+            curvature = contact_curvature(obstacle, x - (gap + candidate_offset(problem, state, c)) * normal, t)
          end associate
       end function obstacle_curvature
 

@@ -11,7 +11,7 @@ module contact_set
    use kinds, only: wp
    use problem, only: problem_t, dof
    use rod_state, only: state_t
-   use linear_system, only: system_t, to_global, row_times
+   use linear_system, only: system_t, to_global, row_times, contact_reaction
    use bordered_system, only: solve_bordered
    use lemke, only: solve_lcp, outcome_name, lcp_solved
    use lcp_check, only: lcp_error
@@ -105,12 +105,12 @@ contains
          if (system%soft(c)) then
             reaction(c) = system%push(c) - system%spring(c) * (gap(c) - system%gap(c))
          else if (system%unknown(c) > 0) then
-            reaction(c) = system%residual(system%unknown(c)) / system%slope(c) + reaction_change(system, c, x, y)
+            reaction(c) = contact_reaction(system, c, system%residual) + reaction_change(system, c, x, y)
          end if
       end do
    end subroutine predict
 
-   !> Change of a candidate's gap; an obstacle moves with the load factor.
+   !> Change of a candidate's gap; an obstacle moves, or a gap closes, with the load factor.
    pure real(wp) function gap_change(problem, system, candidate, x, y)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -119,24 +119,36 @@ contains
       real(wp) :: du(3)
       integer :: k
       du = to_global(problem, system, x, problem%candidates%node(candidate))
-      gap_change = dot_product(system%normal(:, candidate), du(1:2) - y(1) * system%motion(:, candidate))
+      gap_change = dot_product(system%normal(:, candidate), du(1:2) - y(1) * system%motion(:, candidate)) - &
+         & y(1) * system%closing(candidate)
       do k = 1, system%n_slides
          if (system%slide(k) == candidate) gap_change = gap_change + system%slide_gap(k) * y(1 + k)
       end do
    end function gap_change
 
-   !> Change of the reaction of an active rigid candidate: its row of the equilibrium equations.
+   !> Change of the reaction of an active rigid candidate: its row of the equilibrium equations, and that of its partner.
    pure real(wp) function reaction_change(system, candidate, x, y)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
       real(wp), intent(in) :: x(:), y(:)
-      integer :: d, k
-      d = system%unknown(candidate)
-      reaction_change = row_times(system, d, x) - system%load(d) * y(1)
-      do k = 1, system%n_slides
-         reaction_change = reaction_change - system%slide_column(d, k) * y(1 + k)
-      end do
-      reaction_change = reaction_change / system%slope(candidate)
+      integer :: p
+      reaction_change = force_change(candidate) / system%slope(candidate)
+      p = system%partner(candidate)
+      if (p > 0) reaction_change = reaction_change - &
+         & dot_product(system%normal(:, candidate), system%normal(:, p)) * force_change(p) / system%slope(p)
+
+   contains
+
+      !> Change of the force on the unknown that a candidate eliminates.
+      pure real(wp) function force_change(c)
+         integer, intent(in) :: c
+         integer :: d, k
+         d = system%unknown(c)
+         force_change = row_times(system, d, x) - system%load(d) * y(1)
+         do k = 1, system%n_slides
+            force_change = force_change - system%slide_column(d, k) * y(1 + k)
+         end do
+      end function force_change
    end function reaction_change
 
    !> Derivative of the reaction of an active candidate along the path, by the load factor.
@@ -319,6 +331,10 @@ contains
          none = 0.0_wp
          if (state%active(candidate) .and. system%unknown(candidate) > 0) then
             prescribed(system%unknown(candidate)) = 1.0_wp / system%slope(candidate)
+            d = system%partner(candidate)
+            ! The node moves along the other obstacle of its corner.
+            if (d > 0) prescribed(system%unknown(d)) = -prescribed(system%unknown(candidate)) * &
+               & dot_product(system%normal(:, candidate), system%normal(:, d)) / system%slope(d)
          else
             node = problem%candidates%node(candidate)
             normal = system%normal(:, candidate)

@@ -311,5 +311,15 @@ contains
       call field(t, 'node or set', kind_label_or_set, 'a node label or the name of a node set; each node gets the spring')
       call field(t, 'dof', kind_integer, '1 (x), 2 (y), 6 (rotation)', bound=positive)
       call field(t, 'stiffness', kind_real, 'reaction over displacement', unit='force/length or moment/radian', bound=positive)
+
+      call card(t, 'GAP', in_model, 'One-sided supports of nodes: stops that push once their clearance is used up, and never '// &
+         'pull. Rigid, or with STIFFNESS or LAW. The stops of a card are one obstacle to `*MONITOR` and the cards of a step.')
+      call param(t, 'NAME', kind_name, 'each once, among obstacles too')
+      call param(t, 'DIRECTION', kind_real, 'in which the stops push, in degrees anticlockwise from the x axis', default='90')
+      call param(t, 'STIFFNESS', kind_real, 'of a stop: force over penetration', optional=.true., bound=positive)
+      call param(t, 'LAW', kind_name, 'a *FOUNDATION LAW, its force that of a stop', optional=.true.)
+      call lines(t)
+      call field(t, 'node or set', kind_label_or_set, 'a node label or the name of a node set; each node gets a stop')
+      call field(t, 'clearance', kind_real, 'how far the node may move against the direction', unit='length', default='0')
    end subroutine support_cards
 end module card_table

@@ -1,4 +1,4 @@
-!> *CLOAD, *DLOAD, *TEMPERATURE, *BOUNDARY and *OBSTACLE MOTION of the steps: what grows with the load factor.
+!> *CLOAD, *DLOAD, *TEMPERATURE, *BOUNDARY, *OBSTACLE MOTION and *CONTACT INTERFERENCE of the steps: what grows with the load factor.
 module read_loads
    use kinds, only: wp
    use text, only: to_text
@@ -8,6 +8,7 @@ module read_loads
    use card_values, only: field_given, field_place, field_word, field_integer, field_real
    use deck_names, only: deck_names_t, find_nodes, find_elements
    use read_obstacles, only: read_motion
+   use read_interference, only: read_interference_line
    use read_supports, only: read_dofs, dof_number
    implicit none
    private
@@ -19,16 +20,21 @@ contains
    subroutine read_load_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names           !! with the mesh and obstacles
-      type(model_t), intent(inout) :: model             !! with sections, supports and obstacles; gets step%load
+      type(model_t), intent(inout) :: model             !! with sections, supports and contacts; gets step%load
       type(diagnostics_t), intent(inout) :: diagnostics
       integer :: card, line, s
       integer :: prescribed_in(3, model%mesh%n_nodes)   ! line of the deck, for the step being read
+      integer :: shrunk_in(size(model%obstacle))        ! and since the structure was free of stress
       do s = 1, size(model%step)
          model%step(s)%load = new_load(model%mesh%n_nodes, model%mesh%n_elements, size(model%obstacle))
       end do
       prescribed_in = 0
+      shrunk_in = 0
       do card = 1, deck%n_cards
-         if (deck%card(card)%keyword == 'STEP') prescribed_in = 0
+         if (deck%card(card)%keyword == 'STEP') then
+            prescribed_in = 0
+            if (begins_anew(deck, deck%card(card)%step)) shrunk_in = 0
+         end if
          if (.not. deck%card(card)%sound .or. deck%card(card)%step == 0) cycle
          associate (load => model%step(deck%card(card)%step)%load)
             do line = deck%card(card)%first_line, deck%card(card)%last_line
@@ -42,6 +48,8 @@ contains
                   call read_temperature(deck, names, model, diagnostics, line, load)
                case ('OBSTACLE MOTION')
                   call read_motion(deck, names, diagnostics, line, load)
+               case ('CONTACT INTERFERENCE')
+                  call read_interference_line(deck, names, model, diagnostics, line, shrunk_in, load)
                case ('BOUNDARY')
                   call read_displacement(deck, names, model, diagnostics, line, prescribed_in, load)
                end select
@@ -49,6 +57,17 @@ contains
          end associate
       end do
    end subroutine read_load_cards
+
+   !> True for a step with modes as imperfections: it starts from the stress-free structure.
+   pure logical function begins_anew(deck, step)
+      type(deck_t), intent(in) :: deck
+      integer, intent(in) :: step
+      integer :: card
+      begins_anew = .false.
+      do card = 1, deck%n_cards
+         if (deck%card(card)%step == step) begins_anew = begins_anew .or. deck%card(card)%keyword == 'IMPERFECTION'
+      end do
+   end function begins_anew
 
    !> *CLOAD: node or set, dof, magnitude.
    subroutine read_node_load(deck, names, model, diagnostics, line, load)

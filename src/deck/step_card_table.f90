@@ -96,6 +96,17 @@ contains
       call field(t, 'obstacle', kind_name, 'which one')
       call field(t, 'dx', kind_real, 'motion at load factor 1', unit='length')
       call field(t, 'dy', kind_real, 'motion at load factor 1', unit='length')
+
+      call card(t, 'CONTACT INTERFERENCE', in_step, 'Closes gaps: the surface of an obstacle, or the stops of a `*GAP`, move '// &
+         'towards the structure everywhere along their normal. What earlier steps have closed stays closed; repeated values '// &
+         'add up.')
+      call param(t, 'SHRINK', kind_flag, 'the amount is what each candidate begins behind the obstacle; it is allowed then, '// &
+         'and pushed out from load factor 0 to 1', optional=.true.)
+      call lines(t, when='SHRINK')
+      call field(t, 'obstacle', kind_name, 'which one; once in a deck')
+      call lines(t)
+      call field(t, 'obstacle', kind_name, 'which one')
+      call field(t, 'interference', kind_real, 'by how much the gaps close at load factor 1', unit='length')
    end subroutine load_cards
 
    pure subroutine path_cards(t)

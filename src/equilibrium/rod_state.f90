@@ -8,7 +8,7 @@ module rod_state
    implicit none
    private
    public :: state_t, new_state, element_displacement, element_load, node_position, candidate_position, &
-      & obstacle_shift, candidate_gap, may_react
+      & obstacle_shift, candidate_gap, candidate_offset, closing_rate, may_react
 
    type :: state_t
       real(wp) :: load_factor = 0.0_wp
@@ -86,6 +86,27 @@ contains
          & state%load_factor * problem%model%step(problem%step)%load%motion(:, obstacle)
    end function obstacle_shift
 
+   !> What comes on top of the distance of a candidate from its obstacle: the gap left in the deck, what is not pushed out
+   !> yet of a penetration at the start, less what closed since.
+   pure real(wp) function candidate_offset(problem, state, candidate) result(offset)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      associate (list => problem%candidates, kept => problem%constant, o => problem%candidates%obstacle(candidate))
+         offset = list%gap_offset(candidate) + list%overlap(candidate) * (1.0_wp - kept%resolved(o)) - kept%closing(o) - &
+            & state%load_factor * closing_rate(problem, candidate)
+      end associate
+   end function candidate_offset
+
+   !> How much the gap of a candidate closes per unit of load factor, besides what its obstacle's motion does.
+   pure real(wp) function closing_rate(problem, candidate) result(rate)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: candidate
+      associate (load => problem%model%step(problem%step)%load, o => problem%candidates%obstacle(candidate))
+         rate = load%closing(o) + load%resolved(o) * problem%candidates%overlap(candidate)
+      end associate
+   end function closing_rate
+
    !> Position of a candidate as seen from its obstacle, which may have moved.
    pure function candidate_position(problem, state, candidate) result(x)
       type(problem_t), intent(in) :: problem
@@ -104,7 +125,7 @@ contains
       real(wp), intent(out) :: gap, normal(2), bend
       call obstacle_gap(problem%model%obstacle(problem%candidates%obstacle(candidate)), &
          & candidate_position(problem, state, candidate), gap, normal, bend)
-      gap = gap + problem%candidates%gap_offset(candidate)
+      gap = gap + candidate_offset(problem, state, candidate)
    end subroutine candidate_gap
 
    !> False where a support of the node takes all that an obstacle of this normal could push.

@@ -101,6 +101,8 @@ module model
       real(wp), allocatable :: curvature(:)       !! (n_elements) and its change of curvature, per unit stress-free length
       real(wp), allocatable :: displacement(:, :) !! (3, n_nodes) prescribed values of fixed degrees of freedom
       real(wp), allocatable :: motion(:, :)       !! (2, n_obstacles) how far the obstacles move
+      real(wp), allocatable :: closing(:)         !! (n_obstacles) how much the gaps to them close
+      real(wp), allocatable :: resolved(:)        !! (n_obstacles) the part of what penetrates at the start that is pushed out
    end type load_t
 
    !> A surface the structure cannot cross. But for circles, the free side is on the left of the sense in which its points
@@ -120,6 +122,8 @@ module model
       integer :: law = 0                        !! index into model%law, 0: none; its forces times width
       real(wp) :: width = 1.0_wp
       logical :: bilateral = .false.            !! holds what it may touch from the start on, and pulls as it pushes
+      logical :: at_nodes = .false.             !! a line that stands for stops at single nodes (*GAP): gaps count from where
+      !! each node is at the start, modulus and law are those of a node
    end type obstacle_t
 
    !> How the reaction of a foundation grows with the penetration: linear from point to point, the first one (0, 0).
@@ -246,6 +250,7 @@ contains
       allocate (load%strain(n_elements), load%curvature(n_elements), source=0.0_wp)
       allocate (load%displacement(3, n_nodes), source=0.0_wp)
       allocate (load%motion(2, n_obstacles), source=0.0_wp)
+      allocate (load%closing(n_obstacles), load%resolved(n_obstacles), source=0.0_wp)
    end function new_load
 
    !> True when some step moves an obstacle.

@@ -4,7 +4,7 @@ module corrector
    use model, only: family_ge, method_cylindrical, method_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
-   use linear_system, only: system_t
+   use linear_system, only: system_t, contact_reaction
    use bordered_system, only: assemble_bordered, factor_system, linearise, apply_increment
    use contact_slides, only: slides_fit, shift_contacts, close_short_gaps, drop_slides
    use path_control, only: control_t, control_row, control_error, metric, is_arc_length, set_tangent, monitor_change, &
@@ -303,7 +303,7 @@ contains
          else if (system%soft(c)) then
             state%reaction(c) = system%push(c)
          else if (system%unknown(c) > 0) then
-            state%reaction(c) = system%raw(system%unknown(c)) / system%slope(c)
+            state%reaction(c) = contact_reaction(system, c, system%raw)
          end if
       end do
       do e = 1, problem%model%mesh%n_elements

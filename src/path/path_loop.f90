@@ -194,6 +194,8 @@ contains
          kept%curvature = kept%curvature + factor * load%curvature
          kept%displacement = kept%displacement + factor * load%displacement
          kept%motion = kept%motion + factor * load%motion
+         kept%closing = kept%closing + factor * load%closing
+         kept%resolved = kept%resolved + factor * load%resolved
       end associate
       state%load_factor = 0.0_wp
    end subroutine freeze_loads

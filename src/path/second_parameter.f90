@@ -72,6 +72,8 @@ contains
          problem%constant%curvature = value * base%constant%curvature
          problem%constant%displacement = value * base%constant%displacement
          problem%constant%motion = value * base%constant%motion
+         problem%constant%closing = value * base%constant%closing
+         problem%constant%resolved = value * base%constant%resolved
          return
       end select
       call derive_again(base, problem)
