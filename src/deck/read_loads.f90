@@ -1,4 +1,4 @@
-!> *CLOAD, *DLOAD, *TEMPERATURE, *BOUNDARY, *OBSTACLE MOTION and *CONTACT INTERFERENCE of the steps: what grows with the load factor.
+!> The loads of the steps: all that grows with the load factor.
 module read_loads
    use kinds, only: wp
    use text, only: to_text
