@@ -122,6 +122,90 @@ def test_stop_that_moves():
         dr.assert_close(run.column("R")[-1], k * 1e-4, relative=1e-6)
 
 
+JACK = """*HEADING
+Beam on a floor, lifted by a stop from below, pressed by one from above
+*NODE
+1, 0., 0.
+2, 1., 0.
+3, 2., 0.
+*LINE, ELSET=BEAM, NSET=BEAM, TYPE=GE4
+1, 2, 10
+2, 3, 10
+*BEAM SECTION, ELSET=BEAM, SECTION=STIFFNESS
+1., 1.
+*BOUNDARY
+1, ENCASTRE
+3, ENCASTRE
+*OBSTACLE, NAME=FLOOR, TYPE=LINE
+0, 0, 2, 0
+*CONTACT, OBSTACLE=FLOOR, NSET=BEAM, POINTS=NODES
+*GAP, NAME=JACK
+2, 0
+*GAP, NAME=LID, DIRECTION=-90
+2, 0
+*MONITOR, NAME=v
+2, U2
+*MONITOR, NAME=jack, OBSTACLE=JACK
+RN
+*MONITOR, NAME=lid, OBSTACLE=LID
+RN
+*MONITOR, NAME=floor, OBSTACLE=FLOOR
+RN
+*STEP
+*STATIC, METHOD=LOAD
+0.5, , 0.5
+*DLOAD
+BEAM, PY, -0.01
+*END STEP
+*STEP
+*STATIC, METHOD=LOAD
+0.5, , 0.5
+*OBSTACLE MOTION
+JACK, 0, 1e-3
+LID, 0, 2e-3
+*END STEP
+*STEP
+*STATIC, METHOD=LOAD
+0.25, , 0.25
+*OBSTACLE MOTION
+JACK, 0, -1e-3
+LID, 0, -2e-3
+*END STEP
+*STEP
+*STATIC, METHOD=LOAD
+0.5, , 0.5
+*CLOAD
+2, 2, 0.1
+*END STEP
+*STEP
+*STATIC, METHOD=LOAD
+0.25, , 0.25
+*CLOAD
+2, 2, -0.2
+*END STEP
+"""
+
+
+def test_obstacles_hand_a_node_over():
+    """A node on a floor, with a stop below and one above that touch it, too: the stop below lifts it off the floor and sets
+    it down, then a force presses it to the one above, and back. Clamped beam 2L = 2, weight q = 0.01, elements of 0.1:
+    F = 192 EI/L^3 (v + q L^4/384 EI) with L = 2."""
+    run = dr.run_deck(JACK)
+    q, h = 0.01, 0.1
+
+    def end(name):
+        return np.array([run.column(name)[np.flatnonzero(run.column("step") == k)[-1]] for k in range(1, 6)])
+    lift = 24 * (1e-3 + 16 * q / 384)
+    dr.assert_close(end("v"), [0, 1e-3, 0, 0, 0], absolute=1e-12)
+    # what axial force does: EA (v/L)^2 against 24 EI
+    dr.assert_close(end("jack"), [0, lift, q * h, 0, 0.1 + q * h], relative=1e-5, absolute=1e-12)
+    dr.assert_close(end("lid"), [0, 0, 0, 0.1 - q * h, 0], relative=1e-9)
+    dr.assert_close(end("floor"), [19 * q * h, 0, 18 * q * h, 18 * q * h, 18 * q * h], relative=1e-9)
+    # where the stops exchange the node
+    lost = [c.load_factor for c in run.labelled("C-") if c.step > 3]
+    dr.assert_close(lost, [0.01, 0.495], relative=1e-6)
+
+
 def test_limit_point_over_the_stiffness_of_a_stop():
     """The stop's modulus as second parameter: the curve ends where a run with that stiffness has its limit point."""
     text = dr.changed(dr.example("arch-shallow-hinged"), ("*MONITOR, NAME=v\n", "*GAP, NAME=PROP, STIFFNESS={k}\n2, 0.02\n*MONITOR, NAME=v\n"))

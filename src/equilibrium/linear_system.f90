@@ -6,7 +6,7 @@ module linear_system
    use kinds, only: wp
    use model, only: family_ge
    use problem, only: problem_t, dof
-   use rod_state, only: state_t, element_displacement, element_load, candidate_gap, closing_rate, may_react
+   use rod_state, only: state_t, element_displacement, element_load, candidate_gap, closing_rate, may_react, parallel
    use rod_geometry, only: element_geometry_t
    use force_law, only: law_reaction
    use ge_element, only: ge_evaluate, ge_load_t, ge_columns
@@ -20,7 +20,6 @@ module linear_system
 
    real(wp), parameter :: worst_round_off = 1.0e-6_wp !! a residual above it is no equilibrium, whatever its reason
 
-   real(wp), parameter :: parallel = 1.0e-6_wp !! sine of the angle between two obstacles that make no corner
    real(wp), parameter :: least_heat_force = 1.0e-6_wp !! scale of forces, over those that heat without expansion makes
 
    type :: system_t

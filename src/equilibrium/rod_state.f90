@@ -8,7 +8,9 @@ module rod_state
    implicit none
    private
    public :: state_t, new_state, element_displacement, element_load, node_position, candidate_position, &
-      & obstacle_shift, candidate_gap, candidate_offset, closing_rate, may_react
+      & obstacle_shift, candidate_gap, candidate_offset, closing_rate, may_react, parallel
+
+   real(wp), parameter :: parallel = 1.0e-6_wp !! sine of the angle between two obstacles that make no corner
 
    type :: state_t
       real(wp) :: load_factor = 0.0_wp
@@ -21,13 +23,14 @@ module rod_state
 
 contains
 
-   !> Stress-free start; candidates that touch are in contact, for the structure may hang on nothing else. Bilateral ones
-   !> are for good.
+   !> Stress-free start; candidates that touch are in contact, for the structure may hang on nothing else, but a node is held
+   !> once along a line. Bilateral ones are for good.
    function new_state(problem) result(state)
       type(problem_t), intent(in) :: problem
       type(state_t) :: state
-      real(wp) :: gap, normal(2), bend
+      real(wp) :: gap, normal(2), bend, held(2, problem%model%mesh%n_nodes)
       integer :: c
+      held = 0.0_wp
       allocate (state%u(3, problem%model%mesh%n_nodes), source=0.0_wp)
       allocate (state%z(maxval(problem%z_size), problem%model%mesh%n_elements), source=0.0_wp)
       allocate (state%active(problem%candidates%n), source=.false.)
@@ -37,6 +40,14 @@ contains
          call candidate_gap(problem, state, c, gap, normal, bend)
          state%active(c) = (problem%candidates%bilateral(c) .or. gap <= 1.0e-10_wp * problem%size) .and. &
             & may_react(problem, c, normal)
+         if (.not. state%active(c) .or. .not. problem%model%obstacle(problem%candidates%obstacle(c))%rigid) cycle
+         associate (first => held(:, problem%candidates%node(c)))
+            if (abs(normal(1) * first(2) - normal(2) * first(1)) < parallel .and. norm2(first) > 0.0_wp) then
+               state%active(c) = .false.
+            else
+               first = normal
+            end if
+         end associate
       end do
    end function new_state
 
