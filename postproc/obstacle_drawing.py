@@ -14,7 +14,17 @@ def draw_obstacle(axes, obstacle: Obstacle, limits: np.ndarray, stretch: float):
     """The surface as a line, its solid side hatched with short strokes."""
     unit = np.array((1.0, stretch))     # data to picture
     size = max((limits[1] - limits[0]) * unit)
+    if obstacle.kind == "gap":
+        for stop in obstacle.points:
+            across = 0.02 * size * np.array((obstacle.normal[1], -obstacle.normal[0])) / unit
+            _draw_surface(axes, np.vstack((stop - across, stop + across)), -1.0, unit, size)
+        return
     surface, solid = {"line": line_surface, "circle": circle_surface}.get(obstacle.kind, curve_surface)(obstacle, limits)
+    _draw_surface(axes, surface, solid, unit, size)
+
+
+def _draw_surface(axes, surface: np.ndarray, solid: float, unit: np.ndarray, size: float):
+    """A line with strokes on its solid side: left (+1) or right (-1)."""
     picture = surface * unit
     along = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(picture, axis=0).T))))
     spacing = along[-1] / max(round(along[-1] / (0.018 * size)), 1)

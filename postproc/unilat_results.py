@@ -197,18 +197,19 @@ def _critical(path_group: h5py.Group, path: dict[str, Column], monitors: dict[st
 def _obstacle(name: str, item: h5py.Group | h5py.Dataset) -> Obstacle:
     attrs = item.attrs
     kind = text(attrs["type"]).lower()
-    if kind not in ("line", "circle", "arc", "polyline", "spline"):
+    if kind not in ("line", "circle", "arc", "polyline", "spline", "gap"):
         raise ValueError(f"obstacle {name} has the unknown type '{kind}'")
     if kind == "line":
         points = np.array(attrs["points"], dtype=float).reshape(2, 2)
     else:
-        points = item["points"][()] if kind in ("polyline", "spline") else None
+        points = item["points"][()] if kind in ("polyline", "spline", "gap") else None
     return Obstacle(
         name, kind, text(attrs.get("side", "")).lower(), points=points,
         centre=np.array(attrs["centre"], dtype=float).reshape(2) if kind in ("circle", "arc") else None,
         radius=scalar(attrs["radius"]) if kind in ("circle", "arc", "polyline") else None,
         angles=np.array(attrs["angles"], dtype=float).reshape(2) if kind == "arc" else None,
-        surface=item["surface"][()] if kind not in ("line", "circle") else None, number=int(scalar(attrs.get("number", 0))),
+        surface=item["surface"][()] if kind in ("arc", "polyline", "spline") else None,
+        normal=np.array(attrs["normal"], dtype=float).reshape(2) if kind == "gap" else None, number=int(scalar(attrs.get("number", 0))),
         reference_angle=scalar(attrs.get("reference_angle", 0.0)),
         foundation=text(attrs.get("foundation", "rigid")).lower(), modulus=scalar(attrs.get("modulus", 0.0)))
 

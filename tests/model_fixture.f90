@@ -149,6 +149,8 @@ contains
       model%contact(n + 1)%node = node
       do s = 1, size(model%step)
          model%step(s)%load%motion = reshape([model%step(s)%load%motion, 0.0_wp, 0.0_wp], [2, n + 1])
+         model%step(s)%load%closing = [model%step(s)%load%closing, 0.0_wp]
+         model%step(s)%load%resolved = [model%step(s)%load%resolved, 0.0_wp]
       end do
    end subroutine add_contact
 

@@ -19,8 +19,9 @@ module candidates
       integer, allocatable :: neighbour(:, :) !! (2, n) candidate before and after, 0: none
       integer, allocatable :: element(:, :)   !! (2, n) element towards that neighbour, 0: none
       real(wp), allocatable :: s(:)           !! arc length along the chain [length], at home
-      real(wp), allocatable :: tributary(:)   !! half the length of the adjacent contact elements
+      real(wp), allocatable :: tributary(:)   !! half the length of the adjacent contact elements; 1 at the stops of nodes
       real(wp), allocatable :: gap_offset(:)
+      real(wp), allocatable :: overlap(:)     !! how deep each begins behind an obstacle that some step makes push it out
       logical, allocatable :: may_slide(:)
       logical, allocatable :: bilateral(:)    !! held by its obstacle for good: no sign counts
       real(wp), allocatable :: chain_length(:) !! (contacts) length of the closed chain, 0 when open
@@ -35,7 +36,7 @@ contains
       logical, intent(in) :: distributed      !! which contacts: those with distributed reactions, or the others
       type(candidates_t) :: list
       integer, allocatable :: next(:), previous(:)
-      logical, allocatable :: member(:), done(:), pinned(:)
+      logical, allocatable :: member(:), done(:), pinned(:), pushes_out(:)
       integer, allocatable :: order(:)
       integer :: c, e, i, node, total, first, rows
 
@@ -45,10 +46,15 @@ contains
       end do
       allocate (list%node(total), list%row(total), list%contact(total), list%obstacle(total), list%s(total), list%tributary(total))
       allocate (list%gap_offset(total), list%may_slide(total), list%bilateral(total))
+      allocate (list%overlap(total), source=0.0_wp)
       allocate (list%neighbour(2, total), list%element(2, total), source=0)
       allocate (list%chain_length(size(model%contact)), source=0.0_wp)
       if (total == 0) return
       pinned = nodes_that_stay(model)
+      allocate (pushes_out(size(model%obstacle)), source=.false.)
+      do i = 1, size(model%step)
+         pushes_out = pushes_out .or. abs(model%step(i)%load%resolved) > 0.0_wp
+      end do
       allocate (order(model%mesh%n_nodes))
       rows = 0
       do c = 1, size(model%contact)
@@ -60,6 +66,7 @@ contains
             allocate (next(mesh%n_nodes), previous(mesh%n_nodes), source=0)
             member(contact%node) = .true.
             do e = 1, mesh%n_elements
+               if (model%obstacle(contact%obstacle)%at_nodes) exit
                if (.not. (member(mesh%node(1, e)) .and. member(mesh%node(2, e)))) cycle
                ! A branching frame keeps the first element at a joint; the others start chains of their own.
                if (next(mesh%node(1, e)) == 0) next(mesh%node(1, e)) = e
@@ -99,11 +106,14 @@ contains
             list%obstacle(here) = model%contact(c)%obstacle
             list%gap_offset(here) = model%contact(c)%gap
             list%bilateral(here) = model%obstacle(list%obstacle(here))%bilateral
+            call obstacle_gap(model%obstacle(list%obstacle(here)), geometry%x(:, at), gap, normal, bend)
             if (list%bilateral(here)) then
                ! Without force at home, wherever that is.
-               call obstacle_gap(model%obstacle(list%obstacle(here)), geometry%x(:, at), gap, normal, bend)
                list%gap_offset(here) = -gap
+            else if (model%obstacle(list%obstacle(here))%at_nodes) then
+               list%gap_offset(here) = model%contact(c)%gap - gap
             end if
+            if (pushes_out(list%obstacle(here))) list%overlap(here) = max(-gap - list%gap_offset(here), 0.0_wp)
             list%s(here) = s
             list%tributary(here) = 0.0_wp
             element = next(at)
@@ -132,6 +142,7 @@ contains
                if (list%element(side, here) == 0) cycle
                list%tributary(here) = list%tributary(here) + 0.5_wp * geometry%element(list%element(side, here))%length
             end do
+            if (model%obstacle(model%contact(c)%obstacle)%at_nodes) list%tributary(here) = 1.0_wp
             list%may_slide(here) = .false.
             if (model%contact(c)%sliding) list%may_slide(here) = slides(here)
          end do
@@ -151,13 +162,16 @@ contains
             do k = 1, size(model%step)
                slides = slides .and. all(abs(model%step(k)%load%line_force(:, a) - &
                   & model%step(k)%load%line_force(:, b)) <= 0.0_wp) .and. &
-                  & abs(model%step(k)%load%pressure(a) - model%step(k)%load%pressure(b)) <= 0.0_wp
+                  & abs(model%step(k)%load%pressure(a) - model%step(k)%load%pressure(b)) <= 0.0_wp .and. &
+                  & abs(model%step(k)%load%strain(a) - model%step(k)%load%strain(b)) <= 0.0_wp .and. &
+                  & abs(model%step(k)%load%curvature(a) - model%step(k)%load%curvature(b)) <= 0.0_wp
             end do
          end associate
       end function slides
    end function new_candidates
 
-   !> Nodes with supports, springs, loads, monitors, on distributed foundations or with more or less than two elements keep their material point.
+   !> Nodes with supports, springs, stops, loads or monitors, on distributed foundations, or with more or less than two elements
+   !> keep their material point.
    function nodes_that_stay(model) result(pinned)
       type(model_t), intent(in) :: model
       logical, allocatable :: pinned(:)
@@ -178,6 +192,9 @@ contains
          do i = 1, mesh%n_nodes
             pinned(i) = pinned(i) .or. any(model%fixed(:, i))
             if (allocated(model%spring)) pinned(i) = pinned(i) .or. any(model%spring(:, i) > 0.0_wp)
+         end do
+         do k = 1, size(model%contact)
+            if (model%obstacle(model%contact(k)%obstacle)%at_nodes) pinned(model%contact(k)%node) = .true.
          end do
          do k = 1, size(model%step)
             do i = 1, mesh%n_nodes

@@ -9,7 +9,8 @@ module contact_regions
    use kinds, only: wp, degree
    use model, only: obstacle_t, obstacle_line, obstacle_circle
    use problem, only: problem_t
-   use rod_state, only: state_t, candidate_position
+   use rod_state, only: state_t, candidate_position, candidate_offset, element_load
+   use ge_element, only: ge_load_t
    use reference_curve, only: curve_length
    use obstacle_geometry, only: obstacle_gap, has_angle, contact_angle, contact_curvature
    use section_forces, only: local_forces, rod_direction
@@ -210,8 +211,10 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate, side
       real(wp) :: local(3, 2), near, far, slope, h, direction, a, b, root, other
+      type(ge_load_t) :: load
       integer :: e, inner, outer
       e = problem%candidates%element(side, candidate)
+      load = element_load(problem, state, e)
       inner = merge(2, 1, side == 1)
       outer = 3 - inner
       direction = merge(-1.0_wp, 1.0_wp, side == 1)
@@ -241,9 +244,9 @@ contains
       real(wp) function misfit(k, c)
          integer, intent(in) :: k, c
          real(wp) :: stretch
-         stretch = 1.0_wp + local(1, k) * problem%compliance(e)%axial
-         misfit = natural_curvature(state%geometry%element(e)) + local(3, k) * problem%compliance(e)%bending &
-            & - stretch * obstacle_curvature(k, c, 0.0_wp)
+         stretch = 1.0_wp + load%strain + local(1, k) * problem%compliance(e)%axial
+         misfit = natural_curvature(state%geometry%element(e)) + load%curvature + &
+            & local(3, k) * problem%compliance(e)%bending - stretch * obstacle_curvature(k, c, 0.0_wp)
       end function misfit
 
       !> Curvature of a rod on the obstacle, at the point nearest to a candidate moved along the rod.
@@ -256,7 +259,7 @@ contains
          associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(c)))
             x = candidate_position(problem, state, c) + moved * t
             call obstacle_gap(obstacle, x, gap, normal, bend)
-            curvature = contact_curvature(obstacle, x - (gap + problem%candidates%gap_offset(c)) * normal, t)
+            curvature = contact_curvature(obstacle, x - (gap + candidate_offset(problem, state, c)) * normal, t)
          end associate
       end function obstacle_curvature
 

@@ -10,8 +10,8 @@
 module contact_set
    use kinds, only: wp
    use problem, only: problem_t, dof
-   use rod_state, only: state_t
-   use linear_system, only: system_t, to_global, row_times
+   use rod_state, only: state_t, parallel
+   use linear_system, only: system_t, to_global, row_times, contact_reaction, turn_pair
    use bordered_system, only: solve_bordered
    use lemke, only: solve_lcp, outcome_name, lcp_solved
    use lcp_check, only: lcp_error
@@ -105,12 +105,12 @@ contains
          if (system%soft(c)) then
             reaction(c) = system%push(c) - system%spring(c) * (gap(c) - system%gap(c))
          else if (system%unknown(c) > 0) then
-            reaction(c) = system%residual(system%unknown(c)) / system%slope(c) + reaction_change(system, c, x, y)
+            reaction(c) = contact_reaction(system, c, system%residual) + reaction_change(system, c, x, y)
          end if
       end do
    end subroutine predict
 
-   !> Change of a candidate's gap; an obstacle moves with the load factor.
+   !> Change of a candidate's gap; an obstacle moves, or a gap closes, with the load factor.
    pure real(wp) function gap_change(problem, system, candidate, x, y)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -119,24 +119,36 @@ contains
       real(wp) :: du(3)
       integer :: k
       du = to_global(problem, system, x, problem%candidates%node(candidate))
-      gap_change = dot_product(system%normal(:, candidate), du(1:2) - y(1) * system%motion(:, candidate))
+      gap_change = dot_product(system%normal(:, candidate), du(1:2) - y(1) * system%motion(:, candidate)) - &
+         & y(1) * system%closing(candidate)
       do k = 1, system%n_slides
          if (system%slide(k) == candidate) gap_change = gap_change + system%slide_gap(k) * y(1 + k)
       end do
    end function gap_change
 
-   !> Change of the reaction of an active rigid candidate: its row of the equilibrium equations.
+   !> Change of the reaction of an active rigid candidate: its row of the equilibrium equations, and that of its partner.
    pure real(wp) function reaction_change(system, candidate, x, y)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
       real(wp), intent(in) :: x(:), y(:)
-      integer :: d, k
-      d = system%unknown(candidate)
-      reaction_change = row_times(system, d, x) - system%load(d) * y(1)
-      do k = 1, system%n_slides
-         reaction_change = reaction_change - system%slide_column(d, k) * y(1 + k)
-      end do
-      reaction_change = reaction_change / system%slope(candidate)
+      integer :: p
+      reaction_change = force_change(candidate) / system%slope(candidate)
+      p = system%partner(candidate)
+      if (p > 0) reaction_change = reaction_change - &
+         & dot_product(system%normal(:, candidate), system%normal(:, p)) * force_change(p) / system%slope(p)
+
+   contains
+
+      !> Change of the force on the unknown that a candidate eliminates.
+      pure real(wp) function force_change(c)
+         integer, intent(in) :: c
+         integer :: d, k
+         d = system%unknown(c)
+         force_change = row_times(system, d, x) - system%load(d) * y(1)
+         do k = 1, system%n_slides
+            force_change = force_change - system%slide_column(d, k) * y(1 + k)
+         end do
+      end function force_change
    end function reaction_change
 
    !> Derivative of the reaction of an active candidate along the path, by the load factor.
@@ -175,7 +187,7 @@ contains
       type(contact_step_t), intent(inout) :: result
       type(timers_t), intent(inout) :: timers
       integer, allocatable :: doubt(:)
-      logical, allocatable :: in_doubt(:), wrong(:)
+      logical, allocatable :: in_doubt(:), wrong(:), wrong_at(:)
       real(wp), allocatable :: m(:, :), q(:), z(:), w(:), gap_0(:), reaction_0(:), x_all(:), y_all(:)
       integer :: nc, round, n, old, c, i, k, outcome, pivots
       logical :: ok
@@ -198,9 +210,11 @@ contains
             return
          end if
          old = n
+         wrong_at = wrong_nodes()
          do c = 1, nc
             if (in_doubt(c)) cycle
-            ok = wrong(c)
+            ! Two obstacles of one node may hand it over to each other.
+            ok = wrong_at(problem%candidates%node(c))
             do i = 1, 2
                k = problem%candidates%neighbour(i, c)
                if (k > 0) ok = ok .or. wrong(k)
@@ -231,7 +245,7 @@ contains
          end do
          do k = 1, n
             do i = merge(old + 1, 1, k <= old), n
-               m(i, k) = response(doubt(i), x(:, k), y(:, k))
+               m(i, k) = response(doubt(i), x(:, k), y(:, k)) - relief(doubt(i), doubt(k))
             end do
             ! Compliance of the foundation, or its stiffness seen from an opening.
             if (k <= old .or. .not. system%soft(doubt(k))) cycle
@@ -269,6 +283,13 @@ contains
             y_all = y_all + z(k) * y(:, k)
          end do
          call predict(problem, system, x_all, y_all, state%active, gap, reaction)
+         do k = 1, n
+            if (.not. z(k) > 0.0_wp) cycle
+            do c = 1, nc
+               if (problem%candidates%node(c) == problem%candidates%node(doubt(k))) reaction(c) = reaction(c) - &
+                  & z(k) * relief(c, doubt(k))
+            end do
+         end do
          if (round == max_rounds) then
             result%ok = .false.
             result%message = 'the contact set did not settle'
@@ -288,11 +309,45 @@ contains
             result%reaction(c) = z(k)
          end if
       end do
+      call hold_once()
       result%x = x_all
       result%y = y_all
       if (any(result%active .neqv. state%active)) call count_up(timers, counter_set_changes)
 
    contains
+
+      !> Two rigid obstacles cannot hold one node along one line: the one that does not push is let go, though it touches.
+      subroutine hold_once()
+         integer :: i, j
+         do i = 1, n
+            if (.not. held(doubt(i))) cycle
+            do j = 1, n
+               if (i == j .or. .not. held(doubt(j))) cycle
+               if (problem%candidates%node(doubt(i)) /= problem%candidates%node(doubt(j))) cycle
+               associate (a => system%normal(:, doubt(i)), b => system%normal(:, doubt(j)))
+                  if (abs(a(1) * b(2) - a(2) * b(1)) >= parallel) cycle
+               end associate
+               if (result%reaction(doubt(i)) < result%reaction(doubt(j))) result%active(doubt(i)) = .false.
+            end do
+         end do
+         where (.not. result%active) result%reaction = 0.0_wp
+      end subroutine hold_once
+
+      !> True for a rigid contact of the answer.
+      pure logical function held(c)
+         integer, intent(in) :: c
+         held = result%active(c) .and. .not. system%soft(c)
+      end function held
+
+      !> The nodes of wrong candidates.
+      function wrong_nodes() result(at)
+         logical :: at(problem%model%mesh%n_nodes)
+         integer :: k
+         at = .false.
+         do k = 1, nc
+            if (wrong(k)) at(problem%candidates%node(k)) = .true.
+         end do
+      end function wrong_nodes
 
       !> Response of the complementary variable w of a candidate to a solution of the system.
       real(wp) function response(candidate, column, border)
@@ -306,30 +361,53 @@ contains
          end if
       end function response
 
+      !> How much of a rigid contact's reaction is taken over at once by the force that is the column of another candidate
+      !> of the same node.
+      real(wp) function relief(candidate, other)
+         integer, intent(in) :: candidate, other
+         real(wp) :: force(system%n)
+         integer :: d
+         relief = 0.0_wp
+         if (candidate == other .or. problem%candidates%node(candidate) /= problem%candidates%node(other)) return
+         if (.not. state%active(candidate) .or. system%unknown(candidate) == 0) return
+         if (state%active(other) .and. system%unknown(other) > 0) return
+         force = 0.0_wp
+         d = dof(problem, problem%candidates%node(other), 1)
+         force(d:d + 1) = column_force(other)
+         relief = contact_reaction(system, candidate, force)
+      end function relief
+
+      !> The force whose response is the column of a candidate, in node axes: a unit of reaction, or that of a unit of opening.
+      function column_force(candidate) result(force)
+         integer, intent(in) :: candidate
+         real(wp) :: force(2)
+         force = system%normal(:, candidate)
+         associate (node => problem%candidates%node(candidate))
+            if (system%turned(node)) call turn_pair(system%axis(:, node), force)
+         end associate
+         if (state%active(candidate)) force = force * system%spring(candidate)
+      end function column_force
+
       !> Response to a unit reaction of an open candidate, or to a unit opening of an active one.
       subroutine solve_column(candidate, column, border, solved)
          integer, intent(in) :: candidate
          real(wp), intent(inout) :: column(:)
          real(wp), intent(out) :: border(:)
          logical, intent(out) :: solved
-         real(wp) :: rhs(system%n), prescribed(system%n), none(system%n_slides), normal(2)
-         integer :: d, node
+         real(wp) :: rhs(system%n), prescribed(system%n), none(system%n_slides)
+         integer :: d
          rhs = 0.0_wp
          prescribed = 0.0_wp
          none = 0.0_wp
          if (state%active(candidate) .and. system%unknown(candidate) > 0) then
             prescribed(system%unknown(candidate)) = 1.0_wp / system%slope(candidate)
+            d = system%partner(candidate)
+            ! The node moves along the other obstacle of its corner.
+            if (d > 0) prescribed(system%unknown(d)) = -prescribed(system%unknown(candidate)) * &
+               & dot_product(system%normal(:, candidate), system%normal(:, d)) / system%slope(d)
          else
-            node = problem%candidates%node(candidate)
-            normal = system%normal(:, candidate)
-            d = dof(problem, node, 1)
-            if (system%turned(node)) then
-               associate (a => system%axis(:, node))
-                  normal = [a(1) * normal(1) + a(2) * normal(2), a(1) * normal(2) - a(2) * normal(1)]
-               end associate
-            end if
-            if (state%active(candidate)) normal = normal * system%spring(candidate)
-            rhs(d:d + 1) = normal
+            d = dof(problem, problem%candidates%node(candidate), 1)
+            rhs(d:d + 1) = column_force(candidate)
          end if
          call solve_bordered(problem, system, rhs, prescribed, 0.0_wp, none, column, border, solved, timers)
       end subroutine solve_column

@@ -3,7 +3,8 @@ module gap_profile
    use kinds, only: wp
    use problem, only: problem_t
    use candidates, only: candidates_t
-   use rod_state, only: state_t, candidate_gap, chain_gap
+   use rod_state, only: state_t, candidate_gap, chain_gap, element_load
+   use ge_element, only: ge_load_t
    use rod_geometry, only: element_geometry_t
    use section_forces, only: local_forces, rod_direction
    implicit none
@@ -33,29 +34,32 @@ contains
       do side = 1, 2
          c = candidate
          if (side == 2) c = list%neighbour(2, candidate)
-         call end_derivatives(problem, state, list, c, e, side, local(3, side), profile%value(side), profile%slope(side), &
+         call end_derivatives(problem, state, list, c, e, side, local(:, side), profile%value(side), profile%slope(side), &
             & profile%bend(side))
       end do
       profile%slope = profile%slope * h
       profile%bend = profile%bend * h**2
    end function element_profile
 
-   !> Gap, its slope and its second derivative along the rod at one end of an element.
-   subroutine end_derivatives(problem, state, list, candidate, e, side, moment, gap, slope, second)
+   !> Gap, its slope and its second derivative by the stress-free arc length at one end of an element.
+   subroutine end_derivatives(problem, state, list, candidate, e, side, forces, gap, slope, second)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(candidates_t), intent(in) :: list
       integer, intent(in) :: candidate, e, side
-      real(wp), intent(in) :: moment       !! at that end
+      real(wp), intent(in) :: forces(3)    !! N, Q, M at that end
       real(wp), intent(out) :: gap, slope, second
-      real(wp) :: normal(2), bend, angle, t(2), curvature, across
+      real(wp) :: normal(2), bend, angle, t(2), curvature, across, along
+      type(ge_load_t) :: load
+      load = element_load(problem, state, e)
       call chain_gap(problem, state, list, candidate, gap, normal, bend)
       angle = rod_direction(problem, state, e, side)
       t = [cos(angle), sin(angle)]
-      slope = dot_product(normal, t)
+      along = stretch(problem, state, e, forces(1))
+      slope = along * dot_product(normal, t)
       across = normal(2) * t(1) - normal(1) * t(2)
-      curvature = natural_curvature(state%geometry%element(e)) + moment * problem%compliance(e)%bending
-      second = bend * across**2 + curvature * across
+      curvature = natural_curvature(state%geometry%element(e)) + load%curvature + forces(3) * problem%compliance(e)%bending
+      second = along * (along * bend * across**2 + curvature * across)
    end subroutine end_derivatives
 
    !> The gap at a place.
@@ -174,18 +178,30 @@ contains
       end do
    end function smallest_gap
 
-   !> Gap of a candidate and its derivative along the rod, seen from one end of an element.
+   !> Gap of a candidate of either list and its derivative by the stress-free arc length, seen from one end of an element.
    subroutine gap_and_slope(problem, state, list, candidate, e, side, gap, slope)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(candidates_t), intent(in) :: list
       integer, intent(in) :: candidate, e, side
       real(wp), intent(out) :: gap, slope
-      real(wp) :: normal(2), bend, angle
+      real(wp) :: normal(2), bend, angle, local(3, 2)
       call chain_gap(problem, state, list, candidate, gap, normal, bend)
+      call local_forces(problem, state, e, local)
       angle = rod_direction(problem, state, e, side)
-      slope = normal(1) * cos(angle) + normal(2) * sin(angle)
+      slope = stretch(problem, state, e, local(1, side)) * (normal(1) * cos(angle) + normal(2) * sin(angle))
    end subroutine gap_and_slope
+
+   !> Deformed over stress-free length where the normal force is n.
+   pure real(wp) function stretch(problem, state, e, n)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(in) :: n
+      type(ge_load_t) :: load
+      load = element_load(problem, state, e)
+      stretch = 1.0_wp + load%strain + n * problem%compliance(e)%axial
+   end function stretch
 
    !> Hermite quintic on (0, 1).
    pure real(wp) function quintic(value, slope, bend, tau)

@@ -164,7 +164,7 @@ contains
       type(card_spec_t), allocatable, intent(inout) :: t(:)
       character(*), parameter :: of_material = 'SECTION=RECT|CIRC|PIPE|GENERAL'
 
-      call card(t, 'MATERIAL', in_model, 'Begins a material; `*ELASTIC` and `*DENSITY` follow.')
+      call card(t, 'MATERIAL', in_model, 'Begins a material; `*ELASTIC`, `*DENSITY` and `*EXPANSION` follow.')
       call param(t, 'NAME', kind_name, 'each once')
 
       call card(t, 'ELASTIC', in_model, 'Elastic constants of the material.', follows='MATERIAL')
@@ -175,6 +175,10 @@ contains
       call card(t, 'DENSITY', in_model, 'Density of the material, for self-weight.', follows='MATERIAL')
       call lines(t, most=1)
       call field(t, 'rho', kind_real, 'mass per volume', unit='mass/length^3', bound=positive)
+
+      call card(t, 'EXPANSION', in_model, 'Thermal expansion of the material.', follows='MATERIAL')
+      call lines(t, most=1)
+      call field(t, 'alpha', kind_real, 'strain per unit of temperature', unit='1/temperature', bound=not_zero)
 
       call card(t, 'BEAM SECTION', in_model, 'Stiffness of the elements of a set. Every element has exactly one '// &
          'section.')
@@ -204,6 +208,7 @@ contains
          bound=positive)
       call field(t, 'mass', kind_real, 'per unit length, for self-weight', unit='mass/length', default='0', &
          bound=not_negative)
+      call field(t, 'alpha', kind_real, 'thermal strain per unit of temperature', unit='1/temperature', default='0')
    end subroutine section_cards
 
    pure subroutine contact_cards(t)
@@ -307,5 +312,15 @@ contains
       call field(t, 'node or set', kind_label_or_set, 'a node label or the name of a node set; each node gets the spring')
       call field(t, 'dof', kind_integer, '1 (x), 2 (y), 6 (rotation)', bound=positive)
       call field(t, 'stiffness', kind_real, 'reaction over displacement', unit='force/length or moment/radian', bound=positive)
+
+      call card(t, 'GAP', in_model, 'One-sided supports of nodes: stops that push once their clearance is used up, and never '// &
+         'pull. Rigid, or with STIFFNESS or LAW. The stops of a card are one obstacle to `*MONITOR` and the cards of a step.')
+      call param(t, 'NAME', kind_name, 'each once, among obstacles too')
+      call param(t, 'DIRECTION', kind_real, 'in which the stops push, in degrees anticlockwise from the x axis', default='90')
+      call param(t, 'STIFFNESS', kind_real, 'of a stop: force over penetration', optional=.true., bound=positive)
+      call param(t, 'LAW', kind_name, 'a *FOUNDATION LAW, its force that of a stop', optional=.true.)
+      call lines(t)
+      call field(t, 'node or set', kind_label_or_set, 'a node label or the name of a node set; each node gets a stop')
+      call field(t, 'clearance', kind_real, 'how far the node may move against the direction', unit='length', default='0')
    end subroutine support_cards
 end module card_table

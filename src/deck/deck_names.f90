@@ -34,8 +34,8 @@ module deck_names
       logical :: imperfections_incomplete = .false. !! an *IMPERFECTION has errors
       logical :: sections_incomplete = .false. !! a card of materials or sections has errors
       logical :: supports_incomplete = .false. !! a *BOUNDARY has errors
-      logical :: loads_incomplete = .false.    !! a *CLOAD, *DLOAD or *OBSTACLE MOTION has errors
-      logical :: contacts_incomplete = .false. !! a *CONTACT has errors
+      logical :: loads_incomplete = .false.    !! a card of loads in a step has errors
+      logical :: contacts_incomplete = .false. !! a *CONTACT or *GAP has errors
       logical :: unknown_cards = .false.       !! a keyword is not known
       type(label_map_t) :: node, element   !! from label to index
       integer :: least_node = huge(1), greatest_node = 0

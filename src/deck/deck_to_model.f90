@@ -17,6 +17,7 @@ module deck_to_model
    use read_foundation_laws, only: read_foundation_law_cards
    use read_obstacles, only: read_obstacle_cards
    use read_contact, only: read_contact_cards
+   use read_gap_supports, only: read_gap_cards
    use read_monitors, only: read_monitor_cards
    use read_steps, only: read_step_cards
    use read_loads, only: read_load_cards
@@ -60,6 +61,7 @@ contains
       call read_obstacle_cards(deck, names, model, diagnostics)
       n = diagnostics%n
       call read_contact_cards(deck, names, model, diagnostics)
+      call read_gap_cards(deck, names, model, diagnostics)
       if (diagnostics%n > n) names%contacts_incomplete = .true.
       call read_monitor_cards(deck, names, model, diagnostics)
       call read_step_cards(deck, names, model, diagnostics)
@@ -104,7 +106,7 @@ contains
             names%mesh_incomplete = .true.
          case ('IMPERFECTION')
             names%imperfections_incomplete = .true.
-         case ('MATERIAL', 'ELASTIC', 'DENSITY', 'BEAM SECTION')
+         case ('MATERIAL', 'ELASTIC', 'DENSITY', 'EXPANSION', 'BEAM SECTION')
             names%sections_incomplete = .true.
             names%material%incomplete = .true.
          case ('FOUNDATION LAW')
@@ -113,6 +115,9 @@ contains
             names%obstacle%incomplete = .true.
          case ('CONTACT')
             names%contacts_incomplete = .true.
+         case ('GAP')
+            names%obstacle%incomplete = .true.
+            names%contacts_incomplete = .true.
          case ('MONITOR')
             names%monitor%incomplete = .true.
          case ('SPRING')
@@ -120,7 +125,7 @@ contains
          case ('BOUNDARY')
             names%supports_incomplete = .true.
             names%loads_incomplete = .true.
-         case ('CLOAD', 'DLOAD', 'OBSTACLE MOTION')
+         case ('CLOAD', 'DLOAD', 'TEMPERATURE', 'OBSTACLE MOTION', 'CONTACT INTERFERENCE')
             names%loads_incomplete = .true.
          end select
       end do

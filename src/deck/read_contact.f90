@@ -9,6 +9,7 @@ module read_contact
    use deck_cards, only: deck_t, complain
    use card_values, only: given, parameter_word, parameter_real, parameter_place, value_place
    use deck_names, only: deck_names_t, find_set, find_named
+   use read_interference, only: pushes_out
    implicit none
    private
    public :: read_contact_cards
@@ -47,6 +48,8 @@ contains
                ' is BILATERAL and holds its candidates where they begin; GAP would have no effect')
             if (contact%sliding) then
                reason = no_sliding(model, contact)
+               if (reason == '' .and. pushes_out(deck, model%obstacle(contact%obstacle)%name)) &
+                  reason = 'an obstacle that no *CONTACT INTERFERENCE, SHRINK names'
                contact%sliding = reason == ''
                if (points == 'SLIDING' .and. reason /= '') &
                   call complain(deck, diagnostics, card, parameter_place(deck, card, 'POINTS'), 'SLIDING needs '//reason)
@@ -95,13 +98,15 @@ contains
       end do
       call check_size()
       if (model%obstacle(contact%obstacle)%bilateral) return
+      if (pushes_out(deck, model%obstacle(contact%obstacle)%name)) return
       call check_imperfect()
       if (deepest == 0 .or. least >= -penetration_tolerance * extent) return
       if (names%obstacle%incomplete) return ! its place may be wrong
       hint = 'the order of its points'
       if (model%obstacle(contact%obstacle)%kind == obstacle_circle) hint = 'its SIDE'
       if (model%obstacle(contact%obstacle)%kind == obstacle_arc) hint = 'which of its angles comes first'
-      call wrong('node '//label(deepest)//' begins '//rounded(-least)//' behind the obstacle; check '//hint//', or GAP')
+      call wrong('node '//label(deepest)//' begins '//rounded(-least)//' behind the obstacle; check '//hint//', or GAP; '// &
+         'what is meant to penetrate is pushed out by *CONTACT INTERFERENCE, SHRINK')
 
    contains
 
@@ -119,7 +124,7 @@ contains
             worst = contact%node(k)
          end do
          if (worst > 0) call wrong('the imperfection puts node '//label(worst)//' '//rounded(-deepest_gap)// &
-            ' behind the obstacle; leave it room with GAP')
+            ' behind the obstacle; leave it room with GAP, or push it out with *CONTACT INTERFERENCE, SHRINK')
       end subroutine check_imperfect
 
       !> Contact is looked for at nodes and along elements that see the obstacle: what bulges towards the structure must not

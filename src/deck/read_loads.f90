@@ -1,4 +1,4 @@
-!> *CLOAD, *DLOAD, *BOUNDARY and *OBSTACLE MOTION of the steps: what grows with the load factor.
+!> The loads of the steps: all that grows with the load factor.
 module read_loads
    use kinds, only: wp
    use text, only: to_text
@@ -8,6 +8,7 @@ module read_loads
    use card_values, only: field_given, field_place, field_word, field_integer, field_real
    use deck_names, only: deck_names_t, find_nodes, find_elements
    use read_obstacles, only: read_motion
+   use read_interference, only: read_interference_line
    use read_supports, only: read_dofs, dof_number
    implicit none
    private
@@ -19,16 +20,21 @@ contains
    subroutine read_load_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names           !! with the mesh and obstacles
-      type(model_t), intent(inout) :: model             !! with sections, supports and obstacles; gets step%load
+      type(model_t), intent(inout) :: model             !! with sections, supports and contacts; gets step%load
       type(diagnostics_t), intent(inout) :: diagnostics
       integer :: card, line, s
       integer :: prescribed_in(3, model%mesh%n_nodes)   ! line of the deck, for the step being read
+      integer :: shrunk_in(size(model%obstacle))        ! and since the structure was free of stress
       do s = 1, size(model%step)
          model%step(s)%load = new_load(model%mesh%n_nodes, model%mesh%n_elements, size(model%obstacle))
       end do
       prescribed_in = 0
+      shrunk_in = 0
       do card = 1, deck%n_cards
-         if (deck%card(card)%keyword == 'STEP') prescribed_in = 0
+         if (deck%card(card)%keyword == 'STEP') then
+            prescribed_in = 0
+            if (begins_anew(deck, deck%card(card)%step)) shrunk_in = 0
+         end if
          if (.not. deck%card(card)%sound .or. deck%card(card)%step == 0) cycle
          associate (load => model%step(deck%card(card)%step)%load)
             do line = deck%card(card)%first_line, deck%card(card)%last_line
@@ -38,8 +44,12 @@ contains
                   call read_node_load(deck, names, model, diagnostics, line, load)
                case ('DLOAD')
                   call read_element_load(deck, names, model, diagnostics, line, load)
+               case ('TEMPERATURE')
+                  call read_temperature(deck, names, model, diagnostics, line, load)
                case ('OBSTACLE MOTION')
                   call read_motion(deck, names, diagnostics, line, load)
+               case ('CONTACT INTERFERENCE')
+                  call read_interference_line(deck, names, model, diagnostics, line, shrunk_in, load)
                case ('BOUNDARY')
                   call read_displacement(deck, names, model, diagnostics, line, prescribed_in, load)
                end select
@@ -47,6 +57,17 @@ contains
          end associate
       end do
    end subroutine read_load_cards
+
+   !> True for a step with modes as imperfections: it starts from the stress-free structure.
+   pure logical function begins_anew(deck, step)
+      type(deck_t), intent(in) :: deck
+      integer, intent(in) :: step
+      integer :: card
+      begins_anew = .false.
+      do card = 1, deck%n_cards
+         if (deck%card(card)%step == step) begins_anew = begins_anew .or. deck%card(card)%keyword == 'IMPERFECTION'
+      end do
+   end function begins_anew
 
    !> *CLOAD: node or set, dof, magnitude.
    subroutine read_node_load(deck, names, model, diagnostics, line, load)
@@ -125,6 +146,34 @@ contains
          end select
       end do
    end subroutine read_element_load
+
+   !> *TEMPERATURE: element or set, change, gradient.
+   subroutine read_temperature(deck, names, model, diagnostics, line, load)
+      type(deck_t), intent(in) :: deck
+      type(deck_names_t), intent(in) :: names
+      type(model_t), intent(in) :: model
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer, intent(in) :: line
+      type(load_t), intent(inout) :: load
+      integer, allocatable :: elements(:)
+      integer :: i, e
+      call find_elements(deck, names, diagnostics, line, 1, elements)
+      do i = 1, size(elements)
+         e = elements(i)
+         if (model%mesh%section(e) == 0) cycle ! reported elsewhere
+         associate (alpha => model%section(model%mesh%section(e))%expansion)
+            if (.not. (abs(alpha) > 0.0_wp .or. names%sections_incomplete)) then
+               call complain(deck, diagnostics, deck%data_line(line)%card, field_place(deck, line, 1), 'element '// &
+                  to_text(model%mesh%element_label(e))//' does not expand; alpha comes from *EXPANSION, or from alpha on '// &
+                  '*BEAM SECTION, SECTION=STIFFNESS')
+               return
+            end if
+            load%strain(e) = load%strain(e) + alpha * field_real(deck, line, 2)
+            ! Hot on its left an element bends to the right.
+            load%curvature(e) = load%curvature(e) - alpha * field_real(deck, line, 3)
+         end associate
+      end do
+   end subroutine read_temperature
 
    !> *BOUNDARY in a step: node or set, dof, last dof, value.
    subroutine read_displacement(deck, names, model, diagnostics, line, prescribed_in, load)

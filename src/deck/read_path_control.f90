@@ -196,8 +196,8 @@ contains
       associate (step => model%step(s))
          if (.not. (names%loads_incomplete .or. names%mesh_incomplete .or. names%supports_incomplete .or. &
             names%sections_incomplete .or. has_load(step))) call complain(deck, diagnostics, step_card, &
-            deck%card(step_card)%place, 'the step has no load: no *CLOAD, *DLOAD, *OBSTACLE MOTION or prescribed '// &
-            'displacement other than zero')
+            deck%card(step_card)%place, 'the step has no load: no *CLOAD, *DLOAD, *TEMPERATURE, *OBSTACLE MOTION, '// &
+            '*CONTACT INTERFERENCE or prescribed displacement other than zero')
          if (static_card == 0 .or. buckling) return
          if (.not. deck%card(static_card)%sound) return
          if (step%method == method_displacement .and. step%monitor > 0) call check_control()
@@ -231,6 +231,8 @@ contains
       type(step_t), intent(in) :: step
       has_load = any(abs(step%load%node_force) > 0.0_wp) .or. any(abs(step%load%line_force) > 0.0_wp) .or. &
          any(abs(step%load%pressure) > 0.0_wp) .or. any(abs(step%load%displacement) > 0.0_wp) .or. &
-         any(abs(step%load%motion) > 0.0_wp)
+         any(abs(step%load%strain) > 0.0_wp) .or. any(abs(step%load%curvature) > 0.0_wp) .or. &
+         any(abs(step%load%motion) > 0.0_wp) .or. any(abs(step%load%closing) > 0.0_wp) .or. &
+         any(abs(step%load%resolved) > 0.0_wp)
    end function has_load
 end module read_path_control

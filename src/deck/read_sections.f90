@@ -1,4 +1,4 @@
-!> *MATERIAL, *ELASTIC, *DENSITY and *BEAM SECTION: the stiffness of every element.
+!> *MATERIAL, *ELASTIC, *DENSITY, *EXPANSION and *BEAM SECTION: what every element is made of.
 module read_sections
    use kinds, only: wp, pi
    use text, only: to_text
@@ -13,8 +13,8 @@ module read_sections
    public :: read_section_cards
 
    type :: material_t
-      real(wp) :: e = 1.0_wp, nu = 0.0_wp, rho = 0.0_wp
-      integer :: card = 0, elastic_card = 0, density_card = 0 !! where they stand, 0: not given
+      real(wp) :: e = 1.0_wp, nu = 0.0_wp, rho = 0.0_wp, alpha = 0.0_wp
+      integer :: card = 0, elastic_card = 0, density_card = 0, expansion_card = 0 !! where they stand, 0: not given
    end type material_t
 
 contains
@@ -61,6 +61,10 @@ contains
             if (m == 0) cycle
             call only_once(material(m)%density_card)
             if (deck%data_line(line)%sound) material(m)%rho = field_real(deck, line, 1)
+         case ('EXPANSION')
+            if (m == 0) cycle
+            call only_once(material(m)%expansion_card)
+            if (deck%data_line(line)%sound) material(m)%alpha = field_real(deck, line, 1)
          end select
       end do
 
@@ -122,7 +126,7 @@ contains
       if (.not. (names%mesh_incomplete .or. names%sections_incomplete)) call check_complete(model, diagnostics)
    end subroutine read_beam_sections
 
-   !> EA, EI, GA and mass of a shape made of a material.
+   !> EA, EI, GA, mass and expansion of a shape made of a material.
    subroutine section_of_material(deck, diagnostics, card, material, section)
       type(deck_t), intent(in) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics
@@ -168,6 +172,7 @@ contains
       section%ei = material%e * inertia
       section%ga = 0.5_wp * material%e / (1.0_wp + material%nu) * shear_area
       section%mass = material%rho * area
+      section%expansion = material%alpha
    end subroutine section_of_material
 
    !> SECTION=STIFFNESS: the numbers as they are.
@@ -182,6 +187,7 @@ contains
       section%shear_rigid = .not. field_given(deck, line, 3)
       if (.not. section%shear_rigid) section%ga = field_real(deck, line, 3)
       section%mass = field_real(deck, line, 4)
+      section%expansion = field_real(deck, line, 5)
    end subroutine section_of_stiffness
 
    !> Is there an element without a section?

@@ -82,12 +82,31 @@ contains
       call field(t, 'x direction', kind_real, 'GRAV only, and required there; any length', optional=.true.)
       call field(t, 'y direction', kind_real, 'GRAV only, and required there', optional=.true.)
 
+      call card(t, 'TEMPERATURE', in_step, 'Heats elements: strain and curvature that they would take without stress. The '// &
+         'coefficient is that of `*EXPANSION`, or alpha on `*BEAM SECTION, SECTION=STIFFNESS`; repeated ones add up.')
+      call lines(t)
+      call field(t, 'element or set', kind_label_or_set, 'an element label or the name of an element set')
+      call field(t, 'change', kind_real, 'of the temperature of the axis at load factor 1', unit='temperature')
+      call field(t, 'gradient', kind_real, 'of the temperature through the depth at load factor 1, positive where it rises '// &
+         'to the left of the element''s direction', unit='temperature/length', default='0')
+
       call card(t, 'OBSTACLE MOTION', in_step, 'Moves obstacles. What earlier steps have moved stays there; repeated '// &
          'motions add up.')
       call lines(t)
       call field(t, 'obstacle', kind_name, 'which one')
       call field(t, 'dx', kind_real, 'motion at load factor 1', unit='length')
       call field(t, 'dy', kind_real, 'motion at load factor 1', unit='length')
+
+      call card(t, 'CONTACT INTERFERENCE', in_step, 'Closes gaps: the surface of an obstacle, or the stops of a `*GAP`, move '// &
+         'towards the structure everywhere along their normal. What earlier steps have closed stays closed; repeated values '// &
+         'add up.')
+      call param(t, 'SHRINK', kind_flag, 'the amount is what each candidate begins behind the obstacle; it is allowed then, '// &
+         'and pushed out from load factor 0 to 1', optional=.true.)
+      call lines(t, when='SHRINK')
+      call field(t, 'obstacle', kind_name, 'which one; once in a deck')
+      call lines(t)
+      call field(t, 'obstacle', kind_name, 'which one')
+      call field(t, 'interference', kind_real, 'by how much the gaps close at load factor 1', unit='length')
    end subroutine load_cards
 
    pure subroutine path_cards(t)

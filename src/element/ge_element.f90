@@ -1,9 +1,10 @@
 !> The geometrically exact rod element: Gauss collocation of the rod equations between two nodes, order 2 to 8.
 !>
-!>   r' = C [(1 + N/EA) t + (Q/GA) nu]     N = n.t, Q = n.nu, t at the angle (stress-free angle + rotation)
-!>   rotation' = m/EI                       n' = -q - p J r' - f(r)     m' = -r' x n
+!>   r' = C [(1 + e + N/EA) t + (Q/GA) nu] N = n.t, Q = n.nu, t at the angle (stress-free angle + rotation)
+!>   rotation' = k + m/EI                   n' = -q - p J r' - f(r)     m' = -r' x n
 !>
 !> q: dead load per unit stress-free length, p: follower pressure per deformed length, J: a quarter turn anticlockwise,
+!> e, k: strain and curvature that heat gives without any stress,
 !> f: force per unit stress-free length that depends on the position, from foundations. Its quadrature is free (a contact
 !> may end inside the element): the stages take n_i = n_1 - ... - h sum_q w_q (1 - A_i(tau_q)/b_i) f_q, A_i the integral of
 !> the Lagrange polynomial, which is what the virtual work of f_q says and with the Gauss points is the collocation itself.
@@ -39,6 +40,8 @@ module ge_element
    type :: ge_load_t
       real(wp) :: line(2) = 0.0_wp, line_rate(2) = 0.0_wp
       real(wp) :: pressure = 0.0_wp, pressure_rate = 0.0_wp
+      real(wp) :: strain = 0.0_wp, strain_rate = 0.0_wp       !! without stress: e
+      real(wp) :: curvature = 0.0_wp, curvature_rate = 0.0_wp !! without stress: k
    end type ge_load_t
 
    ! Columns of the local linearisation before condensation.
@@ -100,6 +103,7 @@ contains
       real(wp) :: dphi(n_by), dn(2, n_by), dend(3, n_by), dtail(3, n_by), flexibility(3, 3), &
          & ends(3, ge_columns + 2)
       real(wp) :: t(2), nu(2), axial, shear, beta, end_defect(3), tail(3), hc, he, residual_m, turn(2), more(2), along, across
+      real(wp) :: free, heat(2, max_stages), g_heat(max_stages)
       integer :: s, i, j, l, q, unknowns, nb
       logical :: stored, founded, singular
 
@@ -107,6 +111,7 @@ contains
       hc = h * scale
       he = h * compliance%bending
       beta = compliance%axial - compliance%shear
+      free = 1.0_wp + load%strain
       stored = size(z) > 3 + s
       founded = .false.
       if (present(inner)) founded = inner%n > 0
@@ -115,7 +120,7 @@ contains
       ! Stage values.
       m(:s) = z(4:3 + s)
       do i = 1, s
-         phi(i) = u(3) + he * dot_product(tab%a(i, :s), m(:s))
+         phi(i) = u(3) + he * dot_product(tab%a(i, :s), m(:s)) + (tab%c(i) * h) * load%curvature
          if (stored) then
             nn(:, i) = z(2 + s + 2 * i:3 + s + 2 * i)
          else
@@ -125,18 +130,21 @@ contains
          nu = [-t(2), t(1)]
          axial = dot_product(nn(:, i), t)
          shear = dot_product(nn(:, i), nu)
-         rho(:, i) = (1.0_wp + axial * compliance%axial) * t + (shear * compliance%shear) * nu
-         g(i) = -shear - axial * shear * beta
-         g_phi(i) = axial + beta * (axial**2 - shear**2)
-         d(:, i) = (beta * shear) * t + (1.0_wp + beta * axial) * nu
+         rho(:, i) = (free + axial * compliance%axial) * t + (shear * compliance%shear) * nu
+         g(i) = -free * shear - axial * shear * beta
+         g_phi(i) = free * axial + beta * (axial**2 - shear**2)
+         d(:, i) = (beta * shear) * t + (free + beta * axial) * nu
          if (present(more_force)) then
             ! The strains stay, but a shear-flexible section shears when it turns under an axial force (Haringx).
             more = [dot_product(more_force(:, i), t), dot_product(more_force(:, i), nu)]
-            across = 1.0_wp + beta * axial - compliance%shear * more(1)
+            across = free + beta * axial - compliance%shear * more(1)
             along = beta * shear
             d(:, i) = along * t + across * nu
             g_phi(i) = across * (axial + more(1)) - along * (shear + more(2))
          end if
+         ! Derivatives of r'/C and m'/C by the load factor through heat.
+         heat(:, i) = load%strain_rate * t + (tab%c(i) * h * load%curvature_rate) * d(:, i)
+         g_heat(i) = -load%strain_rate * shear + (tab%c(i) * h * load%curvature_rate) * g_phi(i)
          bnn(1, i) = compliance%axial * t(1) * t(1) + compliance%shear * nu(1) * nu(1)
          bnn(2, i) = compliance%axial * t(1) * t(2) + compliance%shear * nu(1) * nu(2)
          bnn(3, i) = compliance%axial * t(2) * t(2) + compliance%shear * nu(2) * nu(2)
@@ -155,6 +163,7 @@ contains
          do j = 1, s
             residual_m = residual_m - hc * tab%a(i, j) * g(j)
             rhs(i, by_rotation) = rhs(i, by_rotation) + hc * tab%a(i, j) * g_phi(j)
+            rhs(i, by_load) = rhs(i, by_load) + hc * tab%a(i, j) * g_heat(j)
             do l = 1, s
                system(i, l) = system(i, l) - (hc * tab%a(i, j) * g_phi(j)) * (he * tab%a(j, l))
             end do
@@ -186,7 +195,8 @@ contains
       dtail(2, by_ny) = 1.0_wp
       dtail(3, by_m) = 1.0_wp
       dtail(1:2, by_load) = -h * load%line_rate
-      end_defect = [chord + u(4:5) - u(1:2), u(6) - u(3)]
+      dend(3, by_load) = h * load%curvature_rate
+      end_defect = [chord + u(4:5) - u(1:2), u(6) - u(3) - h * load%curvature]
       tail = z(1:3)
       tail(1:2) = tail(1:2) - h * load%line
       do i = 1, s
@@ -207,6 +217,8 @@ contains
          dend(2, :) = dend(2, :) + (hc * tab%b(i)) * (d(2, i) * dphi + bnn(2, i) * dn(1, :) + bnn(3, i) * dn(2, :))
          dend(3, :) = dend(3, :) + (he * tab%b(i)) * rhs(i, :)
          dtail(3, :) = dtail(3, :) + (hc * tab%b(i)) * (g_phi(i) * dphi - d(1, i) * dn(1, :) - d(2, i) * dn(2, :))
+         dend(1:2, by_load) = dend(1:2, by_load) + (hc * tab%b(i)) * heat(:, i)
+         dtail(3, by_load) = dtail(3, by_load) + (hc * tab%b(i)) * g_heat(i)
          end_defect(1:2) = end_defect(1:2) - (hc * tab%b(i)) * rho(:, i)
          end_defect(3) = end_defect(3) - (he * tab%b(i)) * m(i)
          tail(3) = tail(3) + (hc * tab%b(i)) * g(i)
@@ -300,6 +312,7 @@ contains
                turned = turned + (he * tab%a(a, b)) * rhs(b, :)
             end do
             pulled = rhs(s + 2 * a - 1:s + 2 * a, :)
+            moved(:, by_load) = moved(:, by_load) + weight * heat(:, a)
             moved(1, :) = moved(1, :) + weight * (d(1, a) * turned + bnn(1, a) * pulled(1, :) + bnn(2, a) * pulled(2, :))
             moved(2, :) = moved(2, :) + weight * (d(2, a) * turned + bnn(2, a) * pulled(1, :) + bnn(3, a) * pulled(2, :))
          end do
@@ -308,7 +321,7 @@ contains
       !> n_i = n_1 - q c_i h - p J (r_i - r_1) - foundation at every stage, linearised.
       subroutine add_force_rows()
          integer :: row, a, b
-         real(wp) :: w, residual(2), share, k_d(2), along(2, max_stages), turning(2), k_dn(2, 2, max_stages)
+         real(wp) :: w, residual(2), share, k_d(2), along(2, max_stages), turning(2), heated(2), k_dn(2, 2, max_stages)
          position = 0.0_wp
          do a = 1, s
             do b = 1, s
@@ -325,6 +338,7 @@ contains
                w = load%pressure * hc * tab%a(a, b)
                rhs(row, by_rotation) = rhs(row, by_rotation) + w * d(2, b)
                rhs(row + 1, by_rotation) = rhs(row + 1, by_rotation) - w * d(1, b)
+               rhs(row:row + 1, by_load) = rhs(row:row + 1, by_load) + w * [heat(2, b), -heat(1, b)]
                system(row, :s) = system(row, :s) - (w * d(2, b) * he) * tab%a(b, :s)
                system(row + 1, :s) = system(row + 1, :s) + (w * d(1, b) * he) * tab%a(b, :s)
                system(row, s + 2 * b - 1) = system(row, s + 2 * b - 1) - w * bnn(2, b)
@@ -335,7 +349,7 @@ contains
             rhs(row, by_nx) = 1.0_wp
             rhs(row + 1, by_ny) = 1.0_wp
             rhs(row:row + 1, by_residual) = -residual
-            rhs(row:row + 1, by_load) = -(tab%c(a) * h) * load%line_rate - &
+            rhs(row:row + 1, by_load) = rhs(row:row + 1, by_load) - (tab%c(a) * h) * load%line_rate - &
                & load%pressure_rate * [-position(2, a), position(1, a)]
          end do
          if (founded) then
@@ -343,7 +357,9 @@ contains
                ! Displacement of the point: by_x, by_y, turning * rotation 1, along * dm, k_dn * dn.
                along = 0.0_wp
                turning = 0.0_wp
+               heated = 0.0_wp
                do b = 1, s
+                  heated = heated + matmul(inner%stiffness(:, :, q), heat(:, b)) * (hc * inner%basis(b, q))
                   k_d = matmul(inner%stiffness(:, :, q), d(:, b)) * (hc * inner%basis(b, q))
                   turning = turning + k_d
                   along(1, :s) = along(1, :s) + (k_d(1) * he) * tab%a(b, :s)
@@ -362,7 +378,7 @@ contains
                   rhs(row:row + 1, by_rotation) = rhs(row:row + 1, by_rotation) + share * turning
                   rhs(row:row + 1, by_x:by_y) = rhs(row:row + 1, by_x:by_y) + share * inner%stiffness(:, :, q)
                   rhs(row:row + 1, by_residual) = rhs(row:row + 1, by_residual) - share * inner%force(:, q)
-                  rhs(row:row + 1, by_load) = rhs(row:row + 1, by_load) - share * inner%rate(:, q)
+                  rhs(row:row + 1, by_load) = rhs(row:row + 1, by_load) + share * (heated - inner%rate(:, q))
                end do
             end do
          end if
@@ -410,7 +426,7 @@ contains
       s = tab%stages
       call stage_basis(tab, tau, basis)
       call ge_directions(tab, h, angle, compliance, load, u, z, rho(:, :s))
-      rotation = u(3) + h * compliance%bending * dot_product(basis(:s), z(4:3 + s))
+      rotation = u(3) + h * compliance%bending * dot_product(basis(:s), z(4:3 + s)) + (tau * h) * load%curvature
       span = 0.0_wp
       resultant = z(1:3)
       do i = 1, s
@@ -434,11 +450,12 @@ contains
       integer :: i, s
       s = tab%stages
       do i = 1, s
-         phi = u(3) + h * compliance%bending * dot_product(tab%a(i, :s), z(4:3 + s))
+         phi = u(3) + h * compliance%bending * dot_product(tab%a(i, :s), z(4:3 + s)) + (tab%c(i) * h) * load%curvature
          nn = stage_force(tab, h, load, z, i)
          t = [cos(angle(i) + phi), sin(angle(i) + phi)]
          nu = [-t(2), t(1)]
-         rho(:, i) = (1.0_wp + dot_product(nn, t) * compliance%axial) * t + (dot_product(nn, nu) * compliance%shear) * nu
+         rho(:, i) = (1.0_wp + load%strain + dot_product(nn, t) * compliance%axial) * t + &
+            & (dot_product(nn, nu) * compliance%shear) * nu
       end do
    end subroutine ge_directions
 
@@ -460,16 +477,18 @@ contains
       beta = compliance%axial - compliance%shear
       increment%line = load_change * load%line_rate
       do i = 1, s
-         phi = u(3) + h * compliance%bending * dot_product(tab%a(i, :s), z(4:3 + s))
-         dphi = du(3) + h * compliance%bending * dot_product(tab%a(i, :s), dz(4:3 + s))
+         phi = u(3) + h * compliance%bending * dot_product(tab%a(i, :s), z(4:3 + s)) + (tab%c(i) * h) * load%curvature
+         dphi = du(3) + h * compliance%bending * dot_product(tab%a(i, :s), dz(4:3 + s)) + &
+            & (tab%c(i) * h) * load_change * load%curvature_rate
          nn = stage_force(tab, h, load, z, i)
          dn = stage_force(tab, h, increment, dz, i)
          t = [cos(angle(i) + phi), sin(angle(i) + phi)]
          nu = [-t(2), t(1)]
          axial = dot_product(nn, t)
          shear = dot_product(nn, nu)
-         rate(:, i) = dphi * ((beta * shear) * t + (1.0_wp + beta * axial) * nu) + &
-            & (compliance%axial * dot_product(dn, t)) * t + (compliance%shear * dot_product(dn, nu)) * nu
+         rate(:, i) = dphi * ((beta * shear) * t + (1.0_wp + load%strain + beta * axial) * nu) + &
+            & (load_change * load%strain_rate + compliance%axial * dot_product(dn, t)) * t + &
+            & (compliance%shear * dot_product(dn, nu)) * nu
       end do
    end subroutine ge_direction_rates
 

@@ -3,28 +3,30 @@
 !> Natural (rigid-body-free) deformations are measured from the last converged configuration and added to its natural
 !> forces (N, M1, M2); the tangent is K_L + K_tau with the initial stress matrix consistent with them, so Newton converges
 !> quadratically. Element loads are lumped to the nodes. Second order. Source: Silveira & Goncalves (2001), section 3.
+!> What is stored is the force of the whole deformation; the part that heat makes without stress is taken off when used.
 module ul2_element
    use kinds, only: wp
+   use ge_element, only: ge_load_t
    implicit none
    private
-   public :: ul2_stress_stiffness, ul2_evaluate, ul2_size
+   public :: ul2_stress_stiffness, ul2_evaluate, ul2_forces, ul2_size
 
-   integer, parameter :: ul2_size = 3 !! stored natural forces: N, M1, M2
+   integer, parameter :: ul2_size = 3 !! stored natural forces of the whole deformation: N, M1, M2
 
 contains
 
    !> End forces and tangent; sign conventions of ge_element: f = (-n, -m) at the first node, (n, m) at the second.
-   subroutine ul2_evaluate(h, chord, ea, ei, line, line_rate, pressure, pressure_rate, u, u_base, z_base, f, k, fl, z)
+   subroutine ul2_evaluate(h, chord, ea, ei, load, u, u_base, z_base, f, k, fl, z)
       real(wp), intent(in) :: h               !! stress-free length
       real(wp), intent(in) :: chord(2)        !! stress-free position of node 2 minus node 1
       real(wp), intent(in) :: ea, ei
-      real(wp), intent(in) :: line(2), line_rate(2) !! dead load per stress-free length and its load-factor derivative
-      real(wp), intent(in) :: pressure, pressure_rate
+      type(ge_load_t), intent(in) :: load
       real(wp), intent(in) :: u(6)            !! node displacements now
       real(wp), intent(in) :: u_base(6)       !! at the last converged configuration
-      real(wp), intent(in) :: z_base(3)       !! natural forces there
+      real(wp), intent(in) :: z_base(3)       !! stored there
       real(wp), intent(out) :: f(6), k(6, 6), fl(6)
-      real(wp), intent(out) :: z(3)           !! natural forces now
+      real(wp), intent(out) :: z(3)           !! to be stored now
+      real(wp) :: force(3)
       real(wp) :: d(2), d_base(2), change(2), l, l_base, e(2), stretch, turn, phi(2)
       real(wp) :: ba(6), bt(6), b1(6), b2(6), side(2)
       integer :: i, j
@@ -42,6 +44,7 @@ contains
       z(1) = z_base(1) + ea / h * stretch
       z(2) = z_base(2) + ei / h * (4.0_wp * phi(1) + 2.0_wp * phi(2))
       z(3) = z_base(3) + ei / h * (2.0_wp * phi(1) + 4.0_wp * phi(2))
+      force = ul2_forces(ea, ei, load, z)
 
       ba = [-e(1), -e(2), 0.0_wp, e(1), e(2), 0.0_wp]               ! d(stretch)/du
       bt = [e(2), -e(1), 0.0_wp, -e(2), e(1), 0.0_wp] / l           ! d(turn)/du
@@ -49,33 +52,42 @@ contains
       b1(3) = b1(3) + 1.0_wp
       b2 = -bt
       b2(6) = b2(6) + 1.0_wp
-      f = z(1) * ba + z(2) * b1 + z(3) * b2
+      f = force(1) * ba + force(2) * b1 + force(3) * b2
       do j = 1, 6
          do i = 1, 6
             k(i, j) = ea / h * ba(i) * ba(j) &
                & + ei / h * (4.0_wp * (b1(i) * b1(j) + b2(i) * b2(j)) + 2.0_wp * (b1(i) * b2(j) + b2(i) * b1(j))) &
-               & + z(1) * l * bt(i) * bt(j) + (z(2) + z(3)) / l * (ba(i) * bt(j) + bt(i) * ba(j))
+               & + force(1) * l * bt(i) * bt(j) + (force(2) + force(3)) / l * (ba(i) * bt(j) + bt(i) * ba(j))
          end do
       end do
 
       side = 0.5_wp * [-d(2), d(1)]
-      f(1:2) = f(1:2) - 0.5_wp * h * line - pressure * side
-      f(4:5) = f(4:5) - 0.5_wp * h * line - pressure * side
-      fl = 0.0_wp
-      fl(1:2) = 0.5_wp * h * line_rate + pressure_rate * side
-      fl(4:5) = fl(1:2)
+      f(1:2) = f(1:2) - 0.5_wp * h * load%line - load%pressure * side
+      f(4:5) = f(4:5) - 0.5_wp * h * load%line - load%pressure * side
+      fl = (ea * load%strain_rate) * ba - (ei * load%curvature_rate) * (b1 - b2)
+      fl(1:2) = fl(1:2) + 0.5_wp * h * load%line_rate + load%pressure_rate * side
+      fl(4:5) = fl(4:5) + 0.5_wp * h * load%line_rate + load%pressure_rate * side
       ! The symmetric part of the pressure's load stiffness; the skew part cancels between neighbours.
-      k(1, 5) = k(1, 5) + 0.5_wp * pressure
-      k(5, 1) = k(5, 1) + 0.5_wp * pressure
-      k(2, 4) = k(2, 4) - 0.5_wp * pressure
-      k(4, 2) = k(4, 2) - 0.5_wp * pressure
+      k(1, 5) = k(1, 5) + 0.5_wp * load%pressure
+      k(5, 1) = k(5, 1) + 0.5_wp * load%pressure
+      k(2, 4) = k(2, 4) - 0.5_wp * load%pressure
+      k(4, 2) = k(4, 2) - 0.5_wp * load%pressure
    end subroutine ul2_evaluate
+
+   !> Natural forces N, M1, M2 that really act: of the deformation less what heat makes without stress.
+   pure function ul2_forces(ea, ei, load, z) result(force)
+      real(wp), intent(in) :: ea, ei
+      type(ge_load_t), intent(in) :: load
+      real(wp), intent(in) :: z(3)            !! stored
+      real(wp) :: force(3)
+      force = z - [ea * load%strain, -ei * load%curvature, ei * load%curvature]
+   end function ul2_forces
 
    !> Derivative of the tangent by a displacement increment through the axial force alone, the geometry held; and by the
    !> pressure. (Shear forces couple bending with stretching; rods that hardly stretch do not buckle by that.)
-   pure subroutine ul2_stress_stiffness(h, chord, ea, pressure_rate, u, du, k)
+   pure subroutine ul2_stress_stiffness(h, chord, ea, load, u, du, k)
       real(wp), intent(in) :: h, chord(2), ea !! as for ul2_evaluate
-      real(wp), intent(in) :: pressure_rate   !! of the increment
+      type(ge_load_t), intent(in) :: load     !! its rates are those of the increment
       real(wp), intent(in) :: u(6)            !! node displacements now
       real(wp), intent(in) :: du(6)           !! their increment
       real(wp), intent(out) :: k(6, 6)
@@ -86,15 +98,15 @@ contains
       e = d / l
       ba = [-e(1), -e(2), 0.0_wp, e(1), e(2), 0.0_wp]
       bt = [e(2), -e(1), 0.0_wp, -e(2), e(1), 0.0_wp] / l
-      force = ea / h * dot_product(ba, du)
+      force = ea / h * dot_product(ba, du) - ea * load%strain_rate
       do j = 1, 6
          do i = 1, 6
             k(i, j) = force * l * bt(i) * bt(j)
          end do
       end do
-      k(1, 5) = k(1, 5) + 0.5_wp * pressure_rate
-      k(5, 1) = k(5, 1) + 0.5_wp * pressure_rate
-      k(2, 4) = k(2, 4) - 0.5_wp * pressure_rate
-      k(4, 2) = k(4, 2) - 0.5_wp * pressure_rate
+      k(1, 5) = k(1, 5) + 0.5_wp * load%pressure_rate
+      k(5, 1) = k(5, 1) + 0.5_wp * load%pressure_rate
+      k(2, 4) = k(2, 4) - 0.5_wp * load%pressure_rate
+      k(4, 2) = k(4, 2) - 0.5_wp * load%pressure_rate
    end subroutine ul2_stress_stiffness
 end module ul2_element

@@ -144,12 +144,13 @@ contains
          u = element_displacement(problem, state, e)
          associate (tab => problem%tableau(s), z => state%z(:, e))
             do i = 1, s
-               phi = u(3) + h * problem%compliance(e)%bending * dot_product(tab%a(i, :s), z(4:3 + s))
+               phi = u(3) + h * problem%compliance(e)%bending * dot_product(tab%a(i, :s), z(4:3 + s)) + &
+                  & tab%c(i) * h * load%curvature
                nn = z(1:2) - tab%c(i) * h * load%line
                if (problem%pressurised(e) .or. problem%ground%founded(e)) nn = z(2 + s + 2 * i:3 + s + 2 * i)
                t = [cos(state%geometry%element(e)%angle(i) + phi), sin(state%geometry%element(e)%angle(i) + phi)]
                nu = [-t(2), t(1)]
-               rho = (1.0_wp + dot_product(nn, t) * problem%compliance(e)%axial) * t + &
+               rho = (1.0_wp + load%strain + dot_product(nn, t) * problem%compliance(e)%axial) * t + &
                   & dot_product(nn, nu) * problem%compliance(e)%shear * nu
                direction(:, i) = state%geometry%element(e)%scale * rho
             end do

@@ -12,7 +12,7 @@ module element_foundation
    use ground, only: home_deviation
    use force_law, only: law_reaction
    use gauss_tableau, only: max_stages, stage_basis
-   use ge_element, only: ge_directions
+   use ge_element, only: ge_directions, ge_load_t
    use inner_forces, only: inner_forces_t, clear_forces, add_force
    implicit none
    private
@@ -28,23 +28,26 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       type(inner_forces_t), intent(inout) :: list
-      real(wp) :: direction(2, max_stages), home(2, max_stages), u(6), start(2), home_start(2), shift(2), touching
-      real(wp) :: cut(max_cuts), value(0:2 * max_stages + 2), bending
+      real(wp) :: direction(2, max_stages), home(2, max_stages), u(6), start(2), home_start(2), shift(2), touching, offset
+      real(wp) :: cut(max_cuts), value(0:2 * max_stages + 2), bending, turning
+      type(ge_load_t) :: load
       integer :: i, c, s, obstacle, n_cuts, samples, k
-      logical :: bilateral
+      logical :: bilateral, overlaps
 
       call clear_forces(list)
       if (.not. problem%ground%founded(e)) return
       s = problem%model%mesh%stages(e)
       u = element_displacement(problem, state, e)
+      load = element_load(problem, state, e)
       associate (element => state%geometry%element(e), tab => problem%tableau(s))
-         call ge_directions(tab, element%length, element%angle, problem%compliance(e), element_load(problem, state, e), u, &
+         call ge_directions(tab, element%length, element%angle, problem%compliance(e), load, u, &
             & state%z(:problem%z_size(e), e), direction(:, :s))
          direction(:, :s) = (element%length * element%scale) * direction(:, :s)
          do k = 1, s
             home(:, k) = (element%length * element%scale) * [cos(element%angle(k)), sin(element%angle(k))]
          end do
          bending = element%length * problem%compliance(e)%bending
+         turning = element%length * load%curvature
       end associate
       home_start = state%geometry%x(:, problem%model%mesh%node(1, e))
       start = home_start + u(1:2)
@@ -53,6 +56,9 @@ contains
          c = problem%ground%candidate(i)
          obstacle = problem%ground%chain%obstacle(c)
          bilateral = problem%ground%chain%bilateral(c)
+         offset = problem%ground%chain%gap_offset(c)
+         overlaps = problem%ground%chain%overlap(c) > 0.0_wp .or. &
+            & problem%ground%chain%overlap(problem%ground%chain%neighbour(2, c)) > 0.0_wp
          shift = obstacle_shift(problem, state, obstacle)
          touching = touching_gap(problem, state, e)
          if (.not. bilateral .and. problem%model%obstacle(obstacle)%law == 0) then
@@ -98,31 +104,41 @@ contains
          x = start + matmul(direction(:, :s), basis(:s))
          if (.not. problem%ground%curved(e)) return
          d = home_deviation(problem%ground, e, tau)
-         turn = u(3) + bending * dot_product(basis(:s), state%z(4:3 + s, e))
+         turn = u(3) + bending * dot_product(basis(:s), state%z(4:3 + s, e)) + tau * turning
          x = x + [cos(turn) * d(1) - sin(turn) * d(2), sin(turn) * d(1) + cos(turn) * d(2)]
       end function place
 
       !> Gap to the obstacle, for bilateral ones more than that of the stress-free axis.
       real(wp) function gap_at(tau) result(gap)
          real(wp), intent(in) :: tau
-         real(wp) :: basis(max_stages), x(2), normal(2), bend
-         call look(tau, basis, x, gap, normal, bend)
+         real(wp) :: basis(max_stages), x(2), normal(2), bend, closing
+         call look(tau, basis, x, gap, normal, bend, closing)
       end function gap_at
 
-      subroutine look(tau, basis, x, gap, normal, bend)
+      subroutine look(tau, basis, x, gap, normal, bend, closing)
          real(wp), intent(in) :: tau
          real(wp), intent(out) :: basis(max_stages), x(2), gap, normal(2), bend
+         real(wp), intent(out) :: closing      !! how much the gap closes per unit of load factor, besides the obstacle's motion
          real(wp) :: at_home, other(2)
          x = place(tau, basis)
+         closing = 0.0_wp
          at_home = 0.0_wp
-         if (bilateral) then
+         if (bilateral .or. overlaps) then
             call obstacle_gap(problem%model%obstacle(obstacle), home_start + matmul(home(:, :s), basis(:s)) + &
                & home_deviation(problem%ground, e, tau), at_home, other, bend)
-         else
-            at_home = -problem%ground%chain%gap_offset(c)
          end if
          call obstacle_gap(problem%model%obstacle(obstacle), x - shift, gap, normal, bend)
-         gap = gap - at_home
+         associate (kept => problem%constant, load => problem%model%step(problem%step)%load)
+            if (bilateral) then
+               gap = gap - at_home - kept%closing(obstacle)
+               closing = load%closing(obstacle)
+            else
+               at_home = merge(max(-at_home - offset, 0.0_wp), 0.0_wp, overlaps)
+               gap = gap + offset + at_home * (1.0_wp - kept%resolved(obstacle)) - kept%closing(obstacle)
+               closing = load%closing(obstacle) + load%resolved(obstacle) * at_home
+            end if
+         end associate
+         gap = gap - state%load_factor * closing
       end subroutine look
 
       !> How far the gap may leave its samples between them.
@@ -227,9 +243,9 @@ contains
 
       subroutine add_point(tau, weight)
          real(wp), intent(in) :: tau, weight
-         real(wp) :: gap, normal(2), bend, push, spring, t(2), x(2), basis(max_stages)
+         real(wp) :: gap, normal(2), bend, push, spring, closing, t(2), x(2), basis(max_stages)
          integer :: q
-         call look(tau, basis, x, gap, normal, bend)
+         call look(tau, basis, x, gap, normal, bend, closing)
          associate (ground => problem%model%obstacle(obstacle))
             if (ground%law == 0) then
                spring = ground%modulus
@@ -248,7 +264,8 @@ contains
          list%force(:, q) = push * normal
          list%stiffness(:, 1, q) = spring * normal * normal(1) - (push * bend) * t * t(1)
          list%stiffness(:, 2, q) = spring * normal * normal(2) - (push * bend) * t * t(2)
-         list%rate(:, q) = matmul(list%stiffness(:, :, q), problem%model%step(problem%step)%load%motion(:, obstacle))
+         list%rate(:, q) = matmul(list%stiffness(:, :, q), problem%model%step(problem%step)%load%motion(:, obstacle)) + &
+            & (spring * closing) * normal
          list%source(q) = c
          list%normal(:, q) = normal
          list%pressure(q) = push

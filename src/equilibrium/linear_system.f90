@@ -6,7 +6,7 @@ module linear_system
    use kinds, only: wp
    use model, only: family_ge
    use problem, only: problem_t, dof
-   use rod_state, only: state_t, element_displacement, element_load, candidate_gap, may_react
+   use rod_state, only: state_t, element_displacement, element_load, candidate_gap, closing_rate, may_react, parallel
    use rod_geometry, only: element_geometry_t
    use force_law, only: law_reaction
    use ge_element, only: ge_evaluate, ge_load_t, ge_columns
@@ -18,9 +18,11 @@ module linear_system
    implicit none
    private
    public :: system_t, new_system, assemble, sum_elements, contact_tangent, spring_tangent, &
-      & evaluate_element, turn_pair, to_global, row_times
+      & evaluate_element, turn_pair, to_global, row_times, contact_reaction
 
    real(wp), parameter :: worst_round_off = 1.0e-6_wp !! a residual above it is no equilibrium, whatever its reason
+
+   real(wp), parameter :: least_heat_force = 1.0e-6_wp !! scale of forces, over those that heat without expansion makes
 
    type :: system_t
       integer :: n = 0                          !! unknowns of the band
@@ -37,8 +39,10 @@ module linear_system
       ! Contact, one entry a candidate.
       real(wp), allocatable :: gap(:), normal(:, :), bend(:)
       real(wp), allocatable :: motion(:, :)     !! (2, candidates) of the obstacle, per unit of load factor
+      real(wp), allocatable :: closing(:)       !! (candidates) of the gap besides that, per unit of load factor
       integer, allocatable :: unknown(:)        !! eliminated unknown of an active rigid contact, 0 otherwise
       real(wp), allocatable :: slope(:)         !! gap per unit of that unknown
+      integer, allocatable :: partner(:)        !! second active rigid contact of the same node, in a corner; 0: none, or it is one
       logical, allocatable :: soft(:)           !! on a foundation, not a rigid obstacle
       real(wp), allocatable :: spring(:)        !! soft: reaction per gap, at the present one where active; 0 for rigid
       real(wp), allocatable :: push(:)          !! soft: the reaction that belongs to the gap of an active one
@@ -94,8 +98,8 @@ contains
       allocate (system%eshift(6, 2, merge(elements, 0, any(problem%ground%founded))))
       associate (list => problem%candidates)
          allocate (system%gap(list%n), system%normal(2, list%n), system%bend(list%n), system%slope(list%n))
-         allocate (system%motion(2, list%n), source=0.0_wp)
-         allocate (system%unknown(list%n), source=0)
+         allocate (system%motion(2, list%n), system%closing(list%n), source=0.0_wp)
+         allocate (system%unknown(list%n), system%partner(list%n), source=0)
          allocate (system%spring(list%n), system%push(list%n), source=0.0_wp)
          allocate (system%soft(list%n), source=.false.)
          do c = 1, list%n
@@ -139,6 +143,7 @@ contains
       do c = 1, problem%candidates%n
          call candidate_gap(problem, state, c, system%gap(c), system%normal(:, c), system%bend(c))
          if (system%soft(c)) call set_foundation(problem, state, c, system)
+         system%closing(c) = closing_rate(problem, c)
          system%motion(:, c) = problem%model%step(problem%step)%load%motion(:, problem%candidates%obstacle(c))
          if (.not. state%active(c)) system%slope(c) = merge(1.0_wp, 0.0_wp, may_react(problem, c, system%normal(:, c)))
       end do
@@ -193,7 +198,7 @@ contains
             & state%z(:problem%z_size(e), e), f, raw, k, fl, op, defect, ok, inner=inner, shift=shift)
       else
          call ul2_evaluate(geometry%length, geometry%chord, 1.0_wp / problem%compliance(e)%axial, &
-            & 1.0_wp / problem%compliance(e)%bending, load%line, load%line_rate, load%pressure, load%pressure_rate, u, &
+            & 1.0_wp / problem%compliance(e)%bending, load, u, &
             & element_displacement(problem, base, e), base%z(:3, e), f, k, fl, op(:3, 1))
          raw = f
          defect = 0.0_wp
@@ -208,8 +213,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
-      integer :: node, i, c, d, other
-      real(wp) :: target
+      integer :: node, i, c, d, other, first(problem%model%mesh%n_nodes)
+      real(wp) :: target, along
       system%fixed = .false.
       system%value = 0.0_wp
       system%rate = 0.0_wp
@@ -225,10 +230,27 @@ contains
                system%rate(d) = step%displacement(i, node)
             end do
          end do
+         first = 0
+         system%partner = 0
          do c = 1, problem%candidates%n
             system%unknown(c) = 0
             if (.not. state%active(c) .or. system%soft(c)) cycle
             node = problem%candidates%node(c)
+            if (first(node) > 0) then
+               ! In a corner of two obstacles the second one holds the node along the first; more can hold nothing.
+               system%slope(c) = dot_product(system%normal(:, c), system%axis(:, node))
+               if (any(fixed(1:2, node)) .or. system%partner(first(node)) > 0 .or. abs(system%slope(c)) < parallel) cycle
+               d = dof(problem, node, 1)
+               along = dot_product(system%normal(:, c), system%normal(:, first(node)))
+               system%partner(first(node)) = c
+               system%unknown(c) = d
+               system%fixed(d) = .true.
+               system%value(d) = -(system%gap(c) + along * system%value(d + 1)) / system%slope(c)
+               system%rate(d) = (dot_product(system%normal(:, c), system%motion(:, c)) + system%closing(c) - &
+                  & along * system%rate(d + 1)) / system%slope(c)
+               cycle
+            end if
+            first(node) = c
             ! A support leaves one direction in which the obstacle can act, or none.
             if (fixed(1, node)) then
                if (fixed(2, node)) cycle
@@ -247,7 +269,7 @@ contains
             system%unknown(c) = d
             system%fixed(d) = .true.
             system%value(d) = -system%gap(c) / system%slope(c)
-            system%rate(d) = dot_product(system%normal(:, c), system%motion(:, c)) / system%slope(c)
+            system%rate(d) = (dot_product(system%normal(:, c), system%motion(:, c)) + system%closing(c)) / system%slope(c)
             if (.not. any(fixed(1:2, node))) cycle
             ! A support that moves takes the gap along.
             other = dof(problem, node, 3 - i)
@@ -256,6 +278,20 @@ contains
          end do
       end associate
    end subroutine set_constraints
+
+   !> Reaction of an active rigid contact that answers a force of the structure on the unknowns. Where a corner holds the
+   !> node the second reaction answers along the first obstacle, and the first one the rest.
+   pure real(wp) function contact_reaction(system, candidate, force) result(reaction)
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: candidate         !! with an eliminated unknown
+      real(wp), intent(in) :: force(:)         !! (n) node axes
+      integer :: p
+      reaction = force(system%unknown(candidate)) / system%slope(candidate)
+      p = system%partner(candidate)
+      if (p == 0) return
+      reaction = reaction - dot_product(system%normal(:, candidate), system%normal(:, p)) * &
+         & force(system%unknown(p)) / system%slope(p)
+   end function contact_reaction
 
    !> Sums the elements into the band and the residual.
    subroutine sum_elements(problem, system)
@@ -387,13 +423,14 @@ contains
    end function spring_tangent
 
    !> Foundations, and the curvature of the obstacles under the reactions. An obstacle that moves does to its contacts
-   !> what their moving the other way would do.
+   !> what their moving the other way would do; a closing gap does what their moving against the normal would do, but that
+   !> the normal stays.
    subroutine add_contact(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
       integer :: c, d
-      real(wp) :: force(2), k(2, 2), motion(2)
+      real(wp) :: force(2), k(2, 2), motion(2), normal(2)
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
          d = dof(problem, problem%candidates%node(c), 1)
@@ -403,10 +440,12 @@ contains
          system%k%a(2, d) = system%k%a(2, d) + k(2, 1)
          system%k%a(1, d + 1) = system%k%a(1, d + 1) + k(2, 2)
          motion = system%motion(:, c)
+         normal = system%normal(:, c)
          associate (node => problem%candidates%node(c))
             if (system%turned(node)) call turn_pair(system%axis(:, node), motion)
+            if (system%turned(node)) call turn_pair(system%axis(:, node), normal)
          end associate
-         system%load(d:d + 1) = system%load(d:d + 1) + matmul(k, motion)
+         system%load(d:d + 1) = system%load(d:d + 1) + matmul(k, motion) + (system%spring(c) * system%closing(c)) * normal
       end do
    end subroutine add_contact
 
@@ -450,6 +489,10 @@ contains
          end do
          scale = max(scale, maxval(abs(system%eraw(1:2, e))), maxval(abs(system%eraw(4:5, e))), &
             & abs(system%eraw(3, e)) / problem%size, abs(system%eraw(6, e)) / problem%size)
+         if (problem%model%mesh%family(e) == family_ge) cycle
+         ! UL2 takes the forces of a freely heated rod from differences that cancel.
+         load = element_load(problem, state, e)
+         scale = max(scale, least_heat_force * abs(load%strain) / problem%compliance(e)%axial)
       end do
       scale = max(scale, maxval(abs(state%reaction), mask=state%active))
       scale = max(scale, maxval(problem%spring(1:2, :) * abs(state%u(1:2, :))), &

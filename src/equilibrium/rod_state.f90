@@ -9,7 +9,9 @@ module rod_state
    implicit none
    private
    public :: state_t, new_state, element_displacement, element_load, node_position, candidate_position, &
-      & obstacle_shift, candidate_gap, chain_gap, may_react
+      & obstacle_shift, candidate_gap, chain_gap, candidate_offset, closing_rate, may_react, parallel
+
+   real(wp), parameter :: parallel = 1.0e-6_wp !! sine of the angle between two obstacles that make no corner
 
    type :: state_t
       real(wp) :: load_factor = 0.0_wp
@@ -23,13 +25,14 @@ module rod_state
 
 contains
 
-   !> Stress-free start; candidates that touch are in contact, for the structure may hang on nothing else. Bilateral ones
-   !> are for good.
+   !> Stress-free start; candidates that touch are in contact, for the structure may hang on nothing else, but a node is held
+   !> once along a line. Bilateral ones are for good.
    function new_state(problem) result(state)
       type(problem_t), intent(in) :: problem
       type(state_t) :: state
-      real(wp) :: gap, normal(2), bend
+      real(wp) :: gap, normal(2), bend, held(2, problem%model%mesh%n_nodes)
       integer :: c, e, side
+      held = 0.0_wp
       allocate (state%u(3, problem%model%mesh%n_nodes), source=0.0_wp)
       allocate (state%z(maxval(problem%z_size), problem%model%mesh%n_elements), source=0.0_wp)
       allocate (state%active(problem%candidates%n), source=.false.)
@@ -40,6 +43,14 @@ contains
          call candidate_gap(problem, state, c, gap, normal, bend)
          state%active(c) = (problem%candidates%bilateral(c) .or. gap <= 1.0e-10_wp * problem%size) .and. &
             & may_react(problem, c, normal)
+         if (.not. state%active(c) .or. .not. problem%model%obstacle(problem%candidates%obstacle(c))%rigid) cycle
+         associate (first => held(:, problem%candidates%node(c)))
+            if (abs(normal(1) * first(2) - normal(2) * first(1)) < parallel .and. norm2(first) > 0.0_wp) then
+               state%active(c) = .false.
+            else
+               first = normal
+            end if
+         end associate
       end do
       do c = 1, problem%ground%chain%n
          call chain_gap(problem, state, problem%ground%chain, c, gap, normal, bend)
@@ -72,6 +83,10 @@ contains
          load%line = problem%constant%line_force(:, e) + state%load_factor * load%line_rate
          load%pressure_rate = step%pressure(e)
          load%pressure = problem%constant%pressure(e) + state%load_factor * load%pressure_rate
+         load%strain_rate = step%strain(e)
+         load%strain = problem%constant%strain(e) + state%load_factor * load%strain_rate
+         load%curvature_rate = step%curvature(e)
+         load%curvature = problem%constant%curvature(e) + state%load_factor * load%curvature_rate
       end associate
    end function element_load
 
@@ -92,6 +107,36 @@ contains
       shift = problem%constant%motion(:, obstacle) + &
          & state%load_factor * problem%model%step(problem%step)%load%motion(:, obstacle)
    end function obstacle_shift
+
+   !> What comes on top of the distance of a candidate from its obstacle: the gap left in the deck, what is not pushed out
+   !> yet of a penetration at the start, less what closed since.
+   pure real(wp) function candidate_offset(problem, state, candidate) result(offset)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      offset = chain_offset(problem, state, problem%candidates, candidate)
+   end function candidate_offset
+
+   !> The same for a candidate of either list.
+   pure real(wp) function chain_offset(problem, state, list, candidate) result(offset)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(candidates_t), intent(in) :: list
+      integer, intent(in) :: candidate
+      associate (kept => problem%constant, load => problem%model%step(problem%step)%load, o => list%obstacle(candidate))
+         offset = list%gap_offset(candidate) + list%overlap(candidate) * (1.0_wp - kept%resolved(o)) - kept%closing(o) - &
+            & state%load_factor * (load%closing(o) + load%resolved(o) * list%overlap(candidate))
+      end associate
+   end function chain_offset
+
+   !> How much the gap of a candidate closes per unit of load factor, besides what its obstacle's motion does.
+   pure real(wp) function closing_rate(problem, candidate) result(rate)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: candidate
+      associate (load => problem%model%step(problem%step)%load, o => problem%candidates%obstacle(candidate))
+         rate = load%closing(o) + load%resolved(o) * problem%candidates%overlap(candidate)
+      end associate
+   end function closing_rate
 
    !> Position of a candidate as seen from its obstacle, which may have moved.
    pure function candidate_position(problem, state, candidate) result(x)
@@ -123,7 +168,7 @@ contains
          call obstacle_gap(problem%model%obstacle(obstacle), node_position(state, list%node(candidate)) - &
             & obstacle_shift(problem, state, obstacle), gap, normal, bend)
       end associate
-      gap = gap + list%gap_offset(candidate)
+      gap = gap + chain_offset(problem, state, list, candidate)
    end subroutine chain_gap
 
    !> False where a support of the node takes all that an obstacle of this normal could push.

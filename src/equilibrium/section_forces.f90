@@ -5,6 +5,7 @@ module section_forces
    use problem, only: problem_t
    use rod_state, only: state_t, element_displacement, element_load
    use ge_element, only: ge_end_forces, ge_load_t
+   use ul2_element, only: ul2_forces
    use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t
    implicit none
@@ -20,7 +21,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(out) :: first(3), second(3)
-      real(wp) :: u(6), d(2), l, shear, half(2)
+      real(wp) :: u(6), d(2), l, shear, half(2), force(3)
       type(ge_load_t) :: load
       type(inner_forces_t) :: inner
       u = element_displacement(problem, state, e)
@@ -33,11 +34,13 @@ contains
          d = state%geometry%element(e)%chord + u(4:5) - u(1:2)
          l = norm2(d)
          d = d / l
-         shear = -(state%z(2, e) + state%z(3, e)) / l
-         first = [state%z(1, e) * d(1) - shear * d(2), state%z(1, e) * d(2) + shear * d(1), -state%z(2, e)]
-         second = [first(1:2), state%z(3, e)]
-         ! Its loads are lumped: half of them acts between each end and the node.
          load = element_load(problem, state, e)
+         force = ul2_forces(1.0_wp / problem%compliance(e)%axial, 1.0_wp / problem%compliance(e)%bending, load, &
+            & state%z(:3, e))
+         shear = -(force(2) + force(3)) / l
+         first = [force(1) * d(1) - shear * d(2), force(1) * d(2) + shear * d(1), -force(2)]
+         second = [first(1:2), force(3)]
+         ! Its loads are lumped: half of them acts between each end and the node.
          half = 0.5_wp * (state%geometry%element(e)%length * load%line + load%pressure * l * [-d(2), d(1)])
          first(1:2) = first(1:2) + half
          second(1:2) = second(1:2) - half

@@ -84,6 +84,7 @@ module model
       real(wp) :: ga = 0.0_wp                   !! shear stiffness [force]; not used when shear_rigid
       logical :: shear_rigid = .true.
       real(wp) :: mass = 0.0_wp                 !! mass per unit stress-free length (self-weight)
+      real(wp) :: expansion = 0.0_wp            !! strain per unit of temperature
    end type section_t
 
    type :: node_set_t
@@ -96,8 +97,12 @@ module model
       real(wp), allocatable :: node_force(:, :)   !! (3, n_nodes) forces and moment
       real(wp), allocatable :: line_force(:, :)   !! (2, n_elements) dead, global axes, per unit stress-free length
       real(wp), allocatable :: pressure(:)        !! (n_elements) follower, per deformed length, to the left of the element
+      real(wp), allocatable :: strain(:)          !! (n_elements) that heat would give a free element
+      real(wp), allocatable :: curvature(:)       !! (n_elements) and its change of curvature, per unit stress-free length
       real(wp), allocatable :: displacement(:, :) !! (3, n_nodes) prescribed values of fixed degrees of freedom
       real(wp), allocatable :: motion(:, :)       !! (2, n_obstacles) how far the obstacles move
+      real(wp), allocatable :: closing(:)         !! (n_obstacles) how much the gaps to them close
+      real(wp), allocatable :: resolved(:)        !! (n_obstacles) the part of what penetrates at the start that is pushed out
    end type load_t
 
    !> A surface the structure cannot cross. But for circles, the free side is on the left of the sense in which its points
@@ -117,6 +122,8 @@ module model
       integer :: law = 0                        !! index into model%law, 0: none; its forces times width
       real(wp) :: width = 1.0_wp
       logical :: bilateral = .false.            !! holds what it may touch from the start on, and pulls as it pushes
+      logical :: at_nodes = .false.             !! a line that stands for stops at single nodes (*GAP): gaps count from where
+      !! each node is at the start, modulus and law are those of a node
    end type obstacle_t
 
    !> How the reaction of a foundation grows with the penetration: linear from point to point, the first one (0, 0).
@@ -241,8 +248,10 @@ contains
       allocate (load%node_force(3, n_nodes), source=0.0_wp)
       allocate (load%line_force(2, n_elements), source=0.0_wp)
       allocate (load%pressure(n_elements), source=0.0_wp)
+      allocate (load%strain(n_elements), load%curvature(n_elements), source=0.0_wp)
       allocate (load%displacement(3, n_nodes), source=0.0_wp)
       allocate (load%motion(2, n_obstacles), source=0.0_wp)
+      allocate (load%closing(n_obstacles), load%resolved(n_obstacles), source=0.0_wp)
    end function new_load
 
    !> True when some step moves an obstacle.

@@ -113,15 +113,17 @@ contains
    subroutine write_sections(unit, model)
       integer, intent(in) :: unit
       type(model_t), intent(in) :: model
-      character(:), allocatable :: shear
+      character(:), allocatable :: shear, heat
       integer :: i
       do i = 1, size(model%section)
          associate (section => model%section(i))
             shear = brief(section%ga)
             if (section%shear_rigid) shear = 'rigid'
+            heat = ''
+            if (abs(section%expansion) > 0.0_wp) heat = ', expansion '//brief(section%expansion)
             call line(unit, 'section', trim(section%name)//': '//plural(count(model%mesh%section == i), 'element') &
                & //', EA '//brief(section%ea)//', EI '//brief(section%ei)//', GA '//shear//', mass per length ' &
-               & //brief(section%mass))
+               & //brief(section%mass)//heat)
          end associate
       end do
    end subroutine write_sections
@@ -131,6 +133,19 @@ contains
       type(obstacle_t), intent(in) :: obstacle
       character(:), allocatable :: text
       text = trim(obstacle%name)//': '//kind_name(obstacle)
+      if (obstacle%at_nodes) then
+         associate (d => obstacle%point(:, 2) - obstacle%point(:, 1))
+            text = trim(obstacle%name)//': stops at nodes, they push towards ('//brief(-d(2))//', '//brief(d(1))//')'
+         end associate
+         if (obstacle%rigid) then
+            text = text//', rigid'
+         else if (obstacle%law > 0) then
+            text = text//', by the law '//trim(model%law(obstacle%law)%name)
+         else
+            text = text//', stiffness '//brief(obstacle%modulus)
+         end if
+         return
+      end if
       select case (obstacle%kind)
       case (obstacle_line)
          text = text//' from '//place(obstacle%point(:, 1))//' to '//place(obstacle%point(:, 2))//', structure on its left'
@@ -189,6 +204,10 @@ contains
          do i = 1, size(step%load%motion, 2)
             if (any(abs(step%load%motion(:, i)) > 0.0_wp)) call line(unit, '', repeat(' ', margin)//'moves '// &
                & trim(model%obstacle(i)%name)//' by '//place(step%load%motion(:, i))//' at load factor 1')
+            if (abs(step%load%closing(i)) > 0.0_wp) call line(unit, '', repeat(' ', margin)//'closes the gaps to '// &
+               & trim(model%obstacle(i)%name)//' by '//brief(step%load%closing(i))//' at load factor 1')
+            if (step%load%resolved(i) > 0.0_wp) call line(unit, '', repeat(' ', margin)//'pushes out what begins behind '// &
+               & trim(model%obstacle(i)%name))
          end do
       end if
       call line(unit, '', repeat(' ', margin)//end_text(model, step))

@@ -94,10 +94,14 @@ contains
       end select
    end function method_name
 
-   !> What an obstacle is: "line", "circle", "arc", "polyline" or "spline".
+   !> What an obstacle is: "line", "circle", "arc", "polyline", "spline", or "gap" for stops at nodes.
    pure function kind_name(obstacle) result(name)
       type(obstacle_t), intent(in) :: obstacle
       character(:), allocatable :: name
+      if (obstacle%at_nodes) then
+         name = 'gap'
+         return
+      end if
       select case (obstacle%kind)
       case (obstacle_line)
          name = 'line'

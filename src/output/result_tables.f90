@@ -2,10 +2,11 @@
 !> and at its end.
 !> A failure stays in the file: see hdf5_file.
 module result_tables
-   use kinds, only: i8, degree
+   use kinds, only: wp, i8, degree
    use timing, only: timers_t, timing_seconds, timing_calls, counted, n_phases, phase_name, n_counters, counter_name
    use model, only: model_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline
    use obstacle_curve, only: curve_samples
+   use obstacle_geometry, only: obstacle_gap
    use model_words, only: side_name, kind_name
    use path_record, only: accuracy_t, branch_start_t, buckling_t
    use columns, only: whole
@@ -68,7 +69,11 @@ contains
             call hdf5_attribute(file, group, 'number', i)
             select case (obstacle(i)%kind)
             case (obstacle_line)
-               call hdf5_attribute(file, group, 'points', obstacle(i)%point)
+               if (obstacle(i)%at_nodes) then
+                  call write_stops(file, model, i, group)
+               else
+                  call hdf5_attribute(file, group, 'points', obstacle(i)%point)
+               end if
             case (obstacle_circle, obstacle_arc)
                call hdf5_attribute(file, group, 'centre', obstacle(i)%centre)
                call hdf5_attribute(file, group, 'radius', obstacle(i)%radius)
@@ -96,6 +101,29 @@ contains
          end do
       end associate
    end subroutine write_obstacles
+
+   !> The stops of a *GAP: where they wait, and the direction in which they push.
+   subroutine write_stops(file, model, number, group)
+      type(hdf5_file_t), intent(inout) :: file
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: number               !! of the obstacle
+      character(*), intent(in) :: group           !! its group
+      real(wp), allocatable :: place(:, :)
+      real(wp) :: gap, normal(2), bend
+      integer :: c, i
+      allocate (place(2, 0))
+      do c = 1, size(model%contact)
+         if (model%contact(c)%obstacle /= number) cycle
+         do i = 1, size(model%contact(c)%node)
+            associate (home => model%mesh%x(:, model%contact(c)%node(i)))
+               call obstacle_gap(model%obstacle(number), home, gap, normal, bend)
+               place = reshape([place, home - model%contact(c)%gap * normal], [2, size(place, 2) + 1])
+            end associate
+         end do
+      end do
+      call hdf5_attribute(file, group, 'normal', normal)
+      call hdf5_write(file, group//'/points', place, 'length', 'where the nodes meet their stops')
+   end subroutine write_stops
 
    !> Who may touch what; the group /contact must exist.
    subroutine write_candidates(file, model)

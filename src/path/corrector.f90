@@ -4,7 +4,7 @@ module corrector
    use model, only: family_ge, method_cylindrical, method_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
-   use linear_system, only: system_t
+   use linear_system, only: system_t, contact_reaction
    use bordered_system, only: assemble_bordered, factor_system, linearise, apply_increment
    use contact_slides, only: slides_fit, shift_contacts, close_short_gaps, drop_slides
    use path_control, only: control_t, control_row, control_error, metric, is_arc_length, set_tangent, monitor_change, &
@@ -30,6 +30,7 @@ module corrector
    integer, parameter :: settling_grip = 4      !! times the most iterations while foundations still change where they touch
    integer, parameter :: settling_iterations = 5 !! until then the last correction must be small, too
    real(wp), parameter :: longest_jump = 4.0_wp !! what load or displacement control may go, over the length of the tangent's step
+   real(wp), parameter :: no_motion = 1.0e-10_wp !! arc length of rounding, where loads only stress what cannot move
    real(wp), parameter :: large_correction = 1.0e-4_wp !! of the increment
    integer, parameter :: max_contact_loops = 12 !! outer loops of the paper's scheme
 
@@ -61,7 +62,7 @@ contains
             & problem%model%step(problem%step)%tangent_updates, report, timers)
          if (report%converged .and. .not. is_arc_length(control%method) .and. all(state%active .eqv. start%active) &
             & .and. all(state%grounded .eqv. start%grounded)) then
-            report%converged = path_length(problem, start, state) <= longest_jump * ahead
+            report%converged = path_length(problem, start, state) <= longest_jump * ahead + no_motion
             if (.not. report%converged) report%message = 'the increment ends far from the path'
          end if
          return
@@ -317,7 +318,7 @@ contains
          else if (system%soft(c)) then
             state%reaction(c) = system%push(c)
          else if (system%unknown(c) > 0) then
-            state%reaction(c) = system%raw(system%unknown(c)) / system%slope(c)
+            state%reaction(c) = contact_reaction(system, c, system%raw)
          end if
       end do
       do e = 1, problem%model%mesh%n_elements

@@ -86,7 +86,8 @@ contains
       event%scale = bracket%scale
       below = run%state
       above = trial
-      located = abs(bracket%f_high) <= step%locate_tolerance * bracket%scale
+      ! A contact that is lost may leave no gap where something else holds the node; with it held its reaction tells.
+      located = abs(bracket%f_high) <= step%locate_tolerance * bracket%scale .and. .not. held
       if (branching .and. bracket%f_low * event%before <= 0.0_wp) then
          ! It was passed next to the last point, which had the sign of rounding.
          place = run%state

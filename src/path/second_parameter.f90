@@ -70,8 +70,12 @@ contains
          problem%constant%node_force = value * base%constant%node_force
          problem%constant%line_force = value * base%constant%line_force
          problem%constant%pressure = value * base%constant%pressure
+         problem%constant%strain = value * base%constant%strain
+         problem%constant%curvature = value * base%constant%curvature
          problem%constant%displacement = value * base%constant%displacement
          problem%constant%motion = value * base%constant%motion
+         problem%constant%closing = value * base%constant%closing
+         problem%constant%resolved = value * base%constant%resolved
          return
       end select
       call derive_again(base, problem)

@@ -58,9 +58,8 @@ contains
             du(1:3) = to_global(problem, system, system%tangent, problem%model%mesh%node(1, e))
             du(4:6) = to_global(problem, system, system%tangent, problem%model%mesh%node(2, e))
             associate (g => state%geometry%element(e), flexible => problem%compliance(e))
-               call ul2_stress_stiffness(g%length, g%chord, 1.0_wp / flexible%axial, &
-                  & problem%model%step(problem%step)%load%pressure(e), element_displacement(problem, state, e), &
-                  & du, stresses%ek(:, :, e))
+               call ul2_stress_stiffness(g%length, g%chord, 1.0_wp / flexible%axial, element_load(problem, state, e), &
+                  & element_displacement(problem, state, e), du, stresses%ek(:, :, e))
             end associate
          end if
       end do
