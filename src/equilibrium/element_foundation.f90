@@ -105,6 +105,7 @@ contains
          if (.not. problem%ground%curved(e)) return
          d = home_deviation(problem%ground, e, tau)
          turn = u(3) + bending * dot_product(basis(:s), state%z(4:3 + s, e)) + tau * turning
+         d = (1.0_wp + load%strain) * d
          x = x + [cos(turn) * d(1) - sin(turn) * d(2), sin(turn) * d(1) + cos(turn) * d(2)]
       end function place
 
