@@ -157,7 +157,8 @@ contains
       end function slides
    end function new_candidates
 
-   !> Nodes with supports, springs, loads, monitors, on distributed foundations or with more or less than two elements keep their material point.
+   !> Nodes with supports, springs, loads, monitors, on distributed foundations or with more or less than two elements keep
+   !> their material point.
    function nodes_that_stay(model) result(pinned)
       type(model_t), intent(in) :: model
       logical, allocatable :: pinned(:)
