@@ -34,32 +34,39 @@ contains
       do side = 1, 2
          c = candidate
          if (side == 2) c = list%neighbour(2, candidate)
-         call end_derivatives(problem, state, list, c, e, side, local(:, side), profile%value(side), profile%slope(side), &
-            & profile%bend(side))
+         call end_derivatives(problem, state, list, c, e, side, local(:, side), (local(1:2, 2) - local(1:2, 1)) / h, &
+            & profile%value(side), profile%slope(side), profile%bend(side))
       end do
       profile%slope = profile%slope * h
       profile%bend = profile%bend * h**2
    end function element_profile
 
-   !> Gap, its slope and its second derivative by the stress-free arc length at one end of an element.
-   subroutine end_derivatives(problem, state, list, candidate, e, side, forces, gap, slope, second)
+   !> Gap, its slope and its second derivative along the rod at one end of an element, by the stress-free length: the rod
+   !> goes on as r' = (1 + e + N/EA) t + (Q/GA) nu, e from heat.
+   subroutine end_derivatives(problem, state, list, candidate, e, side, local, change, gap, slope, second)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(candidates_t), intent(in) :: list
       integer, intent(in) :: candidate, e, side
-      real(wp), intent(in) :: forces(3)    !! N, Q, M at that end
+      real(wp), intent(in) :: local(3)     !! N, Q, M at that end
+      real(wp), intent(in) :: change(2)    !! of N and Q per length
       real(wp), intent(out) :: gap, slope, second
-      real(wp) :: normal(2), bend, angle, t(2), curvature, across, along
+      real(wp) :: normal(2), bend, angle, t(2), nu(2), curvature, along, sliding, shear, d(2)
       type(ge_load_t) :: load
       load = element_load(problem, state, e)
       call chain_gap(problem, state, list, candidate, gap, normal, bend)
       angle = rod_direction(problem, state, e, side)
       t = [cos(angle), sin(angle)]
-      along = stretch(problem, state, e, forces(1))
-      slope = along * dot_product(normal, t)
-      across = normal(2) * t(1) - normal(1) * t(2)
-      curvature = natural_curvature(state%geometry%element(e)) + load%curvature + forces(3) * problem%compliance(e)%bending
-      second = along * (along * bend * across**2 + curvature * across)
+      nu = [-t(2), t(1)]
+      shear = shear_compliance(problem, e)
+      along = stretch(problem, state, e, local(1))
+      sliding = local(2) * shear
+      d = along * t + sliding * nu
+      slope = dot_product(normal, d)
+      curvature = natural_curvature(state%geometry%element(e)) + load%curvature + local(3) * problem%compliance(e)%bending
+      second = bend * (normal(2) * d(1) - normal(1) * d(2))**2 + &
+         & dot_product(normal, (along * curvature + change(2) * shear) * nu + &
+         & (change(1) * problem%compliance(e)%axial - sliding * curvature) * t)
    end subroutine end_derivatives
 
    !> The gap at a place.
@@ -214,6 +221,16 @@ contains
       c5 = 6.0_wp * d - 3.0_wp * p + 0.5_wp * (bend(2) - bend(1))
       quintic = value(1) + tau * (slope(1) + tau * (0.5_wp * bend(1) + tau * (c3 + tau * (c4 + tau * c5))))
    end function quintic
+
+   !> 1/GA of an element, without what belongs to the bending of one stage.
+   pure real(wp) function shear_compliance(problem, e)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: e
+      shear_compliance = 0.0_wp
+      associate (section => problem%model%section(problem%model%mesh%section(e)))
+         if (.not. section%shear_rigid) shear_compliance = 1.0_wp / section%ga
+      end associate
+   end function shear_compliance
 
    !> Mean stress-free curvature of an element.
    pure real(wp) function natural_curvature(element)
