@@ -14,7 +14,7 @@ module ground_regions
    use force_law, only: law_reaction
    use element_foundation, only: foundation_forces, touching_gap
    use inner_forces, only: inner_forces_t
-   use gap_profile, only: profile_t, gap_and_slope, element_profile, profile_parts, profile_least, profile_value
+   use gap_profile, only: profile_t, element_profile, profile_parts, profile_least, profile_value
    use path_record, only: region_t
    implicit none
    private
@@ -102,12 +102,14 @@ contains
       logical function clearly(candidate, parts)
          integer, intent(in) :: candidate
          integer, intent(out) :: parts
-         real(wp) :: gap(2), slope(2)
+         real(wp) :: gap(2), slope(2), normal(2), bend, theta
          integer :: side, at
          do side = 1, 2
             at = candidate
             if (side == 2) at = problem%ground%chain%neighbour(2, candidate)
-            call gap_and_slope(problem, state, problem%ground%chain, at, e, side, gap(side), slope(side))
+            call chain_gap(problem, state, problem%ground%chain, at, gap(side), normal, bend)
+            theta = rod_direction(problem, state, e, side)
+            slope(side) = normal(1) * cos(theta) + normal(2) * sin(theta)
          end do
          gap = gap - touching_gap(problem, state, e)
          parts = merge(1, 0, gap(1) < 0.0_wp)
