@@ -10,6 +10,7 @@ module corrector
    use path_control, only: control_t, control_row, control_error, metric, is_arc_length, set_tangent, monitor_change, &
       & path_length
    use contact_set, only: contact_step_t, solve_contact_step, gap_tolerance
+   use step_search, only: shorten_step, step_work
    use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t
    use timing, only: timers_t, count_up, counter_newton
@@ -28,6 +29,8 @@ module corrector
 
    integer, parameter :: shifting_iterations = 8 !! after these the contact points must stay within their elements
    integer, parameter :: settling_grip = 4      !! times the most iterations while foundations still change where they touch
+   real(wp), parameter :: far_worse = 10.0_wp   !! a step that raises the residual by this factor may be far too long
+   real(wp), parameter :: far_from_balance = 0.1_wp !! and above this residual
    integer, parameter :: settling_iterations = 5 !! until then the last correction must be small, too
    real(wp), parameter :: longest_jump = 4.0_wp !! what load or displacement control may go, over the length of the tangent's step
    real(wp), parameter :: no_motion = 1.0e-10_wp !! arc length of rounding, where loads only stress what cannot move
@@ -137,11 +140,11 @@ contains
       integer, intent(in) :: tangent_updates   !! iterations after which the tangent is factored anew
       type(increment_t), intent(inout) :: report
       type(timers_t), intent(inout) :: timers
-      type(state_t) :: origin
+      type(state_t) :: origin, from
       type(contact_step_t) :: step
       real(wp), allocatable :: before(:, :), spring(:)
-      real(wp) :: rhs, tolerance, best, correction, moved
-      logical :: refactor, settled
+      real(wp) :: rhs, tolerance, best, correction, moved, work, worse, previous
+      logical :: refactor, settled, searching
       integer, allocatable :: grip(:)
       integer :: iteration, most, last_change
 
@@ -151,6 +154,8 @@ contains
       best = huge(1.0_wp)
       most = problem%model%step(problem%step)%max_iterations
       last_change = 0
+      searching = any(problem%ground%founded)
+      previous = 0.0_wp
       ! Foundations find out where they touch while Newton goes on; the limit counts from then on.
       newton: do iteration = 1, settling_grip * most
          if (iteration > last_change + most) exit newton
@@ -164,6 +169,9 @@ contains
             state%reaction = step%reaction
          else
             before = state%u
+            work = 0.0_wp
+            if (searching) work = step_work(system, step%x)
+            if (searching) from = state
             call move(problem, system, step, state)
             correction = metric(problem, state%u - before, state%u - before)
          end if
@@ -172,6 +180,13 @@ contains
          spring = system%spring
          grip = system%grip
          call assemble_bordered(problem, state, origin, system, timers)
+         if (searching .and. system%ok .and. .not. step%flipped .and. system%n_slides == 0) then
+            worse = max(system%force_residual, system%defect_residual)
+            if (worse > far_worse * max(previous, far_from_balance)) &
+               & call shorten_step(problem, origin, from, step%x, work, state, system, timers)
+            previous = max(system%force_residual, system%defect_residual)
+            correction = metric(problem, state%u - before, state%u - before)
+         end if
          if (any(system%grip /= grip)) then
             last_change = iteration
             refactor = .true.
