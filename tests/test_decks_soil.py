@@ -83,3 +83,30 @@ def test_arch_converges_at_fourth_order():
         run = arch(n)
         errors.append(run.column("sinking")[-1] * 1e4 / arch_exact(run.column("load_factor")[-1], 20.0)[1] - 1.0)
     dr.assert_mean_order(errors, 4.0)
+
+
+# A liner in a soft host ----------------------------------------------------------------------------------------------
+
+@functools.cache
+def liner(modulus, factor=1):
+    """Pressure takes all of it off its host at first, but for a spot below."""
+    return dr.run_deck(dr.changed(
+        dr.example("liner"), ("REFERENCE=90.", f"REFERENCE=90., FOUNDATION=WINKLER, MODULUS={modulus}"),
+        (", POINTS=NODES", ""), ("0., 0., 80", f"0., 0., {80 * factor}"), ("0., 0., 60", f"0., 0., {60 * factor}"),
+        ("v, ABOVE, 0.4", "v, ABOVE, 0.06")))
+
+
+def test_liner_in_a_soft_host_converges():
+    loads = [liner(1e6, factor).labelled("LP")[0].load_factor for factor in (1, 2, 4)]
+    ratio = (loads[0] - loads[2]) / (loads[1] - loads[2])
+    assert 17 * 0.7 < ratio < 17 * 1.6, loads     # (1 - 4^-4)/(2^-4 - 4^-4) = 17: fourth order
+    dr.assert_close(loads[0], loads[2], relative=1e-6)
+
+
+def test_stiff_hosts_approach_the_rigid_one():
+    """59.2428: the deck's rigid host, its mesh doubled twice."""
+    loads = [liner(modulus).labelled("LP")[0].load_factor for modulus in (1e5, 1e6, 1e7, 1e8)]
+    dr.assert_monotone(loads, rising=True)
+    lack = 59.2428 - np.array(loads)
+    assert np.all(lack > 0.0) and np.all(lack[1:] < 0.25 * lack[:-1]), lack
+    assert lack[-1] < 0.02
