@@ -189,30 +189,32 @@ contains
       real(wp), allocatable :: gap(:), peak(:)
       real(wp) :: range(2), value, tau
       integer :: c, i, n, round, first_contact, last_contact
-      allocate (gap(0), peak(0))
+      allocate (gap((samples + 1) * (1 + rounds(problem, contact)) * problem%ground%chain%n))
+      allocate (peak(size(gap)))
+      n = 0
       do round = 0, rounds(problem, contact)
          do c = 1, problem%ground%chain%n
             if (.not. part_of_stretch(problem, state, contact, c, round, from, to, range)) cycle
             profile = element_profile(problem, state, problem%ground%chain, c)
             do i = 0, samples
-               if (i == 0 .and. size(gap) > 0) cycle
-               gap = [gap, profile_value(profile, range(1) + (range(2) - range(1)) * i / samples)]
-               peak = [peak, gap(size(gap))]
+               if (i == 0 .and. n > 0) cycle
+               n = n + 1
+               gap(n) = profile_value(profile, range(1) + (range(2) - range(1)) * i / samples)
+               peak(n) = gap(n)
                if (i == 0) cycle
                ! The value between this sample and the last one, if it is larger than both.
                call profile_least(profile_t(-profile%value, -profile%slope, -profile%bend), &
                   & range(1) + (range(2) - range(1)) * (i - 1) / samples, &
                   & range(1) + (range(2) - range(1)) * i / samples, value, tau)
-               peak(size(peak)) = -value
+               peak(n) = -value
             end do
          end do
       end do
-      n = size(gap)
       opening = -huge(1.0_wp)
       if (n == 0) return
-      opening = minval(gap)
-      first_contact = findloc(gap < 0.0_wp, .true., 1)
-      last_contact = findloc(gap < 0.0_wp, .true., 1, back=.true.)
+      opening = minval(gap(:n))
+      first_contact = findloc(gap(:n) < 0.0_wp, .true., 1)
+      last_contact = findloc(gap(:n) < 0.0_wp, .true., 1, back=.true.)
       do i = first_contact + 1, last_contact
          ! A peak inside the interval before sample i, or at sample i.
          if (peak(i) > max(gap(i - 1), gap(i))) then

@@ -40,8 +40,8 @@ contains
          reach = 2.0_wp * maxval(problem%ground%chain%tributary, mask=problem%ground%chain%contact == contact)
          if (closed > 0.0_wp) call turn_round(a, b, closed)
          call match(a, b, reach, partner_a, partner_b)
-         call tell(contact, a, b, partner_b, 'C+', 'C-', events)
-         call tell(contact, b, a, partner_a, 'C-', 'C+', events)
+         call tell(contact, a, b, partner_b, reach, 'C+', 'C-', events)
+         call tell(contact, b, a, partner_a, reach, 'C-', 'C+', events)
       end do
    end subroutine find_ground_events
 
@@ -114,12 +114,14 @@ contains
    end subroutine match
 
    !> Regions of `there` without a partner in `other`: they are new, or parts of a region that is whole in `other`.
-   subroutine tell(contact, other, there, partner, new, divided, events)
+   subroutine tell(contact, other, there, partner, reach, new, divided, events)
       integer, intent(in) :: contact
       type(region_t), intent(in) :: other(:), there(:)
       integer, intent(in) :: partner(:)        !! of the regions of `there`
+      real(wp), intent(in) :: reach            !! two elements
       character(2), intent(in) :: new, divided !! labels
       type(ground_event_t), allocatable, intent(inout) :: events(:)
+      real(wp) :: from, to, width
       integer :: k, side, beside
       do k = 1, size(there)
          if (partner(k) > 0) cycle
@@ -132,8 +134,12 @@ contains
          if (side > 1) then
             events = [events, ground_event_t(new, contact, free_from(there(k)), free_to(there(k)), .false.)]
          else
-            events = [events, ground_event_t(divided, contact, min(there(k)%start, there(beside)%start), &
-               & max(there(k)%end, there(beside)%end), .true.)]
+            ! The opening may move while it grows.
+            from = min(there(k)%end, there(beside)%end)
+            to = max(there(k)%start, there(beside)%start)
+            width = max(10.0_wp * (to - from), 10.0_wp * reach)
+            events = [events, ground_event_t(divided, contact, max(from - width, min(there(k)%start, there(beside)%start)), &
+               & min(to + width, max(there(k)%end, there(beside)%end)), .true.)]
          end if
       end do
 
