@@ -31,6 +31,7 @@ contains
       type(accuracy_t), intent(inout) :: accuracy
       real(wp), allocatable :: support(:, :), left(:, :)
       real(wp) :: total(3), scale, first(3), second(3), x(2), force(3), gap, normal(2), bend, size_, largest, noise, middle(2)
+      real(wp) :: push, spring
       type(ge_load_t) :: load
       integer :: e, i, node, c
 
@@ -100,8 +101,9 @@ contains
          else
             if (.not. problem%candidates%bilateral(c) .and. state%reaction(c) > 0.0_wp .and. gap > 0.0_wp) &
                & accuracy%complementarity = max(accuracy%complementarity, state%reaction(c) * gap / (largest * size_))
+            call foundation_answer(problem, c, gap, push, spring)
             accuracy%foundation = max(accuracy%foundation, &
-               & abs(state%reaction(c) - foundation_reaction(problem, c, gap)) / largest)
+               & (abs(state%reaction(c) - push) - spring * rounding_gap(problem)) / largest)
          end if
          if (.not. problem%candidates%bilateral(c)) accuracy%tension = max(accuracy%tension, -state%reaction(c) / largest)
       end do
@@ -164,23 +166,27 @@ contains
    end subroutine measure_balance
 
    !> What a foundation's spring at a node answers to a gap.
-   pure real(wp) function foundation_reaction(problem, candidate, gap) result(reaction)
+   pure subroutine foundation_answer(problem, candidate, gap, push, spring)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
       real(wp), intent(in) :: gap
-      real(wp) :: penetration, slope
+      real(wp), intent(out) :: push, spring    !! force, and its derivative by the penetration
+      real(wp) :: penetration
       penetration = -gap
       if (.not. problem%candidates%bilateral(candidate)) penetration = max(penetration, 0.0_wp)
       associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(candidate)))
          if (obstacle%law == 0) then
-            reaction = obstacle%modulus * penetration
+            push = obstacle%modulus * penetration
+            spring = obstacle%modulus
          else
-            call law_reaction(problem%model%law(obstacle%law), penetration, reaction, slope)
-            reaction = obstacle%width * reaction
+            call law_reaction(problem%model%law(obstacle%law), penetration, push, spring)
+            push = obstacle%width * push
+            spring = obstacle%width * spring
          end if
       end associate
-      reaction = reaction * problem%candidates%tributary(candidate)
-   end function foundation_reaction
+      push = push * problem%candidates%tributary(candidate)
+      spring = spring * problem%candidates%tributary(candidate)
+   end subroutine foundation_answer
 
    !> Resultant force and moment about `middle` of the load on an element.
    function element_load_sum(problem, state, e, middle) result(total)

@@ -142,7 +142,7 @@ contains
       do c = 1, problem%candidates%n
          call candidate_gap(problem, state, c, system%gap(c), system%normal(:, c), system%bend(c))
          if (system%soft(c)) call set_foundation(problem, state, c, system)
-         system%closing(c) = closing_rate(problem, c)
+         system%closing(c) = closing_rate(problem, problem%candidates, c)
          system%motion(:, c) = problem%model%step(problem%step)%load%motion(:, problem%candidates%obstacle(c))
          if (.not. state%active(c)) system%slope(c) = merge(1.0_wp, 0.0_wp, may_react(problem, c, system%normal(:, c)))
       end do

@@ -92,8 +92,8 @@ module path_record
       real(wp) :: force_balance = 0.0_wp      !! |loads + supports + contact| over the force scale
       real(wp) :: moment_balance = 0.0_wp     !! the same for moments about the structure's middle, over the size
       real(wp) :: node_balance = 0.0_wp       !! the same for each node without its supports
-      real(wp) :: foundation = 0.0_wp         !! largest |reaction - that of the gap| at nodes on foundations over the largest reaction
-      real(wp) :: between = 0.0_wp            !! largest penetration of a rigid obstacle halfway between nodes in contact, over the size
+      real(wp) :: foundation = 0.0_wp         !! largest |reaction - that of the gap| over the largest reaction, foundations at nodes
+      real(wp) :: between = 0.0_wp            !! as penetration, halfway between nodes in contact
    end type accuracy_t
 
    !> Whoever wants to know of points as they happen: the path loop only knows this.

@@ -27,7 +27,7 @@ contains
          call write_value('tension / largest reaction', accuracy%tension)
          call write_value('complementarity violation', accuracy%complementarity)
          call write_value('reactions and law of foundations', accuracy%foundation)
-         call write_value('penetration between nodes', accuracy%between)
+         call write_value('penetration between nodes / size', accuracy%between)
       end if
       call write_value('balance of forces', accuracy%force_balance)
       call write_value('balance of moments', accuracy%moment_balance)
