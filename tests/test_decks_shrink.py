@@ -175,6 +175,11 @@ def test_upheaval_of_a_heated_pipe():
     ground at the lift-off moves with the contact end, so the error is that of the elements of 1/13 of the half buckle."""
     run = dr.run_deck(dr.example("pipe-heat"))
     b, ea, half, q = 4.493409457909064, 1e8, 5.0, 0.1
+    each = run.results.contact.obstacle_force    # GROUND, JACK; half the pipe weighs 0.5
+    dr.assert_close(each[:, 1, 1], run.column("jack"), absolute=1e-12)
+    loaded = run.column("step") > 1
+    end = 0.5 * 0.1 * 5 / 100                    # what the clamped end carries of its last element, which lies on the ground
+    dr.assert_close(each[loaded].sum(axis=1), np.tile([0.0, 0.5 - end], (np.count_nonzero(loaded), 1)), absolute=2e-4)
     free = (run.column("step") == 5) & (run.column("load_factor") > 0.0)
     thrust, height = run.column("thrust")[free], run.column("height")[free]
     assert np.count_nonzero(free) > 15
