@@ -104,6 +104,7 @@ class Contact:
     candidate_contact: np.ndarray    # which *CONTACT (from 1) each belongs to
     obstacles: tuple[str, ...] = ()  # name of the obstacle of each contact
     obstacle_shift: np.ndarray | None = None     # (points, obstacles, 2) how far they have moved; None: they never do
+    obstacle_force: np.ndarray | None = None     # (points, obstacles, 2) of each on the structure; None: a file from before
 
     def regions(self, point: int) -> list[Region]:
         """The regions at a point (from 1)."""

@@ -151,8 +151,9 @@ def _contact(group: h5py.Group, filename: str, mesh: Mesh) -> tuple[Contact | No
                       np.array([rows[label] for label in labels], dtype=int),
                       dataset(file, "contact/candidate_contact", filename)[()].astype(int),
                       tuple(text(name) for name in file["contact/obstacle"]) if "contact/obstacle" in file else (),
-                      group["contact/obstacle_shift"][()] if "contact/obstacle_shift" in group else None)
-    moved = [] if contact.obstacle_shift is None else [len(contact.obstacle_shift)]
+                      *(group[f"contact/{name}"][()] if f"contact/{name}" in group else None
+                        for name in ("obstacle_shift", "obstacle_force")))
+    moved = [len(values) for values in (contact.obstacle_shift, contact.obstacle_force) if values is not None]
     return contact, [len(count), len(reaction), *(len(span) for span in spans), *moved]
 
 
@@ -160,7 +161,7 @@ def _cut(contact: Contact, n: int) -> Contact:
     return Contact(contact.count[:n], contact.start[:n], contact.end[:n], contact.angle_start[:n],
                    contact.angle_end[:n], contact.contact[:n].astype(int), contact.reaction_total[:n],
                    contact.candidates, contact.candidate_contact, contact.obstacles,
-                   None if contact.obstacle_shift is None else contact.obstacle_shift[:n])
+                   *(None if values is None else values[:n] for values in (contact.obstacle_shift, contact.obstacle_force)))
 
 
 def _fields(group: h5py.Group, n_points: int) -> tuple[np.ndarray, tuple[str, ...]]:

@@ -19,6 +19,7 @@ program unilat
    use run_recorder, only: run_recorder_t
    use results, only: results_open, results_close
    use listing, only: listing_open, listing_close
+   use run_summary, only: failed_checks
    use timing, only: timers_t, timing_start, timing_stop, phase_reading, phase_numbering, phase_output
    implicit none
    integer, parameter :: exit_complete = 0, exit_deck_error = 1, exit_stopped = 2, exit_internal = 3
@@ -76,6 +77,13 @@ program unilat
    call follow_path(path_problem, recorder, outcome, timers)
 
    ! ---- the end ----
+   status = failed_checks(outcome%accuracy)
+   if (status /= '') then
+      outcome%complete = .false.
+      status = 'its own checks found it wrong: '//status
+      if (allocated(outcome%why)) status = outcome%why//'; '//status
+      outcome%why = status
+   end if
    status = 'complete'
    if (.not. outcome%complete) status = 'stopped: '//outcome%why
    call timing_start(timers, phase_output)

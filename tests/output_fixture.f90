@@ -87,6 +87,7 @@ contains
             & ieee_value(1.0_wp, ieee_quiet_nan), 3.0_wp)
       end do
       point%reaction_total = [100.0_wp * n, 200.0_wp * n]
+      point%obstacle_force = n * reshape([1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp], [2, 2])
    end function small_point
 
    !> A limit point at point n of the path.

@@ -26,6 +26,9 @@ def test_beam_on_rollers():
     dr.assert_close(rise, np.where(lies, 0.0, force / 16 - q / 4), absolute=1e-5 * q)
     lost = run.only("C-")
     dr.assert_close(lost.load_factor, 4 * q, relative=1e-6)
+    each = run.results.contact.obstacle_force[1:]
+    dr.assert_close(each[:, :, 0], np.zeros((len(force), 3)), absolute=1e-15)
+    dr.assert_close(each[:, :, 1], np.column_stack((first, second, last)), absolute=1e-15)
 
 
 def test_beam_between_buffers():

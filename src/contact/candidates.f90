@@ -21,7 +21,8 @@ module candidates
       real(wp), allocatable :: s(:)           !! arc length along the chain [length], at home
       real(wp), allocatable :: tributary(:)   !! half the length of the adjacent contact elements; 1 at the stops of nodes
       real(wp), allocatable :: gap_offset(:)
-      real(wp), allocatable :: overlap(:)     !! how deep each begins behind an obstacle that some step makes push it out
+      real(wp), allocatable :: overlap(:)     !! how far an obstacle that some step makes push out what begins behind it is
+      !! withdrawn at the start: by the deepest penetration of the contact
       logical, allocatable :: may_slide(:)
       logical, allocatable :: bilateral(:)    !! held by its obstacle for good: no sign counts
       real(wp), allocatable :: chain_length(:) !! (contacts) length of the closed chain, 0 when open
@@ -73,6 +74,7 @@ contains
                if (previous(mesh%node(2, e)) == 0) previous(mesh%node(2, e)) = e
             end do
             first = list%n
+            list%overlap(first + 1:) = 0.0_wp
             ! Open chains begin where nothing leads to; what is left afterwards are closed ones.
             do i = 1, size(contact%node)
                node = contact%node(i)
@@ -113,7 +115,8 @@ contains
             else if (model%obstacle(list%obstacle(here))%at_nodes) then
                list%gap_offset(here) = model%contact(c)%gap - gap
             end if
-            if (pushes_out(list%obstacle(here))) list%overlap(here) = max(-gap - list%gap_offset(here), 0.0_wp)
+            if (pushes_out(list%obstacle(here))) list%overlap(first + 1:) = max(maxval(list%overlap(first + 1:here)), &
+               & -gap - list%gap_offset(here))
             list%s(here) = s
             list%tributary(here) = 0.0_wp
             element = next(at)

@@ -259,7 +259,7 @@ contains
          associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(c)))
             x = candidate_position(problem, state, c) + moved * t
             call obstacle_gap(obstacle, x, gap, normal, bend)
-            curvature = contact_curvature(obstacle, x - (gap + candidate_offset(problem, state, c)) * normal, t)
+            curvature = contact_curvature(obstacle, x - (gap + candidate_offset(problem, state, problem%candidates, c)) * normal, t)
          end associate
       end function obstacle_curvature
 

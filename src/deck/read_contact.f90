@@ -48,8 +48,6 @@ contains
                ' is BILATERAL and holds its candidates where they begin; GAP would have no effect')
             if (contact%sliding) then
                reason = no_sliding(model, contact)
-               if (reason == '' .and. pushes_out(deck, model%obstacle(contact%obstacle)%name)) &
-                  reason = 'an obstacle that no *CONTACT INTERFERENCE, SHRINK names'
                contact%sliding = reason == ''
                if (points == 'SLIDING' .and. reason /= '') &
                   call complain(deck, diagnostics, card, parameter_place(deck, card, 'POINTS'), 'SLIDING needs '//reason)

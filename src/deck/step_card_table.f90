@@ -100,8 +100,8 @@ contains
       call card(t, 'CONTACT INTERFERENCE', in_step, 'Closes gaps: the surface of an obstacle, or the stops of a `*GAP`, move '// &
          'towards the structure everywhere along their normal. What earlier steps have closed stays closed; repeated values '// &
          'add up.')
-      call param(t, 'SHRINK', kind_flag, 'the amount is what each candidate begins behind the obstacle; it is allowed then, '// &
-         'and pushed out from load factor 0 to 1', optional=.true.)
+      call param(t, 'SHRINK', kind_flag, 'for a structure that begins behind the obstacle: this is withdrawn along its '// &
+         'normal by the deepest penetration of each contact, and comes to its place from load factor 0 to 1', optional=.true.)
       call lines(t, when='SHRINK')
       call field(t, 'obstacle', kind_name, 'which one; once in a deck')
       call lines(t)

@@ -9,8 +9,10 @@ module ul2_element
    use ge_element, only: ge_load_t
    implicit none
    private
-   public :: ul2_stress_stiffness, ul2_evaluate, ul2_forces, ul2_size
+   public :: ul2_stress_stiffness, ul2_evaluate, ul2_forces, ul2_size, ul2_heat_scale
 
+   !> Scale of forces over those that heat without expansion makes: those of a freely heated rod are differences that cancel.
+   real(wp), parameter :: ul2_heat_scale = 1.0e-6_wp
    integer, parameter :: ul2_size = 3 !! stored natural forces of the whole deformation: N, M1, M2
 
 contains

@@ -7,7 +7,7 @@
 module element_foundation
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, element_displacement, element_load, obstacle_shift
+   use rod_state, only: state_t, element_displacement, element_load, obstacle_shift, candidate_offset, closing_rate
    use obstacle_geometry, only: obstacle_gap
    use ground, only: home_deviation
    use force_law, only: law_reaction
@@ -28,11 +28,11 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       type(inner_forces_t), intent(inout) :: list
-      real(wp) :: direction(2, max_stages), home(2, max_stages), u(6), start(2), home_start(2), shift(2), touching, offset
+      real(wp) :: direction(2, max_stages), home(2, max_stages), u(6), start(2), home_start(2), shift(2), touching
       real(wp) :: cut(max_cuts), value(0:2 * max_stages + 2), bending, turning
       type(ge_load_t) :: load
       integer :: i, c, s, obstacle, n_cuts, samples, k
-      logical :: bilateral, overlaps
+      logical :: bilateral
 
       call clear_forces(list)
       if (.not. problem%ground%founded(e)) return
@@ -56,9 +56,6 @@ contains
          c = problem%ground%candidate(i)
          obstacle = problem%ground%chain%obstacle(c)
          bilateral = problem%ground%chain%bilateral(c)
-         offset = problem%ground%chain%gap_offset(c)
-         overlaps = problem%ground%chain%overlap(c) > 0.0_wp .or. &
-            & problem%ground%chain%overlap(problem%ground%chain%neighbour(2, c)) > 0.0_wp
          shift = obstacle_shift(problem, state, obstacle)
          touching = touching_gap(problem, state, e)
          if (.not. bilateral .and. problem%model%obstacle(obstacle)%law == 0) then
@@ -112,34 +109,24 @@ contains
       !> Gap to the obstacle, for bilateral ones more than that of the stress-free axis.
       real(wp) function gap_at(tau) result(gap)
          real(wp), intent(in) :: tau
-         real(wp) :: basis(max_stages), x(2), normal(2), bend, closing
-         call look(tau, basis, x, gap, normal, bend, closing)
+         real(wp) :: basis(max_stages), x(2), normal(2), bend
+         call look(tau, basis, x, gap, normal, bend)
       end function gap_at
 
-      subroutine look(tau, basis, x, gap, normal, bend, closing)
+      subroutine look(tau, basis, x, gap, normal, bend)
          real(wp), intent(in) :: tau
          real(wp), intent(out) :: basis(max_stages), x(2), gap, normal(2), bend
-         real(wp), intent(out) :: closing      !! how much the gap closes per unit of load factor, besides the obstacle's motion
          real(wp) :: at_home, other(2)
          x = place(tau, basis)
-         closing = 0.0_wp
          at_home = 0.0_wp
-         if (bilateral .or. overlaps) then
+         if (bilateral) then
             call obstacle_gap(problem%model%obstacle(obstacle), home_start + matmul(home(:, :s), basis(:s)) + &
                & home_deviation(problem%ground, e, tau), at_home, other, bend)
+            ! What the offset takes off is the gap of the first node.
+            at_home = at_home + problem%ground%chain%gap_offset(c)
          end if
          call obstacle_gap(problem%model%obstacle(obstacle), x - shift, gap, normal, bend)
-         associate (kept => problem%constant, load => problem%model%step(problem%step)%load)
-            if (bilateral) then
-               gap = gap - at_home - kept%closing(obstacle)
-               closing = load%closing(obstacle)
-            else
-               at_home = merge(max(-at_home - offset, 0.0_wp), 0.0_wp, overlaps)
-               gap = gap + offset + at_home * (1.0_wp - kept%resolved(obstacle)) - kept%closing(obstacle)
-               closing = load%closing(obstacle) + load%resolved(obstacle) * at_home
-            end if
-         end associate
-         gap = gap - state%load_factor * closing
+         gap = gap - at_home + candidate_offset(problem, state, problem%ground%chain, c)
       end subroutine look
 
       !> How far the gap may leave its samples between them.
@@ -244,9 +231,9 @@ contains
 
       subroutine add_point(tau, weight)
          real(wp), intent(in) :: tau, weight
-         real(wp) :: gap, normal(2), bend, push, spring, closing, t(2), x(2), basis(max_stages)
+         real(wp) :: gap, normal(2), bend, push, spring, t(2), x(2), basis(max_stages)
          integer :: q
-         call look(tau, basis, x, gap, normal, bend, closing)
+         call look(tau, basis, x, gap, normal, bend)
          associate (ground => problem%model%obstacle(obstacle))
             if (ground%law == 0) then
                spring = ground%modulus
@@ -266,7 +253,7 @@ contains
          list%stiffness(:, 1, q) = spring * normal * normal(1) - (push * bend) * t * t(1)
          list%stiffness(:, 2, q) = spring * normal * normal(2) - (push * bend) * t * t(2)
          list%rate(:, q) = matmul(list%stiffness(:, :, q), problem%model%step(problem%step)%load%motion(:, obstacle)) + &
-            & (spring * closing) * normal
+            & (spring * closing_rate(problem, problem%ground%chain, c)) * normal
          list%source(q) = c
          list%normal(:, q) = normal
          list%pressure(q) = push

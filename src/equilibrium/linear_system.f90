@@ -10,7 +10,7 @@ module linear_system
    use rod_geometry, only: element_geometry_t
    use force_law, only: law_reaction
    use ge_element, only: ge_evaluate, ge_load_t, ge_columns
-   use ul2_element, only: ul2_evaluate
+   use ul2_element, only: ul2_evaluate, ul2_heat_scale
    use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t, clear_forces
    use band_matrix, only: band_t, factor_t, new_band
@@ -22,7 +22,6 @@ module linear_system
 
    real(wp), parameter :: worst_round_off = 1.0e-6_wp !! a residual above it is no equilibrium, whatever its reason
 
-   real(wp), parameter :: least_heat_force = 1.0e-6_wp !! scale of forces, over those that heat without expansion makes
 
    type :: system_t
       integer :: n = 0                          !! unknowns of the band
@@ -143,7 +142,7 @@ contains
       do c = 1, problem%candidates%n
          call candidate_gap(problem, state, c, system%gap(c), system%normal(:, c), system%bend(c))
          if (system%soft(c)) call set_foundation(problem, state, c, system)
-         system%closing(c) = closing_rate(problem, c)
+         system%closing(c) = closing_rate(problem, problem%candidates, c)
          system%motion(:, c) = problem%model%step(problem%step)%load%motion(:, problem%candidates%obstacle(c))
          if (.not. state%active(c)) system%slope(c) = merge(1.0_wp, 0.0_wp, may_react(problem, c, system%normal(:, c)))
       end do
@@ -490,9 +489,8 @@ contains
          scale = max(scale, maxval(abs(system%eraw(1:2, e))), maxval(abs(system%eraw(4:5, e))), &
             & abs(system%eraw(3, e)) / problem%size, abs(system%eraw(6, e)) / problem%size)
          if (problem%model%mesh%family(e) == family_ge) cycle
-         ! UL2 takes the forces of a freely heated rod from differences that cancel.
          load = element_load(problem, state, e)
-         scale = max(scale, least_heat_force * abs(load%strain) / problem%compliance(e)%axial)
+         scale = max(scale, ul2_heat_scale * abs(load%strain) / problem%compliance(e)%axial)
       end do
       scale = max(scale, maxval(abs(state%reaction), mask=state%active))
       scale = max(scale, maxval(problem%spring(1:2, :) * abs(state%u(1:2, :))), &

@@ -108,33 +108,26 @@ contains
          & state%load_factor * problem%model%step(problem%step)%load%motion(:, obstacle)
    end function obstacle_shift
 
-   !> What comes on top of the distance of a candidate from its obstacle: the gap left in the deck, what is not pushed out
-   !> yet of a penetration at the start, less what closed since.
-   pure real(wp) function candidate_offset(problem, state, candidate) result(offset)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      offset = chain_offset(problem, state, problem%candidates, candidate)
-   end function candidate_offset
-
-   !> The same for a candidate of either list.
-   pure real(wp) function chain_offset(problem, state, list, candidate) result(offset)
+   !> What comes on top of the distance of a candidate (of either list) from its obstacle: the gap left in the deck, how far the
+   !> obstacle still is withdrawn, less what closed since.
+   pure real(wp) function candidate_offset(problem, state, list, candidate) result(offset)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(candidates_t), intent(in) :: list
       integer, intent(in) :: candidate
-      associate (kept => problem%constant, load => problem%model%step(problem%step)%load, o => list%obstacle(candidate))
+      associate (kept => problem%constant, o => list%obstacle(candidate))
          offset = list%gap_offset(candidate) + list%overlap(candidate) * (1.0_wp - kept%resolved(o)) - kept%closing(o) - &
-            & state%load_factor * (load%closing(o) + load%resolved(o) * list%overlap(candidate))
+            & state%load_factor * closing_rate(problem, list, candidate)
       end associate
-   end function chain_offset
+   end function candidate_offset
 
    !> How much the gap of a candidate closes per unit of load factor, besides what its obstacle's motion does.
-   pure real(wp) function closing_rate(problem, candidate) result(rate)
+   pure real(wp) function closing_rate(problem, list, candidate) result(rate)
       type(problem_t), intent(in) :: problem
+      type(candidates_t), intent(in) :: list
       integer, intent(in) :: candidate
-      associate (load => problem%model%step(problem%step)%load, o => problem%candidates%obstacle(candidate))
-         rate = load%closing(o) + load%resolved(o) * problem%candidates%overlap(candidate)
+      associate (load => problem%model%step(problem%step)%load, o => list%obstacle(candidate))
+         rate = load%closing(o) + load%resolved(o) * list%overlap(candidate)
       end associate
    end function closing_rate
 
@@ -168,7 +161,7 @@ contains
          call obstacle_gap(problem%model%obstacle(obstacle), node_position(state, list%node(candidate)) - &
             & obstacle_shift(problem, state, obstacle), gap, normal, bend)
       end associate
-      gap = gap + chain_offset(problem, state, list, candidate)
+      gap = gap + candidate_offset(problem, state, list, candidate)
    end subroutine chain_gap
 
    !> False where a support of the node takes all that an obstacle of this normal could push.

@@ -28,6 +28,7 @@ module path_record
       real(wp), allocatable :: monitor(:)
       type(region_t), allocatable :: region(:)        !! allocated only when the model has contacts
       real(wp), allocatable :: reaction_total(:)      !! (n_contacts) sum of the normal reactions
+      real(wp), allocatable :: obstacle_force(:, :)   !! (2, n_obstacles) sum of the forces of each on the structure
       real(wp), allocatable :: obstacle_shift(:, :)   !! (2, n_obstacles) how far they have moved, where some step moves one
       ! Fields: allocated only where the deck asks for them at this point.
       real(wp), allocatable :: displacement(:, :)     !! (3, n_nodes)
@@ -90,8 +91,12 @@ module path_record
       real(wp) :: tension = 0.0_wp            !! largest tensile reaction over the largest reaction
       real(wp) :: complementarity = 0.0_wp    !! largest |reaction * gap| over (largest reaction * size)
       real(wp) :: force_balance = 0.0_wp      !! |loads + supports + contact| over the force scale
-      real(wp) :: moment_balance = 0.0_wp     !! the same for moments about the origin
+      real(wp) :: moment_balance = 0.0_wp     !! the same for moments about the structure's middle, over the size
+      real(wp) :: node_balance = 0.0_wp       !! the same for each node without its supports
+      real(wp) :: foundation = 0.0_wp         !! largest |reaction - that of the gap| of foundations at nodes, over the largest
+      real(wp) :: between = 0.0_wp            !! as penetration, halfway between nodes in contact
    end type accuracy_t
+
    !> Whoever wants to know of points as they happen: the path loop only knows this.
    type, abstract :: recorder_t
    contains

@@ -30,7 +30,7 @@ module path_series
 
    type :: contact_series_t
       integer :: count = 0, start = 0, end = 0, angle_start = 0, angle_end = 0, contact = 0, reaction_total = 0
-      integer :: obstacle_shift = 0
+      integer :: obstacle_force = 0, obstacle_shift = 0
    end type contact_series_t
 
    type :: field_series_t
@@ -145,6 +145,7 @@ contains
          call series_append(set, id%contact, region%contact)
       end associate
       call series_append(set, id%reaction_total, point%reaction_total)
+      call append_field(set, id%obstacle_force, size(point%obstacle_force), point%obstacle_force)
       if (allocated(point%obstacle_shift)) call append_field(set, id%obstacle_shift, size(point%obstacle_shift), &
          & point%obstacle_shift)
    end subroutine append_contact
@@ -265,6 +266,8 @@ contains
          & 'contact that each region belongs to, from 1; 0: no such region', ragged=.true.)
       call series_real(set, file, id%reaction_total, group//'/reaction_total', [size(model%contact)], 'force', &
          & 'sum of the normal reactions of each contact')
+      call series_real(set, file, id%obstacle_force, group//'/obstacle_force', [2, size(model%obstacle)], 'force', &
+         & 'sum of the forces (x, y) of each obstacle on the structure, in the order of the deck')
       if (obstacles_move(model)) call series_real(set, file, id%obstacle_shift, group//'/obstacle_shift', &
          & [2, size(model%obstacle)], 'length', 'how far each obstacle has moved, in the order of the deck')
    end subroutine open_contact

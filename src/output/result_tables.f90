@@ -208,7 +208,13 @@ contains
       call hdf5_write(file, '/accuracy/force_balance', accuracy%force_balance, '1', &
          & 'largest |loads + supports + contact| over the force scale')
       call hdf5_write(file, '/accuracy/moment_balance', accuracy%moment_balance, '1', &
-         & 'largest sum of all moments about the origin over the moment scale')
+         & 'largest sum of all moments about the middle of the structure over the moment scale')
+      call hdf5_write(file, '/accuracy/node_balance', accuracy%node_balance, '1', &
+         & 'largest force, or moment over the size, that is left at a node without its supports, over the force scale')
+      call hdf5_write(file, '/accuracy/foundation', accuracy%foundation, '1', &
+         & 'largest difference between a reaction of a foundation at a node and that of its gap over the largest reaction')
+      call hdf5_write(file, '/accuracy/between', accuracy%between, '1', &
+         & 'largest penetration of a rigid obstacle halfway between nodes in contact over the size of the structure')
    end subroutine write_accuracy
 
    !> A count as an integer of the file; one that is too large is cut to the largest there is.

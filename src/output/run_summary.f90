@@ -7,7 +7,11 @@ module run_summary
    use columns, only: scientific, fixed, whole, left, right
    implicit none
    private
-   public :: write_accuracy, write_cost
+   public :: write_accuracy, write_cost, failed_checks
+
+   ! What no converged point comes near to.
+   real(wp), parameter :: unbalanced = 1.0e-4_wp     !! over the largest force
+   real(wp), parameter :: misplaced = 1.0e-7_wp      !! over the size
 
 contains
 
@@ -22,9 +26,12 @@ contains
          call write_value('penetration / size of the structure', accuracy%penetration)
          call write_value('tension / largest reaction', accuracy%tension)
          call write_value('complementarity violation', accuracy%complementarity)
+         call write_value('reactions and law of foundations', accuracy%foundation)
+         call write_value('penetration between nodes / size', accuracy%between)
       end if
       call write_value('balance of forces', accuracy%force_balance)
       call write_value('balance of moments', accuracy%moment_balance)
+      call write_value('balance of every node', accuracy%node_balance)
    contains
       subroutine write_value(name, value)
          character(*), intent(in) :: name
@@ -32,6 +39,30 @@ contains
          write (unit, '(a)') '   '//left(name, 38)//right(scientific(value, 2), 9)
       end subroutine write_value
    end subroutine write_accuracy
+
+   !> The measures that say the answer is wrong, in words; '' when all are good.
+   pure function failed_checks(accuracy) result(text)
+      type(accuracy_t), intent(in) :: accuracy
+      character(:), allocatable :: text
+      text = ''
+      call look('balance of forces', accuracy%force_balance, unbalanced)
+      call look('balance of moments', accuracy%moment_balance, unbalanced)
+      call look('balance of every node', accuracy%node_balance, unbalanced)
+      call look('penetration', accuracy%penetration, misplaced)
+      call look('tension', accuracy%tension, unbalanced)
+      call look('complementarity', accuracy%complementarity, misplaced)
+      call look('reactions and law of foundations', accuracy%foundation, unbalanced)
+
+   contains
+
+      pure subroutine look(name, value, bound)
+         character(*), intent(in) :: name
+         real(wp), intent(in) :: value, bound
+         if (value <= bound) return
+         if (text /= '') text = text//', '
+         text = text//name//' '//scientific(value, 2)
+      end subroutine look
+   end function failed_checks
 
    !> Seconds and calls of every phase that was used, and the counters that are not zero.
    subroutine write_cost(unit, timers)

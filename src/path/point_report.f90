@@ -6,7 +6,7 @@ module point_report
    use linear_system, only: system_t
    use monitors, only: monitor_values
    use contact_regions, only: find_regions
-   use ground_regions, only: ground_reaction, ground_pressure
+   use ground_regions, only: ground_reaction, ground_pressure, foundation_totals
    use section_forces, only: local_forces
    use path_record, only: point_t
    use model, only: obstacles_move
@@ -24,7 +24,7 @@ contains
       integer, intent(in) :: number            !! points recorded before this one: decides whether fields are due
       character(*), intent(in) :: label        !! points with a label always get their fields
       type(point_t) :: point
-      real(wp), allocatable :: shares(:)
+      real(wp), allocatable :: shares(:), totals(:, :)
       integer :: c, e
       associate (step => problem%model%step(problem%step))
          point%step = problem%step
@@ -36,9 +36,14 @@ contains
          if (size(problem%model%contact) > 0) then
             point%region = find_regions(problem, state)
             allocate (point%reaction_total(size(problem%model%contact)), source=0.0_wp)
+            allocate (totals(3, size(problem%model%obstacle)))
+            call foundation_totals(problem, state, totals)
+            point%obstacle_force = totals(1:2, :)
             do c = 1, problem%candidates%n
-               associate (total => point%reaction_total(problem%candidates%contact(c)))
+               associate (total => point%reaction_total(problem%candidates%contact(c)), &
+                  & force => point%obstacle_force(:, problem%candidates%obstacle(c)))
                   total = total + state%reaction(c)
+                  force = force + state%reaction(c) * system%normal(:, c)
                end associate
             end do
             if (problem%ground%chain%n > 0) then
