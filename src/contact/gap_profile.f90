@@ -196,7 +196,8 @@ contains
       call chain_gap(problem, state, list, candidate, gap, normal, bend)
       call local_forces(problem, state, e, local)
       angle = rod_direction(problem, state, e, side)
-      slope = stretch(problem, state, e, local(1, side)) * (normal(1) * cos(angle) + normal(2) * sin(angle))
+      slope = stretch(problem, state, e, local(1, side)) * (normal(1) * cos(angle) + normal(2) * sin(angle)) + &
+         & shear_compliance(problem, e) * local(2, side) * (normal(2) * cos(angle) - normal(1) * sin(angle))
    end subroutine gap_and_slope
 
    !> Deformed over stress-free length where the normal force is n.

@@ -155,7 +155,7 @@ contains
       !> Places where gap + level changes its sign.
       subroutine add_cuts(level)
          real(wp), intent(in) :: level
-         real(wp) :: a, b, fa, fb, fm, curvature, vertex, fv, close
+         real(wp) :: a, b, fa, fb, vertex, fv, close
          integer :: j
          close = waviness()
          do j = 1, samples
@@ -167,20 +167,36 @@ contains
                call add_root(a, b, fa, fb, level)
             else if (min(abs(fa), abs(fb)) <= close) then
                ! It may dip through between two samples.
-               fm = gap_at(0.5_wp * (a + b)) + level
-               vertex = 0.5_wp * (a + b)
-               fv = fm
-               curvature = fa - 2.0_wp * fm + fb
-               if ((fm < 0.0_wp .eqv. fa < 0.0_wp) .and. abs(curvature) > abs(fa - fb)) then
-                  vertex = vertex + (b - a) * 0.25_wp * (fa - fb) / curvature
-                  fv = gap_at(vertex) + level
-               end if
+               call find_extreme(a, b, fa, fb, level, vertex, fv)
                if ((fv < 0.0_wp) .eqv. (fa < 0.0_wp)) cycle
                call add_root(a, vertex, fa, fv, level)
                call add_root(vertex, b, fv, fb, level)
             end if
          end do
       end subroutine add_cuts
+
+      !> A place between two others where gap + level has the other sign, if there is one: vertices of parabolas, the second
+      !> one through places close to the first.
+      subroutine find_extreme(a, b, fa, fb, level, vertex, fv)
+         real(wp), intent(in) :: a, b, fa, fb, level
+         real(wp), intent(out) :: vertex, fv
+         real(wp) :: half, f(2), curvature
+         integer :: round
+         vertex = 0.5_wp * (a + b)
+         half = 0.5_wp * (b - a)
+         f = [fa, fb]
+         do round = 1, 3
+            fv = gap_at(vertex) + level
+            if ((fv < 0.0_wp) .neqv. (fa < 0.0_wp)) return
+            if (round == 2) then
+               half = min(0.125_wp * half, vertex - a, b - vertex)
+               f = [gap_at(vertex - half), gap_at(vertex + half)] + level
+            end if
+            curvature = f(1) - 2.0_wp * fv + f(2)
+            if (round == 3 .or. 2.0_wp * abs(curvature) <= abs(f(1) - f(2))) return
+            vertex = vertex + 0.5_wp * half * (f(1) - f(2)) / curvature
+         end do
+      end subroutine find_extreme
 
       !> One root between two places of different sign: regula falsi, Illinois variant.
       subroutine add_root(first, second, value_first, value_second, level)

@@ -28,7 +28,7 @@ module corrector
    end type increment_t
 
    integer, parameter :: shifting_iterations = 8 !! after these the contact points must stay within their elements
-   integer, parameter :: settling_grip = 4      !! times the most iterations while foundations still change where they touch
+   integer, parameter :: settling_grip = 20     !! times the most iterations while foundations still change where they touch
    real(wp), parameter :: far_worse = 10.0_wp   !! a step that raises the residual by this factor may be far too long
    real(wp), parameter :: far_from_balance = 0.1_wp !! and above this residual
    integer, parameter :: settling_iterations = 5 !! until then the last correction must be small, too
