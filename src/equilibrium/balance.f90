@@ -4,7 +4,7 @@ module balance
    use kinds, only: wp
    use model, only: family_ge
    use problem, only: problem_t
-   use rod_state, only: state_t, node_position, element_displacement, element_load, candidate_gap
+   use rod_state, only: state_t, node_position, element_displacement, element_load, candidate_gap, candidate_opening
    use section_forces, only: end_forces
    use element_foundation, only: foundation_forces, rounding_gap
    use inner_forces, only: inner_forces_t
@@ -75,10 +75,12 @@ contains
             if (problem%model%fixed(i, node)) force(i) = 0.0_wp
          end do
          total = total + [force(1:2), x(1) * force(2) - x(2) * force(1)]
-         if (problem%model%obstacle(problem%candidates%obstacle(c))%rigid) then
-            ! A bilateral obstacle is left on neither side.
+         if (problem%coupling%entry(c) > 0) gap = candidate_opening(problem, state, c)
+         if (problem%model%obstacle(problem%candidates%obstacle(c))%rigid .or. problem%coupling%entry(c) > 0) then
+            ! A bilateral obstacle is left on neither side, nor the surface of a ground that settles.
             if (state%active(c) .or. .not. problem%candidates%bilateral(c)) &
-               & accuracy%penetration = max(accuracy%penetration, merge(abs(gap), -gap, problem%candidates%bilateral(c)) / size_)
+               & accuracy%penetration = max(accuracy%penetration, merge(abs(gap), -gap, problem%candidates%bilateral(c) .or. &
+               & (state%active(c) .and. problem%coupling%entry(c) > 0)) / size_)
             if (largest > 0.0_wp) accuracy%complementarity = max(accuracy%complementarity, &
                & abs(state%reaction(c) * gap) / (largest * size_))
          else if (.not. problem%candidates%bilateral(c) .and. state%reaction(c) > 0.0_wp .and. gap > 0.0_wp .and. &
