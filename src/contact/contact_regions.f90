@@ -3,11 +3,12 @@
 !> A rod leaves a rigid obstacle smoothly: its curvature is the obstacle's up to the lift-off point and changes about
 !> linearly beyond. So the end is where the curvature of the open element, continued backwards, meets the obstacle's;
 !> that point may lie on either side of the last node in contact. On a foundation the end is where the gap, a cubic
-!> through values and slopes at both nodes, changes sign.
+!> through values and slopes at both nodes, changes sign; where the foundation carries load sideways the last reaction
+!> tells how much of the node's length still presses.
 module contact_regions
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp, degree
-   use model, only: obstacle_t, obstacle_line, obstacle_circle
+   use model, only: obstacle_t, obstacle_line, obstacle_circle, ground_half_space
    use problem, only: problem_t
    use rod_state, only: state_t, candidate_position, candidate_offset, element_load
    use ge_element, only: ge_load_t
@@ -200,6 +201,8 @@ contains
          beyond = state%geometry%element(problem%candidates%element(side, candidate))%length
       else if (problem%model%obstacle(problem%candidates%obstacle(candidate))%rigid) then
          beyond = rigid_overhang(problem, state, candidate, side)
+      else if (problem%coupling%entry(candidate) > 0) then
+         beyond = patch_overhang(problem, state, candidate, side)
       else
          beyond = winkler_overhang(problem, state, candidate, open, side)
       end if
@@ -299,6 +302,42 @@ contains
       end do
       beyond = 0.5_wp * (low + high) * h
    end function winkler_overhang
+
+   !> Ground that couples: how much of the last node's length its reaction fills, the pressure continued from the two nodes
+   !> before it. On a half-space it falls to zero with the root of the distance from the end.
+   real(wp) function patch_overhang(problem, state, candidate, side) result(beyond)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate, side
+      real(wp) :: pressure, inner(2), half(2), distance(2), fall, filled
+      integer :: c(2), e(2), k
+      beyond = 0.0_wp
+      inner = 0.0_wp
+      do k = 1, 2
+         c(k) = problem%candidates%neighbour(3 - side, merge(candidate, c(1), k == 1))
+         if (c(k) == 0) exit
+         if (.not. state%active(c(k))) exit
+         e(k) = problem%candidates%element(3 - side, merge(candidate, c(1), k == 1))
+         distance(k) = state%geometry%element(e(k))%length
+         inner(k) = state%reaction(c(k)) / problem%candidates%tributary(c(k))
+      end do
+      if (.not. inner(1) > 0.0_wp) return
+      half = 0.5_wp * [distance(1), state%geometry%element(problem%candidates%element(side, candidate))%length]
+      pressure = inner(1)
+      fall = 0.0_wp
+      if (inner(2) > 0.0_wp) then
+         pressure = inner(1) + (inner(1) - inner(2)) * distance(1) / distance(2)
+         if (problem%model%obstacle(problem%candidates%obstacle(candidate))%ground == ground_half_space) &
+            & fall = (inner(2)**2 - inner(1)**2) / distance(2)
+      end if
+      if (fall > 0.0_wp) then
+         filled = (1.5_wp * state%reaction(candidate) / sqrt(fall))**(2.0_wp / 3.0_wp)
+      else
+         if (pressure <= 0.5_wp * inner(1)) pressure = inner(1) ! it runs out: the line says nothing
+         filled = state%reaction(candidate) / pressure
+      end if
+      beyond = min(max(filled, 0.0_wp), sum(half)) - half(1)
+   end function patch_overhang
 
    !> Hermite cubic on (0, 1).
    pure real(wp) function cubic(value, slope, tau)

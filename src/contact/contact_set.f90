@@ -7,12 +7,16 @@
 !> with every column taken from the bordered system, so that the load factor takes part: nothing is singular at limit
 !> points, nor where the structure is held by contact alone. A candidate enters when its sign is violated, or a
 !> neighbour's is; the set grows until nothing outside it is violated.
+!>
+!> Where an obstacle couples its candidates the opening is b = gap + T r with all reactions, and an opening or a reaction at one
+!> candidate changes the reactions of all active ones (coupled_answer): these are loads of the columns.
 module contact_set
    use kinds, only: wp
    use problem, only: problem_t, dof
    use rod_state, only: state_t, parallel
    use linear_system, only: system_t, to_global, row_times, contact_reaction, turn_pair
    use bordered_system, only: solve_bordered
+   use active_coupling, only: coupled_answer, add_forces
    use lemke, only: solve_lcp, outcome_name, lcp_solved
    use lcp_check, only: lcp_error
    use timing, only: timers_t, timing_start, timing_stop, count_up, phase_contact, counter_lcp, counter_lcp_pivots, &
@@ -53,7 +57,7 @@ contains
       logical, intent(in) :: frozen
       type(contact_step_t), intent(inout) :: result
       type(timers_t), intent(inout) :: timers
-      real(wp), allocatable :: x(:, :), y(:, :), gap(:), reaction(:)
+      real(wp), allocatable :: x(:, :), y(:, :), gap(:), reaction(:), none(:)
       logical :: ok
       integer :: m
 
@@ -81,7 +85,8 @@ contains
       if (problem%candidates%n == 0) return
       call timing_start(timers, phase_contact)
       allocate (gap(problem%candidates%n), reaction(problem%candidates%n))
-      call predict(problem, system, result%x, result%y, state%active, gap, reaction)
+      allocate (none(problem%candidates%n), source=0.0_wp)
+      call predict(problem, system, result%x, result%y, state%active, none, 0.0_wp * result%x, gap, reaction)
       if (frozen) then
          result%reaction = merge(reaction, 0.0_wp, state%active)
       else
@@ -90,12 +95,15 @@ contains
       call timing_stop(timers, phase_contact)
    end subroutine solve_contact_step
 
-   !> Linear prediction of all gaps, and of the reactions of active candidates (0 for the others).
-   subroutine predict(problem, system, x, y, active, gap, reaction)
+   !> Linear prediction of all gaps (openings where the ground couples), and of the reactions of active candidates (0 for the
+   !> others).
+   subroutine predict(problem, system, x, y, active, given, force, gap, reaction)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: x(:), y(:)
       logical, intent(in) :: active(:)
+      real(wp), intent(in) :: given(:)               !! (candidates) openings of active ones, reactions of open ones
+      real(wp), intent(in) :: force(:)               !! (n) that these are on the nodes, which rigid contacts may take
       real(wp), intent(out) :: gap(:), reaction(:)   !! (candidates)
       integer :: c
       do c = 1, problem%candidates%n
@@ -105,9 +113,10 @@ contains
          if (system%soft(c)) then
             reaction(c) = system%push(c) - system%spring(c) * (gap(c) - system%gap(c))
          else if (system%unknown(c) > 0) then
-            reaction(c) = contact_reaction(system, c, system%residual) + reaction_change(system, c, x, y)
+            reaction(c) = contact_reaction(system, c, system%residual - force) + reaction_change(system, c, x, y)
          end if
       end do
+      call coupled_answer(problem%coupling, system%coupling, given, gap, reaction)
    end subroutine predict
 
    !> Change of a candidate's gap; an obstacle moves, or a gap closes, with the load factor.
@@ -161,12 +170,27 @@ contains
       y(2:) = system%slide_rate
       if (system%unknown(candidate) > 0) then
          reaction_rate = reaction_change(system, candidate, system%tangent, y)
+      else if (problem%coupling%entry(candidate) > 0) then
+         reaction_rate = -dot_product(system%coupling%stiffness(:, findloc(system%coupling%candidate, candidate, 1)), &
+            & coupled_rates(problem, system, y))
       else
          reaction_rate = -system%spring(candidate) * gap_rate(problem, system, candidate)
       end if
    end function reaction_rate
 
-   !> Derivative of the gap of a candidate along the path, by the load factor.
+   !> Changes of the gaps of the active candidates that couple.
+   pure function coupled_rates(problem, system, y) result(rate)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: y(:)
+      real(wp) :: rate(system%coupling%n)
+      integer :: i
+      do i = 1, system%coupling%n
+         rate(i) = gap_change(problem, system, system%coupling%candidate(i), system%tangent, y)
+      end do
+   end function coupled_rates
+
+   !> Derivative of the gap of a candidate along the path, by the load factor; of its opening where the ground couples.
    pure real(wp) function gap_rate(problem, system, candidate)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -175,6 +199,9 @@ contains
       y(1) = 1.0_wp
       y(2:) = system%slide_rate
       gap_rate = gap_change(problem, system, candidate, system%tangent, y)
+      if (system%coupling%n == 0 .or. problem%coupling%entry(candidate) == 0) return
+      gap_rate = gap_rate - dot_product(problem%coupling%compliance(system%coupling%entry, problem%coupling%entry(candidate)), &
+         & matmul(system%coupling%stiffness, coupled_rates(problem, system, y)))
    end function gap_rate
 
    !> Finds the contact set that the prediction is consistent with.
@@ -187,14 +214,15 @@ contains
       type(contact_step_t), intent(inout) :: result
       type(timers_t), intent(inout) :: timers
       integer, allocatable :: doubt(:)
-      logical, allocatable :: in_doubt(:), wrong(:), wrong_at(:)
-      real(wp), allocatable :: m(:, :), q(:), z(:), w(:), gap_0(:), reaction_0(:), x_all(:), y_all(:)
+      logical, allocatable :: in_doubt(:), wrong(:), wrong_at(:), near(:)
+      real(wp), allocatable :: m(:, :), q(:), z(:), w(:), gap_0(:), reaction_0(:), x_all(:), y_all(:), given(:)
+      real(wp), allocatable :: force(:, :), force_all(:) ! of the columns on the nodes
       integer :: nc, round, n, old, c, i, k, outcome, pivots
       logical :: ok
 
       nc = problem%candidates%n
       allocate (in_doubt(nc), source=.false.)
-      allocate (x(system%n, 0), y(1 + system%n_slides, 0), doubt(0), m(0, 0))
+      allocate (x(system%n, 0), y(1 + system%n_slides, 0), doubt(0), m(0, 0), force(system%n, 0))
       gap_0 = gap
       reaction_0 = reaction
       n = 0
@@ -211,15 +239,12 @@ contains
          end if
          old = n
          wrong_at = wrong_nodes()
+         near = with_neighbours(problem, wrong, round)
          do c = 1, nc
             if (in_doubt(c)) cycle
             ! Two obstacles of one node may hand it over to each other.
-            ok = wrong_at(problem%candidates%node(c))
-            do i = 1, 2
-               k = problem%candidates%neighbour(i, c)
-               if (k > 0) ok = ok .or. wrong(k)
-            end do
-            if (.not. ok .or. .not. can_act(system, c) .or. problem%candidates%bilateral(c)) cycle
+            if (.not. (near(c) .or. wrong_at(problem%candidates%node(c)))) cycle
+            if (.not. can_act(system, c) .or. problem%candidates%bilateral(c)) cycle
             ! On a level stretch of its law a reaction does not change: it can only open from the first segment.
             if (system%soft(c) .and. .not. system%spring(c) > 0.0_wp) cycle
             doubt = [doubt, c]
@@ -227,16 +252,27 @@ contains
          in_doubt(doubt) = .true.
          n = size(doubt)
          if (n == old) exit rounds
-         if (n > 2 * largest_lcp) then
+         if (n > 2 * largest_lcp .and. problem%coupling%n > 0) then
+            ! What the last LCP says of those in doubt then, the others by their signs; the next linearisation tells more.
+            result%active = state%active .neqv. wrong
+            do k = 1, old
+               result%active(doubt(k)) = state%active(doubt(k)) .neqv. z(k) > 0.0_wp
+            end do
+            where (.not. result%active) result%reaction = 0.0_wp
+            result%flipped = .true.
+            call count_up(timers, counter_set_changes)
+            return
+         else if (n > 2 * largest_lcp) then
             result%ok = .false.
             result%message = 'the contact set changes at too many candidates at once'
             return
          end if
          call grow(x, n)
          call grow(y, n)
+         call grow(force, n)
          call grow_square(m, n)
          do k = old + 1, n
-            call solve_column(doubt(k), x(:, k), y(:, k), ok)
+            call solve_column(doubt(k), x(:, k), y(:, k), force(:, k), ok)
             if (.not. ok) then
                result%ok = .false.
                result%message = singular_border
@@ -244,11 +280,12 @@ contains
             end if
          end do
          do k = 1, n
+            if (problem%coupling%n > 0) call change_by_column(doubt(k), x(:, k), y(:, k))
             do i = merge(old + 1, 1, k <= old), n
-               m(i, k) = response(doubt(i), x(:, k), y(:, k)) - relief(doubt(i), doubt(k))
+               m(i, k) = response(doubt(i), x(:, k), y(:, k), force(:, k))
             end do
             ! Compliance of the foundation, or its stiffness seen from an opening.
-            if (k <= old .or. .not. system%soft(doubt(k))) cycle
+            if (k <= old .or. .not. system%soft(doubt(k)) .or. problem%coupling%entry(doubt(k)) > 0) cycle
             if (state%active(doubt(k))) then
                m(k, k) = m(k, k) + system%spring(doubt(k))
             else
@@ -277,19 +314,16 @@ contains
          end if
          x_all = result%x
          y_all = result%y
+         force_all = 0.0_wp * x_all
          do k = 1, n
             if (.not. z(k) > 0.0_wp) cycle
             x_all = x_all + z(k) * x(:, k)
             y_all = y_all + z(k) * y(:, k)
+            force_all = force_all + z(k) * force(:, k)
          end do
-         call predict(problem, system, x_all, y_all, state%active, gap, reaction)
-         do k = 1, n
-            if (.not. z(k) > 0.0_wp) cycle
-            do c = 1, nc
-               if (problem%candidates%node(c) == problem%candidates%node(doubt(k))) reaction(c) = reaction(c) - &
-                  & z(k) * relief(c, doubt(k))
-            end do
-         end do
+         given = 0.0_wp * gap
+         given(doubt) = z
+         call predict(problem, system, x_all, y_all, state%active, given, force_all, gap, reaction)
          if (round == max_rounds) then
             result%ok = .false.
             result%message = 'the contact set did not settle'
@@ -350,32 +384,18 @@ contains
       end function wrong_nodes
 
       !> Response of the complementary variable w of a candidate to a solution of the system.
-      real(wp) function response(candidate, column, border)
+      real(wp) function response(candidate, column, border, load)
          integer, intent(in) :: candidate
-         real(wp), intent(in) :: column(:), border(:)
-         if (state%active(candidate) .and. system%unknown(candidate) > 0) then
-            response = reaction_change(system, candidate, column, border)
+         real(wp), intent(in) :: column(:), border(:), load(:)
+         if (problem%coupling%entry(candidate) > 0) then
+            response = merge(reaction(candidate), gap(candidate), state%active(candidate))
+         else if (state%active(candidate) .and. system%unknown(candidate) > 0) then
+            response = reaction_change(system, candidate, column, border) - contact_reaction(system, candidate, load)
          else
             response = gap_change(problem, system, candidate, column, border)
             if (state%active(candidate)) response = -system%spring(candidate) * response
          end if
       end function response
-
-      !> How much of a rigid contact's reaction is taken over at once by the force that is the column of another candidate
-      !> of the same node.
-      real(wp) function relief(candidate, other)
-         integer, intent(in) :: candidate, other
-         real(wp) :: force(system%n)
-         integer :: d
-         relief = 0.0_wp
-         if (candidate == other .or. problem%candidates%node(candidate) /= problem%candidates%node(other)) return
-         if (.not. state%active(candidate) .or. system%unknown(candidate) == 0) return
-         if (state%active(other) .and. system%unknown(other) > 0) return
-         force = 0.0_wp
-         d = dof(problem, problem%candidates%node(other), 1)
-         force(d:d + 1) = column_force(other)
-         relief = contact_reaction(system, candidate, force)
-      end function relief
 
       !> The force whose response is the column of a candidate, in node axes: a unit of reaction, or that of a unit of opening.
       function column_force(candidate) result(force)
@@ -388,13 +408,45 @@ contains
          if (state%active(candidate)) force = force * system%spring(candidate)
       end function column_force
 
+      !> Openings and reactions of the candidates that couple in a column, in gap and reaction.
+      subroutine change_by_column(candidate, column, border)
+         integer, intent(in) :: candidate           !! of the column
+         real(wp), intent(in) :: column(:), border(:)
+         integer :: j
+         do j = 1, problem%coupling%n
+            associate (coupled => problem%coupling%candidate(j))
+               gap(coupled) = gap_change(problem, system, coupled, column, border)
+            end associate
+         end do
+         call coupled_answer(problem%coupling, system%coupling, unit(candidate), gap, reaction)
+      end subroutine change_by_column
+
+      !> 1 for one candidate.
+      pure function unit(candidate)
+         integer, intent(in) :: candidate
+         real(wp) :: unit(nc)
+         unit = 0.0_wp
+         unit(candidate) = 1.0_wp
+      end function unit
+
+      !> Forces on a node and its neighbours on the ground by a unit of a candidate's own variable, the nodes held.
+      subroutine coupled_load(candidate, rhs)
+         integer, intent(in) :: candidate
+         real(wp), intent(inout) :: rhs(:)
+         real(wp) :: opening(nc), push(nc)
+         opening = 0.0_wp
+         call coupled_answer(problem%coupling, system%coupling, unit(candidate), opening, push)
+         call add_forces(system%coupling, push(system%coupling%candidate), rhs)
+      end subroutine coupled_load
+
       !> Response to a unit reaction of an open candidate, or to a unit opening of an active one.
-      subroutine solve_column(candidate, column, border, solved)
+      subroutine solve_column(candidate, column, border, rhs, solved)
          integer, intent(in) :: candidate
          real(wp), intent(inout) :: column(:)
          real(wp), intent(out) :: border(:)
+         real(wp), intent(out) :: rhs(:)            !! forces on the nodes that go with it
          logical, intent(out) :: solved
-         real(wp) :: rhs(system%n), prescribed(system%n), none(system%n_slides)
+         real(wp) :: prescribed(system%n), none(system%n_slides)
          integer :: d
          rhs = 0.0_wp
          prescribed = 0.0_wp
@@ -406,8 +458,11 @@ contains
             if (d > 0) prescribed(system%unknown(d)) = -prescribed(system%unknown(candidate)) * &
                & dot_product(system%normal(:, candidate), system%normal(:, d)) / system%slope(d)
          else
-            d = dof(problem, problem%candidates%node(candidate), 1)
-            rhs(d:d + 1) = column_force(candidate)
+            if (problem%coupling%entry(candidate) > 0) call coupled_load(candidate, rhs)
+            if (problem%coupling%entry(candidate) == 0 .or. .not. state%active(candidate)) then
+               d = dof(problem, problem%candidates%node(candidate), 1)
+               rhs(d:d + 1) = rhs(d:d + 1) + column_force(candidate)
+            end if
          end if
          call solve_bordered(problem, system, rhs, prescribed, 0.0_wp, none, column, border, solved, timers)
       end subroutine solve_column
@@ -435,6 +490,27 @@ contains
          end do
       end do
    end function violated
+
+   !> Candidates and their neighbours; where a ground couples them a change goes far, and further ones from round to round.
+   function with_neighbours(problem, chosen, round) result(near)
+      type(problem_t), intent(in) :: problem
+      logical, intent(in) :: chosen(:)         !! (candidates)
+      integer, intent(in) :: round
+      logical, allocatable :: near(:), before(:)
+      integer :: c, i, k, step
+      near = chosen
+      do step = 1, 2**(round - 1)
+         before = near
+         do c = 1, problem%candidates%n
+            if (.not. before(c) .or. (step > 1 .and. problem%coupling%entry(c) == 0)) cycle
+            do i = 1, 2
+               k = problem%candidates%neighbour(i, c)
+               if (k > 0) near(k) = .true.
+            end do
+         end do
+         if (problem%coupling%n == 0 .or. all(near .eqv. before)) exit
+      end do
+   end function with_neighbours
 
    !> A support may take all that an obstacle could push (see may_react).
    pure logical function can_act(system, candidate)

@@ -3,7 +3,7 @@ module gap_profile
    use kinds, only: wp
    use problem, only: problem_t
    use candidates, only: candidates_t
-   use rod_state, only: state_t, candidate_gap, chain_gap, element_load
+   use rod_state, only: state_t, candidate_opening, chain_gap, element_load
    use ge_element, only: ge_load_t
    use rod_geometry, only: element_geometry_t
    use section_forces, only: local_forces, rod_direction
@@ -164,19 +164,19 @@ contains
       call profile_least(element_profile(problem, state, problem%candidates, candidate), 0.0_wp, 1.0_wp, least, tau)
    end subroutine least_gap_after
 
-   !> Smallest gap along the elements that touch a set of candidates.
+   !> Smallest gap along the elements that touch a set of candidates; at the nodes where the ground between them settles.
    real(wp) function smallest_gap(problem, state, marked) result(least)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       logical, intent(in) :: marked(:)     !! (candidates)
-      real(wp) :: value, tau, normal(2), bend
+      real(wp) :: value, tau
       integer :: c, next
       least = huge(1.0_wp)
       do c = 1, problem%candidates%n
          next = problem%candidates%neighbour(2, c)
-         if (next == 0) then
+         if (next == 0 .or. problem%coupling%entry(c) > 0) then
             if (.not. marked(c)) cycle
-            call candidate_gap(problem, state, c, value, normal, bend)
+            value = candidate_opening(problem, state, c)
          else
             if (.not. (marked(c) .or. marked(next))) cycle
             call least_gap_after(problem, state, c, value, tau)

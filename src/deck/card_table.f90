@@ -225,12 +225,20 @@ contains
       call param(t, 'RADIUS', kind_real, 'of the rounded corners; left out: the largest with which no corner takes more than '// &
          'a tenth of a segment', optional=.true., only='TYPE=POLYLINE', bound=positive)
       call param(t, 'FOUNDATION', kind_word, 'WINKLER: reaction per unit length = MODULUS * WIDTH * penetration; '// &
-         'LAW: = WIDTH * force of the law', default='RIGID', words='RIGID|WINKLER|LAW')
+         'LAW: = WIDTH * force of the law; PASTERNAK: = WIDTH * (MODULUS w - SHEAR w''''), w the settlement of the surface; '// &
+         'HALF SPACE: elastic, under a strip of WIDTH; the last two need TYPE=LINE', default='RIGID', &
+         words='RIGID|WINKLER|LAW|PASTERNAK|HALF SPACE')
       call param(t, 'MODULUS', kind_real, 'force per area and penetration (per length and penetration with WIDTH 1)', &
-         only='FOUNDATION=WINKLER', bound=positive)
-      call param(t, 'LAW', kind_name, 'the *FOUNDATION LAW', only='FOUNDATION=LAW')
-      call param(t, 'WIDTH', kind_real, 'width of the foundation', default='1', only='FOUNDATION=WINKLER|LAW', &
+         only='FOUNDATION=WINKLER|PASTERNAK', bound=positive)
+      call param(t, 'SHEAR', kind_real, 'of the layer that ties the springs: force per length and slope (force per slope with '// &
+         'WIDTH 1)', only='FOUNDATION=PASTERNAK', bound=positive)
+      call param(t, 'YOUNG', kind_real, 'Young''s modulus of the half-space, force per area', only='FOUNDATION=HALF SPACE', &
          bound=positive)
+      call param(t, 'POISSON', kind_real, 'its Poisson''s ratio, above -1 and at most 0.5', default='0.3', &
+         only='FOUNDATION=HALF SPACE')
+      call param(t, 'LAW', kind_name, 'the *FOUNDATION LAW', only='FOUNDATION=LAW')
+      call param(t, 'WIDTH', kind_real, 'width of the foundation', default='1', &
+         only='FOUNDATION=WINKLER|LAW|PASTERNAK|HALF SPACE', bound=positive)
       call param(t, 'BILATERAL', kind_flag, 'holds its candidates for good and pulls as it pushes; no force at the '// &
          'start, whatever the gap is then', optional=.true.)
       call lines(t, when='TYPE=LINE', most=1)

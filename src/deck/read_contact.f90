@@ -2,7 +2,7 @@
 module read_contact
    use kinds, only: wp
    use text, only: to_text
-   use model, only: model_t, contact_t, family_ge, obstacle_line, obstacle_circle, obstacle_arc
+   use model, only: model_t, contact_t, family_ge, ground_independent, obstacle_line, obstacle_circle, obstacle_arc
    use obstacle_geometry, only: obstacle_gap
    use obstacle_curve, only: sharpest_turn
    use diagnostics, only: diagnostics_t
@@ -250,6 +250,9 @@ contains
       reason = ''
       if (model%obstacle(contact%obstacle)%rigid) then
          reason = 'a foundation; obstacle '//trim(model%obstacle(contact%obstacle)%name)//' is rigid'
+         return
+      else if (model%obstacle(contact%obstacle)%ground /= ground_independent) then
+         reason = 'a foundation that does not carry load sideways'
          return
       end if
       candidate = .false.

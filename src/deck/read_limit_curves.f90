@@ -4,7 +4,7 @@ module read_limit_curves
    use text, only: to_text, same_name
    use lookup, only: name_list_t
    use model, only: model_t, limit_curve_t, method_load, parameter_modulus, parameter_gap, parameter_imperfection, &
-      parameter_ea, parameter_ei, parameter_constant_load
+      parameter_ea, parameter_ei, parameter_constant_load, ground_half_space
    use diagnostics, only: diagnostics_t
    use deck_cards, only: deck_t, complain
    use card_values, only: given, parameter_text, parameter_word, parameter_integer, parameter_place, value_place, &
@@ -104,11 +104,15 @@ contains
       integer, intent(in) :: card, obstacle
       real(wp), intent(out) :: start
       logical, intent(out) :: ok
+      character(:), allocatable :: instead
       start = model%obstacle(obstacle)%modulus
       ok = model%obstacle(obstacle)%modulus > 0.0_wp
+      instead = ' has a law'
+      if (model%obstacle(obstacle)%rigid) instead = ' is rigid'
+      if (model%obstacle(obstacle)%ground == ground_half_space) instead = ' is a half-space'
       if (.not. ok) call complain(deck, diagnostics, card, value_place(deck, card, 'OBSTACLE'), 'obstacle '// &
-         trim(model%obstacle(obstacle)%name)//trim(merge(' is rigid ', ' has a law', model%obstacle(obstacle)%rigid))// &
-         '; MODULUS needs FOUNDATION=WINKLER')
+         trim(model%obstacle(obstacle)%name)//instead// &
+         '; MODULUS needs FOUNDATION=WINKLER or PASTERNAK')
       if (.not. (names%contacts_incomplete .or. any(model%contact%obstacle == obstacle))) &
          call without_contact(deck, model, diagnostics, card, obstacle)
    end subroutine read_modulus

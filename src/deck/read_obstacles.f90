@@ -3,7 +3,7 @@ module read_obstacles
    use kinds, only: wp, degree
    use text, only: to_text
    use model, only: model_t, obstacle_t, load_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, &
-      obstacle_spline
+      obstacle_spline, ground_independent, ground_half_space, ground_pasternak
    use obstacle_curve, only: crosses_itself
    use obstacle_shapes, only: arc_curve, polyline_curve, spline_curve, corner_turn, widest_corner_radius, &
       default_corner_radius
@@ -45,11 +45,22 @@ contains
          select case (parameter_word(deck, card, 'FOUNDATION'))
          case ('WINKLER')
             obstacle%modulus = parameter_real(deck, card, 'MODULUS') * parameter_real(deck, card, 'WIDTH')
+         case ('PASTERNAK')
+            obstacle%ground = ground_pasternak
+            obstacle%width = parameter_real(deck, card, 'WIDTH')
+            obstacle%modulus = parameter_real(deck, card, 'MODULUS') * obstacle%width
+            obstacle%shear = parameter_real(deck, card, 'SHEAR') * obstacle%width
+         case ('HALF SPACE')
+            obstacle%ground = ground_half_space
+            obstacle%width = parameter_real(deck, card, 'WIDTH')
+            obstacle%young = parameter_real(deck, card, 'YOUNG')
+            obstacle%poisson = parameter_real(deck, card, 'POISSON')
          case ('LAW')
             obstacle%width = parameter_real(deck, card, 'WIDTH')
             call find_named(deck, names%law, diagnostics, card, value_place(deck, card, 'LAW'), 'foundation law', obstacle%law)
          end select
          ok = all(deck%data_line(deck%card(card)%first_line:deck%card(card)%last_line)%sound)
+         if (ok) call check_ground(deck, diagnostics, card, obstacle, ok)
          if (ok) call read_shape(deck, diagnostics, card, obstacle, ok)
          if (.not. ok) then
             ! Something that gaps can be computed for; they mean nothing.
@@ -60,6 +71,28 @@ contains
          model%obstacle = [model%obstacle, obstacle]
       end do
    end subroutine read_obstacle_cards
+
+   !> What a ground that carries load sideways needs.
+   subroutine check_ground(deck, diagnostics, card, obstacle, ok)
+      type(deck_t), intent(in) :: deck
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer, intent(in) :: card
+      type(obstacle_t), intent(in) :: obstacle
+      logical, intent(out) :: ok
+      ok = obstacle%ground == ground_independent .or. parameter_word(deck, card, 'TYPE') == 'LINE'
+      if (.not. ok) call complain(deck, diagnostics, card, value_place(deck, card, 'FOUNDATION'), &
+         parameter_word(deck, card, 'FOUNDATION')//' needs TYPE=LINE: it carries load along a plane surface')
+      if (obstacle%ground /= ground_half_space) return
+      if (.not. given(deck, card, 'WIDTH')) then
+         call complain(deck, diagnostics, card, value_place(deck, card, 'FOUNDATION'), 'HALF SPACE needs WIDTH, of the strip '// &
+            'that presses on it')
+         ok = .false.
+      end if
+      if (obstacle%poisson > -1.0_wp .and. obstacle%poisson <= 0.5_wp) return
+      call complain(deck, diagnostics, card, value_place(deck, card, 'POISSON'), &
+         'POISSON is above -1 and at most 0.5')
+      ok = .false.
+   end subroutine check_ground
 
    !> Kind, place and size.
    subroutine read_shape(deck, diagnostics, card, obstacle, ok)

@@ -5,7 +5,7 @@ module balance
    use model, only: family_ge
    use problem, only: problem_t
    use rod_state, only: state_t, node_position, element_displacement, element_load, candidate_gap, candidate_offset, &
-      & obstacle_shift
+      & candidate_opening, obstacle_shift
    use obstacle_geometry, only: obstacle_gap
    use force_law, only: law_reaction
    use section_forces, only: end_forces
@@ -93,10 +93,12 @@ contains
             if (problem%model%fixed(i, node)) force(i) = 0.0_wp
          end do
          total = total + [force(1:2), x(1) * force(2) - x(2) * force(1)]
-         if (problem%model%obstacle(problem%candidates%obstacle(c))%rigid) then
-            ! A bilateral obstacle is left on neither side.
+         if (problem%coupling%entry(c) > 0) gap = candidate_opening(problem, state, c)
+         if (problem%model%obstacle(problem%candidates%obstacle(c))%rigid .or. problem%coupling%entry(c) > 0) then
+            ! A bilateral obstacle is left on neither side, nor the surface of a ground that settles.
             if (state%active(c) .or. .not. problem%candidates%bilateral(c)) &
-               & accuracy%penetration = max(accuracy%penetration, merge(abs(gap), -gap, problem%candidates%bilateral(c)) / size_)
+               & accuracy%penetration = max(accuracy%penetration, merge(abs(gap), -gap, problem%candidates%bilateral(c) .or. &
+               & (state%active(c) .and. problem%coupling%entry(c) > 0)) / size_)
             accuracy%complementarity = max(accuracy%complementarity, abs(state%reaction(c) * gap) / (largest * size_))
          else
             if (.not. problem%candidates%bilateral(c) .and. state%reaction(c) > 0.0_wp .and. gap > 0.0_wp) &

@@ -2,6 +2,7 @@
 !>
 !>   K x - load y_1 - slide y_2.. = rhs      row_1.x + corner y_1 = path      row_k.x + rate_k y_1 + corner_k y_k = tangency
 !>
+!> K is the band less the excess of the ground that couples candidates (active_coupling).
 !> y_1 is the increment of the load factor, y_2.. are those of the sliding contact nodes' coordinates. Row 1 is the path
 !> constraint; it keeps the system regular at limit points, where K is singular.
 module bordered_system
@@ -13,6 +14,7 @@ module bordered_system
    use linear_system, only: system_t, assemble, turn_pair, to_global
    use contact_slides, only: linearise_slides, slide_row
    use band_matrix, only: band_times, factorise, solve_factored
+   use active_coupling, only: factor_excess, add_excess_response
    use small_dense, only: solve_small
    use timing, only: timers_t, timing_start, timing_stop, count_up, phase_factorisation, phase_solution, phase_assembly, &
       & counter_factorisation, counter_solution
@@ -56,6 +58,7 @@ contains
       integer :: k, c
       call timing_start(timers, phase_factorisation)
       call factorise(system%k, system%fixed, system%factor)
+      call factor_excess(system%coupling, system%factor, system%fixed)
       call count_up(timers, counter_factorisation)
       call timing_stop(timers, phase_factorisation)
       system%ok = .true.
@@ -83,7 +86,7 @@ contains
       logical :: singular
       m = system%n_slides
       shift = 0.0_wp
-      system%negative_pivots = system%factor%negative_pivots
+      system%negative_pivots = system%factor%negative_pivots + system%coupling%negative_pivots
       system%tangent = system%column(:, 1)
       system%slide_rate = shift(:, 1)
       if (m == 0) return
@@ -176,6 +179,7 @@ contains
       where (system%fixed) b(:, 1) = known
       call solve_factored(system%factor, b)
       x = b(:, 1)
+      call add_excess_response(system%coupling, x)
       call count_up(timers, counter_solution)
       call timing_stop(timers, phase_solution)
    end subroutine solve_constrained

@@ -14,6 +14,7 @@ module linear_system
    use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t, clear_forces
    use band_matrix, only: band_t, factor_t, new_band
+   use active_coupling, only: active_coupling_t, set_active, coupled_answer, add_forces, excess_row
    use timing, only: timers_t, timing_start, timing_stop, phase_elements, phase_assembly
    implicit none
    private
@@ -25,8 +26,9 @@ module linear_system
 
    type :: system_t
       integer :: n = 0                          !! unknowns of the band
-      type(band_t) :: k                         !! tangent, node axes, nothing eliminated
+      type(band_t) :: k                         !! tangent, node axes, nothing eliminated, ground too stiff by its excess
       type(factor_t) :: factor
+      type(active_coupling_t) :: coupling           !! with the excess
       real(wp), allocatable :: residual(:)      !! (n) condensed internal minus external forces
       real(wp), allocatable :: raw(:)           !! (n) the same from the stored resultants, without element defects
       real(wp), allocatable :: load(:)          !! (n) minus its derivative by the load factor
@@ -37,13 +39,15 @@ module linear_system
       logical, allocatable :: turned(:)         !! (nodes) the axes differ from the global ones
       ! Contact, one entry a candidate.
       real(wp), allocatable :: gap(:), normal(:, :), bend(:)
+      real(wp), allocatable :: opening(:)       !! gap to the surface as other reactions have settled it
       real(wp), allocatable :: motion(:, :)     !! (2, candidates) of the obstacle, per unit of load factor
       real(wp), allocatable :: closing(:)       !! (candidates) of the gap besides that, per unit of load factor
       integer, allocatable :: unknown(:)        !! eliminated unknown of an active rigid contact, 0 otherwise
       real(wp), allocatable :: slope(:)         !! gap per unit of that unknown
       integer, allocatable :: partner(:)        !! second active rigid contact of the same node, in a corner; 0: none, or it is one
       logical, allocatable :: soft(:)           !! on a foundation, not a rigid obstacle
-      real(wp), allocatable :: spring(:)        !! soft: reaction per gap, at the present one where active; 0 for rigid
+      real(wp), allocatable :: spring(:)        !! soft: reaction per gap, at the present one where active, or the band's
+      !! share of a ground that couples; 0 for rigid
       real(wp), allocatable :: push(:)          !! soft: the reaction that belongs to the gap of an active one
       ! Elements.
       real(wp), allocatable :: ek(:, :, :), ef(:, :), eraw(:, :), el(:, :), op(:, :, :)
@@ -97,6 +101,7 @@ contains
       allocate (system%eshift(6, 2, merge(elements, 0, any(problem%ground%founded))))
       associate (list => problem%candidates)
          allocate (system%gap(list%n), system%normal(2, list%n), system%bend(list%n), system%slope(list%n))
+         allocate (system%opening(list%n))
          allocate (system%motion(2, list%n), system%closing(list%n), source=0.0_wp)
          allocate (system%unknown(list%n), system%partner(list%n), source=0)
          allocate (system%spring(list%n), system%push(list%n), source=0.0_wp)
@@ -107,6 +112,7 @@ contains
                system%soft(c) = .not. obstacle%rigid
                if (system%soft(c)) system%spring(c) = obstacle%modulus * list%tributary(c)
             end associate
+            if (problem%coupling%entry(c) > 0) system%spring(c) = 1.0_wp / problem%coupling%local(problem%coupling%entry(c))
          end do
       end associate
       allocate (system%slide(0), system%column(n, 1), system%tangent(n))
@@ -146,6 +152,7 @@ contains
          system%motion(:, c) = problem%model%step(problem%step)%load%motion(:, problem%candidates%obstacle(c))
          if (.not. state%active(c)) system%slope(c) = merge(1.0_wp, 0.0_wp, may_react(problem, c, system%normal(:, c)))
       end do
+      call set_coupling(problem, state, system)
       call set_constraints(problem, state, system)
       call sum_elements(problem, system)
       call add_node_loads(problem, state, system)
@@ -164,6 +171,7 @@ contains
       real(wp) :: penetration, share
       associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(candidate)), push => system%push(candidate), &
          & spring => system%spring(candidate))
+         if (problem%coupling%entry(candidate) > 0) return
          penetration = merge(-system%gap(candidate), 0.0_wp, state%active(candidate))
          if (obstacle%law == 0) then
             push = spring * penetration
@@ -175,6 +183,19 @@ contains
          end if
       end associate
    end subroutine set_foundation
+
+   !> Reactions of the ground that couples candidates, and the openings that are left.
+   subroutine set_coupling(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system  !! with all gaps
+      real(wp) :: none(size(system%gap))
+      system%opening = system%gap
+      if (problem%coupling%n == 0) return
+      none = 0.0_wp
+      call set_active(problem%coupling, state%active, system%coupling)
+      call coupled_answer(problem%coupling, system%coupling, none, system%opening, system%push)
+   end subroutine set_coupling
 
    !> One element of either family at a state, on a given stress-free geometry.
    subroutine evaluate_element(problem, state, base, geometry, e, f, raw, k, fl, op, defect, ok, inner, shift)
@@ -446,7 +467,25 @@ contains
          end associate
          system%load(d:d + 1) = system%load(d:d + 1) + matmul(k, motion) + (system%spring(c) * system%closing(c)) * normal
       end do
+      call place_coupling(problem, system)
    end subroutine add_contact
+
+   !> Unknowns and directions of the ground that couples candidates; and what its moving does beside the band.
+   subroutine place_coupling(problem, system)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(inout) :: system
+      real(wp) :: away(system%coupling%n)      ! what the gap loses per unit of load factor
+      integer :: i, c, node
+      do i = 1, system%coupling%n
+         c = system%coupling%candidate(i)
+         node = problem%candidates%node(c)
+         system%coupling%row(i) = dof(problem, node, 1)
+         system%coupling%direction(:, i) = system%normal(:, c)
+         if (system%turned(node)) call turn_pair(system%axis(:, node), system%coupling%direction(:, i))
+         away(i) = dot_product(system%normal(:, c), system%motion(:, c)) + system%closing(c)
+      end do
+      if (any(abs(away) > 0.0_wp)) call add_forces(system%coupling, -matmul(system%coupling%excess, away), system%load)
+   end subroutine place_coupling
 
    !> Force of an active contact on its node, and what it adds to the tangent: the foundation's spring, and the curvature of
    !> the obstacle under the reaction.
@@ -547,6 +586,7 @@ contains
       do j = i + 1, min(system%n, i + system%k%kd)
          row_times = row_times + system%k%a(1 + j - i, i) * x(j)
       end do
+      if (system%coupling%n > 0) row_times = row_times - excess_row(system%coupling, i, x)
    end function row_times
 
    !> Increment of a node in global axes.

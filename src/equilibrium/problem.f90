@@ -9,6 +9,7 @@ module problem
    use rod_geometry, only: geometry_t, new_geometry
    use candidates, only: candidates_t, new_candidates
    use ground, only: ground_t, new_ground
+   use ground_coupling, only: coupling_t, new_coupling
    implicit none
    private
    public :: problem_t, new_problem, structure_size, dof
@@ -17,6 +18,7 @@ module problem
       type(model_t) :: model
       type(numbering_t) :: numbering
       type(candidates_t) :: candidates                   !! of contact at nodes
+      type(coupling_t) :: coupling                       !! how obstacles carry load from candidate to candidate
       type(ground_t) :: ground                           !! foundations that act inside elements
       type(tableau_t) :: tableau(max_stages)
       type(ge_stiffness_t), allocatable :: compliance(:) !! (elements)
@@ -48,6 +50,7 @@ contains
       end do
       home = new_geometry(model, problem%tableau)
       problem%candidates = new_candidates(model, home, distributed=.false.)
+      problem%coupling = new_coupling(model, problem%candidates, home)
       problem%ground = new_ground(model, problem%tableau, home)
       allocate (problem%spring(3, model%mesh%n_nodes), source=0.0_wp)
       if (allocated(model%spring)) problem%spring = model%spring

@@ -5,11 +5,12 @@ module rod_state
    use rod_geometry, only: geometry_t, new_geometry
    use candidates, only: candidates_t
    use obstacle_geometry, only: obstacle_gap
+   use ground_coupling, only: settlement
    use ge_element, only: ge_load_t
    implicit none
    private
    public :: state_t, new_state, element_displacement, element_load, node_position, candidate_position, &
-      & obstacle_shift, candidate_gap, chain_gap, candidate_offset, closing_rate, may_react, parallel
+      & obstacle_shift, candidate_gap, candidate_opening, chain_gap, candidate_offset, closing_rate, may_react, parallel
 
    real(wp), parameter :: parallel = 1.0e-6_wp !! sine of the angle between two obstacles that make no corner
 
@@ -163,6 +164,16 @@ contains
       end associate
       gap = gap + candidate_offset(problem, state, list, candidate)
    end subroutine chain_gap
+
+   !> Gap of a candidate to the surface as the reactions have settled it; the gap itself where they do not.
+   real(wp) function candidate_opening(problem, state, candidate) result(opening)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      real(wp) :: normal(2), bend
+      call candidate_gap(problem, state, candidate, opening, normal, bend)
+      opening = opening + settlement(problem%coupling, candidate, state%reaction)
+   end function candidate_opening
 
    !> False where a support of the node takes all that an obstacle of this normal could push.
    pure logical function may_react(problem, candidate, normal)

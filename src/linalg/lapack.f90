@@ -7,6 +7,7 @@ module lapack
    implicit none
    private
    public :: dgetrf, dgetrs, dgetri, dgesv, dgecon
+   public :: dpotrf, dpotri, dsytrf, dsytrs
    public :: dpbtrf, dpbtrs, dpbcon
    public :: dgbtrf, dgbtrs, dgbcon
    public :: dptsv
@@ -58,6 +59,46 @@ module lapack
          real(wp), intent(inout) :: work(*)
          integer, intent(out) :: info
       end subroutine dgeev
+
+      !> Cholesky factors of a symmetric positive definite matrix.
+      subroutine dpotrf(uplo, n, a, lda, info)
+         import :: wp
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, lda
+         real(wp), intent(inout) :: a(lda, *)
+         integer, intent(out) :: info !! > 0: the leading minor of this order is not positive
+      end subroutine dpotrf
+
+      !> Inverse from the factors of dpotrf, the same triangle.
+      subroutine dpotri(uplo, n, a, lda, info)
+         import :: wp
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, lda
+         real(wp), intent(inout) :: a(lda, *)
+         integer, intent(out) :: info
+      end subroutine dpotri
+
+      !> Factors U D U^T or L D L^T of a symmetric matrix; D has blocks of order 1 and 2 (Bunch-Kaufman).
+      subroutine dsytrf(uplo, n, a, lda, ipiv, work, lwork, info)
+         import :: wp
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, lda, lwork
+         real(wp), intent(inout) :: a(lda, *)
+         integer, intent(out) :: ipiv(*) !! < 0 in both rows of a block of order 2
+         real(wp), intent(inout) :: work(*)
+         integer, intent(out) :: info !! > 0: D(info, info) is exactly zero
+      end subroutine dsytrf
+
+      !> Solves with the factors of dsytrf.
+      subroutine dsytrs(uplo, n, nrhs, a, lda, ipiv, b, ldb, info)
+         import :: wp
+         character, intent(in) :: uplo
+         integer, intent(in) :: n, nrhs, lda, ldb
+         real(wp), intent(in) :: a(lda, *)
+         integer, intent(in) :: ipiv(*)
+         real(wp), intent(inout) :: b(ldb, *)
+         integer, intent(out) :: info
+      end subroutine dsytrs
 
       !> Inverse from the factors of dgetrf.
       subroutine dgetri(n, a, lda, ipiv, work, lwork, info)

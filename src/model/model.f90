@@ -12,6 +12,7 @@ module model
    public :: family_ul2, family_ge
    public :: shape_none, shape_sine, shape_cosine, shape_clamped, shape_nodal
    public :: obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, obstacle_spline
+   public :: ground_independent, ground_half_space, ground_pasternak
    public :: quantity_displacement, quantity_reaction, quantity_contact
    public :: method_load, method_displacement, method_cylindrical, method_spherical, method_linearised, &
       & method_minimum_residual, method_variable_load, method_generalised, method_largest
@@ -27,6 +28,9 @@ module model
 
    ! Kinds of obstacles (named in the deck by words).
    integer, parameter :: obstacle_line = 1, obstacle_circle = 2, obstacle_arc = 3, obstacle_polyline = 4, obstacle_spline = 5
+
+   ! What a foundation does beside a reaction (named in the deck by words): nothing, or as ground_coupling says.
+   integer, parameter :: ground_independent = 1, ground_half_space = 2, ground_pasternak = 3
 
    integer, parameter :: quantity_displacement = 1, quantity_reaction = 2, quantity_contact = 3
 
@@ -118,7 +122,10 @@ module model
       real(wp) :: reference_angle = 0.0_wp      !! [rad] direction from the centre that contact angles count from
       type(obstacle_curve_t) :: curve           !! arc, polyline, spline
       logical :: rigid = .true.
-      real(wp) :: modulus = 0.0_wp              !! Winkler: force per unit length of rod and unit penetration
+      real(wp) :: modulus = 0.0_wp              !! Winkler, Pasternak: force per unit length of rod and unit penetration
+      integer :: ground = ground_independent
+      real(wp) :: shear = 0.0_wp                !! Pasternak: of the layer times the width [force]
+      real(wp) :: young = 0.0_wp, poisson = 0.0_wp !! half-space
       integer :: law = 0                        !! index into model%law, 0: none; its forces times width
       real(wp) :: width = 1.0_wp
       logical :: bilateral = .false.            !! holds what it may touch from the start on, and pulls as it pushes

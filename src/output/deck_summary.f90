@@ -2,7 +2,7 @@
 module deck_summary
    use kinds, only: wp, degree
    use model, only: model_t, step_t, threshold_t, branch_t, mode_offset_t, limit_curve_t, obstacle_t, contact_t, &
-      & obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, &
+      & obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, ground_half_space, ground_pasternak, &
       & method_load, method_displacement
    use model_words, only: monitor_description, family_name, method_name, side_name, kind_name, parameter_name, parameter_object
    use columns, only: brief, whole, left, right
@@ -167,6 +167,11 @@ contains
          text = text//', rigid'
       else if (obstacle%law > 0) then
          text = text//', foundation by the law '//trim(model%law(obstacle%law)%name)
+      else if (obstacle%ground == ground_half_space) then
+         text = text//', elastic half-space with E = '//brief(obstacle%young)//', nu = '//brief(obstacle%poisson)// &
+            & ' under a strip of width '//brief(obstacle%width)
+      else if (obstacle%ground == ground_pasternak) then
+         text = text//', Pasternak foundation of modulus '//brief(obstacle%modulus)//', shear '//brief(obstacle%shear)
       else
          text = text//', Winkler foundation of modulus '//brief(obstacle%modulus)
       end if

@@ -4,7 +4,8 @@
 module result_tables
    use kinds, only: wp, i8, degree
    use timing, only: timers_t, timing_seconds, timing_calls, counted, n_phases, phase_name, n_counters, counter_name
-   use model, only: model_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline
+   use model, only: model_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, ground_half_space, &
+      & ground_pasternak
    use obstacle_curve, only: curve_samples
    use obstacle_geometry, only: obstacle_gap
    use model_words, only: side_name, kind_name
@@ -93,6 +94,14 @@ contains
                   call hdf5_write(file, group//'/law', transpose(reshape([curve%penetration, obstacle(i)%width * curve%force], &
                      & [size(curve%force), 2])), 'length, force/length', 'penetration and force per length of rod')
                end associate
+            else if (obstacle(i)%ground == ground_half_space) then
+               call hdf5_attribute(file, group, 'foundation', 'half-space')
+               call hdf5_attribute(file, group, 'young', obstacle(i)%young)
+               call hdf5_attribute(file, group, 'poisson', obstacle(i)%poisson)
+               call hdf5_attribute(file, group, 'width', obstacle(i)%width)
+            else if (obstacle(i)%ground == ground_pasternak) then
+               call hdf5_attribute(file, group, 'foundation', 'pasternak')
+               call hdf5_attribute(file, group, 'shear', obstacle(i)%shear)
             else
                call hdf5_attribute(file, group, 'foundation', 'winkler')
             end if

@@ -202,7 +202,7 @@ contains
          if (active(c)) then
             value(c) = state%reaction(c) / max(system%force_scale, tiny(1.0_wp))
          else if (.not. sliding) then
-            value(c) = system%gap(c) / problem%size
+            value(c) = system%opening(c) / problem%size
          end if
          if (.not. sliding .or. next == 0) cycle
          if (active(c) .or. active(next)) cycle

@@ -315,7 +315,7 @@ contains
             end if
             contact_holds = contact_holds .and. reaction >= -1.0e-8_wp * system%force_scale
          else
-            contact_holds = contact_holds .and. system%gap(c) >= -10.0_wp * gap_tolerance * problem%size
+            contact_holds = contact_holds .and. system%opening(c) >= -10.0_wp * gap_tolerance * problem%size
          end if
       end do
    end function contact_holds

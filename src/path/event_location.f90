@@ -191,6 +191,6 @@ contains
       type(state_t), intent(in) :: state
       real(wp), parameter :: tolerance = 1.0e-8_wp
       holds = .not. any(.not. marked .and. .not. problem%candidates%bilateral .and. &
-         & merge(state%reaction < -tolerance * system%force_scale, system%gap < -tolerance * problem%size, state%active))
+         & merge(state%reaction < -tolerance * system%force_scale, system%opening < -tolerance * problem%size, state%active))
    end function holds_elsewhere
 end module event_location

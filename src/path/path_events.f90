@@ -4,7 +4,7 @@ module path_events
    use kinds, only: wp
    use model, only: step_t
    use problem, only: problem_t
-   use rod_state, only: state_t, candidate_gap
+   use rod_state, only: state_t, candidate_opening
    use linear_system, only: system_t
    use monitors, only: monitor_values, monitor_rate
    use contact_regions, only: region_of, resolved_contact
@@ -282,17 +282,15 @@ contains
    end function event_value
 
    !> Of the open ones among some candidates.
-   pure real(wp) function largest_gap(problem, state, marked) result(largest)
+   real(wp) function largest_gap(problem, state, marked) result(largest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       logical, intent(in) :: marked(:)
-      real(wp) :: gap, normal(2), bend
       integer :: c
       largest = 0.0_wp
       do c = 1, size(marked)
          if (.not. marked(c) .or. state%active(c)) cycle
-         call candidate_gap(problem, state, c, gap, normal, bend)
-         largest = max(largest, gap)
+         largest = max(largest, candidate_opening(problem, state, c))
       end do
    end function largest_gap
 

@@ -17,6 +17,7 @@ module linear_buckling
    use bordered_system, only: solve_effective
    use tangent_modes, only: nodal_mode, apply_tangent
    use band_matrix, only: band_t, band_times
+   use active_coupling, only: subtract_excess
    use block_krylov, only: operator_t, spectrum_t, largest_eigenvalues
    use spectrum_slicing, only: pencil_t, eigenvalues_below, slice
    use path_record, only: buckling_t
@@ -153,6 +154,7 @@ contains
       integer :: side, i
       logical :: missing
       pencil%k = operator%system%k
+      pencil%coupling = operator%system%coupling
       pencil%prime = operator%prime%stress%k
       pencil%fixed = operator%system%fixed
       pencil%weight = operator%weight
@@ -224,7 +226,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       type(border_t) :: border
-      real(wp) :: moved(system%n), force(system%n)
+      real(wp) :: moved(system%n), force(system%n), excess
       integer :: k, c, d
       allocate (border%column(system%n, system%n_slides), border%row(3, system%n_slides), border%corner(system%n_slides))
       do k = 1, system%n_slides
@@ -232,6 +234,7 @@ contains
          moved = 0.0_wp
          moved(system%unknown(c)) = -system%slide_gap(k) / system%slope(c)
          call band_times(system%k, moved, force)
+         call subtract_excess(system%coupling, moved, force, excess)
          border%column(:, k) = force - system%slide_column(:, k)
          border%row(:, k) = system%tangency_row(:, k)
          d = dof(problem, problem%candidates%node(c), 1)

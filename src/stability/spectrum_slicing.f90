@@ -7,6 +7,7 @@ module spectrum_slicing
    use kinds, only: wp
    use errors, only: error_t, fail
    use band_matrix, only: band_t, factor_t, band_times, factorise, solve_factored
+   use active_coupling, only: active_coupling_t, factor_excess, add_excess_response
    use block_krylov, only: operator_t, spectrum_t, largest_eigenvalues
    implicit none
    private
@@ -15,6 +16,7 @@ module spectrum_slicing
    !> K + nu K' on the unknowns that are not fixed.
    type :: pencil_t
       type(band_t) :: k, prime
+      type(active_coupling_t) :: coupling       !! its excess is no part of K
       logical, allocatable :: fixed(:)      !! (n)
       real(wp), allocatable :: weight(:)    !! (n) inner product of the iteration, zero at the fixed unknowns
    end type pencil_t
@@ -23,6 +25,7 @@ module spectrum_slicing
    type, extends(operator_t) :: shifted_t
       type(band_t) :: prime
       type(factor_t) :: factor
+      type(active_coupling_t) :: coupling       !! factored with it
       logical, allocatable :: fixed(:)
    contains
       procedure :: apply => apply_shifted
@@ -38,8 +41,11 @@ contains
       type(pencil_t), intent(in) :: pencil
       real(wp), intent(in) :: shift         !! of either sign
       type(factor_t) :: factor
+      type(active_coupling_t) :: coupling
+      coupling = pencil%coupling
       call factorise(shifted_band(pencil, shift), pencil%fixed, factor)
-      eigenvalues_below = factor%negative_pivots
+      call factor_excess(coupling, factor, pencil%fixed)
+      eigenvalues_below = factor%negative_pivots + coupling%negative_pivots
    end function eigenvalues_below
 
    !> Eigenvalues of one sign, nearest zero: `wanted` of them, or all up to the bound.
@@ -76,7 +82,9 @@ contains
       operator%weight = pencil%weight
       operator%prime = pencil%prime
       operator%fixed = pencil%fixed
+      operator%coupling = pencil%coupling
       call factorise(shifted_band(pencil, high), pencil%fixed, operator%factor)
+      call factor_excess(operator%coupling, operator%factor, pencil%fixed)
       ! Those above the shift come, too; so more are asked for until all those below are there.
       asked = n_high
       do try = 1, 4
@@ -107,6 +115,9 @@ contains
          y(:, j) = merge(0.0_wp, -y(:, j), self%fixed)
       end do
       call solve_factored(self%factor, y)
+      do j = 1, size(x, 2)
+         call add_excess_response(self%coupling, y(:, j))
+      end do
    end subroutine apply_shifted
 
    function shifted_band(pencil, shift) result(band)

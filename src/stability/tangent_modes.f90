@@ -11,6 +11,7 @@ module tangent_modes
    use rod_state, only: state_t
    use linear_system, only: system_t, to_global, contact_tangent, spring_tangent
    use element_products, only: apply_elements
+   use active_coupling, only: subtract_excess
    use contact_slides, only: slide_force
    use bordered_system, only: solve_effective
    use block_krylov, only: operator_t, spectrum_t, largest_eigenvalues
@@ -100,7 +101,7 @@ contains
       real(wp), intent(in) :: shift(:)         !! (n_slides)
       real(wp), intent(out) :: y(:)            !! (n) without the part of the sliding points
       real(wp), intent(out) :: form            !! with it
-      real(wp) :: force(2), k(2, 2), push(3)
+      real(wp) :: force(2), k(2, 2), push(3), excess
       integer :: i, c, d, node
       associate (rate => problem%model%step(problem%step)%load%pressure)
          call apply_elements(problem, system, system%ek, system%eshift, &
@@ -114,6 +115,8 @@ contains
          y(d:d + 1) = y(d:d + 1) + force
          form = form + dot_product(x(d:d + 1), force)
       end do
+      call subtract_excess(system%coupling, x, y, excess)
+      form = form - excess
       do node = 1, problem%model%mesh%n_nodes
          if (.not. any(problem%spring(:, node) > 0.0_wp)) cycle
          d = dof(problem, node, 1)

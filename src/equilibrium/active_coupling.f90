@@ -1,0 +1,204 @@
+!> Ground that carries load sideways, in the equations about the present contact set.
+!>
+!> Where candidates are active g + T r = 0 makes the ground a spring with the full stiffness S = T^-1, r = -S g. The band
+!> holds a stiffer one, springs e = 1/d of the single candidates; what it has too much, W = diag(e) - S, is positive
+!> definite because T - d is, and is taken off the factored band (Sherman, Morrison, Woodbury):
+!>
+!>   (K - N W N^T)^-1 = K^-1 + X (W^-1 - N^T X)^-1 X^T,   X = K^-1 N,   N^T the gaps' derivatives.
+!>
+!> The band is regular wherever contact alone holds the structure, and by Haynsworth's theorem the true tangent has the
+!> band's negative eigenvalues and those of the small matrix.
+module active_coupling
+   use kinds, only: wp
+   use ground_coupling, only: coupling_t
+   use band_matrix, only: factor_t, solve_factored
+   use lapack, only: dpotrf, dpotri, dsytrf, dsytrs
+   implicit none
+   private
+   public :: active_coupling_t, set_active, coupled_answer, gap_changes, add_forces, &
+      & subtract_excess, excess_row, factor_excess, add_excess_response
+
+   !> One entry an active candidate of an obstacle that couples.
+   type :: active_coupling_t
+      integer :: n = 0
+      integer, allocatable :: candidate(:)
+      integer, allocatable :: entry(:)              !! its place in coupling_t
+      integer, allocatable :: row(:)                !! first unknown of its node
+      real(wp), allocatable :: direction(:, :)      !! (2, n) normal in node axes: N
+      real(wp), allocatable :: stiffness(:, :)      !! (n, n) S
+      real(wp), allocatable :: excess(:, :)         !! (n, n) W
+      real(wp), allocatable :: excess_inverse(:, :)
+      real(wp), allocatable :: column(:, :)         !! (unknowns, n) X, zero at fixed unknowns
+      real(wp), allocatable :: small(:, :)          !! (n, n) factors of W^-1 - N^T X
+      integer, allocatable :: pivot(:)
+      integer :: negative_pivots = 0                !! that the small matrix adds to those of the band
+   end type active_coupling_t
+
+contains
+
+   !> Stiffness of the ground for a contact set; kept as long as that stays.
+   subroutine set_active(coupling, active, set)
+      type(coupling_t), intent(in) :: coupling
+      logical, intent(in) :: active(:)             !! (candidates)
+      type(active_coupling_t), intent(inout) :: set
+      integer, allocatable :: entry(:)
+      integer :: i
+      if (coupling%n == 0) return
+      entry = pack([(i, i=1, coupling%n)], active(coupling%candidate))
+      if (allocated(set%entry)) then
+         if (size(entry) == set%n) then
+            if (all(entry == set%entry)) return
+         end if
+      end if
+      set%n = size(entry)
+      set%entry = entry
+      set%candidate = coupling%candidate(entry)
+      set%stiffness = inverse(coupling%compliance(entry, entry))
+      set%excess = -set%stiffness
+      do i = 1, set%n
+         set%excess(i, i) = set%excess(i, i) + 1.0_wp / coupling%local(entry(i))
+      end do
+      set%excess_inverse = inverse(set%excess)
+      if (allocated(set%row)) deallocate (set%row, set%direction)
+      allocate (set%row(set%n), source=0)
+      allocate (set%direction(2, set%n), source=0.0_wp)
+   end subroutine set_active
+
+   !> Inverse of a symmetric positive definite matrix.
+   function inverse(matrix)
+      real(wp), intent(in) :: matrix(:, :)
+      real(wp) :: inverse(size(matrix, 1), size(matrix, 1))
+      integer :: n, j, info
+      n = size(matrix, 1)
+      inverse = matrix
+      if (n == 0) return
+      call dpotrf('L', n, inverse, n, info)
+      if (info /= 0) error stop 'the stiffness of a foundation is not positive definite'
+      call dpotri('L', n, inverse, n, info)
+      do j = 2, n
+         inverse(:j - 1, j) = inverse(j, :j - 1)
+      end do
+   end function inverse
+
+   !> What the ground makes of gaps: the reactions of active candidates and the openings between nodes and settled surface,
+   !> given the complementary ones: openings of active candidates (as a rule 0), reactions of open ones.
+   subroutine coupled_answer(coupling, set, given, gap, reaction)
+      type(coupling_t), intent(in) :: coupling
+      type(active_coupling_t), intent(in) :: set
+      real(wp), intent(in) :: given(:)             !! (candidates)
+      real(wp), intent(inout) :: gap(:)            !! (candidates) to the undeformed surface; on return to the settled one
+      real(wp), intent(inout) :: reaction(:)       !! (candidates) of those that couple on return
+      real(wp) :: r(coupling%n), g(coupling%n)
+      if (coupling%n == 0) return
+      r = given(coupling%candidate)
+      r(set%entry) = 0.0_wp
+      g = gap(coupling%candidate)
+      if (any(abs(r) > 0.0_wp)) g = g + matmul(coupling%compliance, r)
+      r(set%entry) = -matmul(set%stiffness, g(set%entry) - given(set%candidate))
+      reaction(coupling%candidate) = r
+      gap(coupling%candidate) = g + matmul(coupling%compliance(:, set%entry), r(set%entry))
+      gap(set%candidate) = given(set%candidate)
+   end subroutine coupled_answer
+
+   !> N^T x.
+   pure function gap_changes(set, x) result(change)
+      type(active_coupling_t), intent(in) :: set
+      real(wp), intent(in) :: x(:)                 !! (unknowns)
+      real(wp) :: change(set%n)
+      integer :: i
+      do i = 1, set%n
+         change(i) = dot_product(set%direction(:, i), x(set%row(i):set%row(i) + 1))
+      end do
+   end function gap_changes
+
+   !> y = y + N force.
+   pure subroutine add_forces(set, force, y)
+      type(active_coupling_t), intent(in) :: set
+      real(wp), intent(in) :: force(:)             !! (n)
+      real(wp), intent(inout) :: y(:)              !! (unknowns)
+      integer :: i
+      do i = 1, set%n
+         associate (d => set%row(i))
+            y(d:d + 1) = y(d:d + 1) + force(i) * set%direction(:, i)
+         end associate
+      end do
+   end subroutine add_forces
+
+   !> y = y - N W N^T x, and x^T N W N^T x.
+   subroutine subtract_excess(set, x, y, form)
+      type(active_coupling_t), intent(in) :: set
+      real(wp), intent(in) :: x(:)                 !! (unknowns)
+      real(wp), intent(inout) :: y(:)
+      real(wp), intent(out) :: form
+      real(wp) :: change(set%n), force(set%n)
+      form = 0.0_wp
+      if (set%n == 0) return
+      change = gap_changes(set, x)
+      force = matmul(set%excess, change)
+      form = dot_product(change, force)
+      call add_forces(set, -force, y)
+   end subroutine subtract_excess
+
+   !> Row of N W N^T times x.
+   pure real(wp) function excess_row(set, row, x)
+      type(active_coupling_t), intent(in) :: set
+      integer, intent(in) :: row
+      real(wp), intent(in) :: x(:)
+      integer :: i
+      excess_row = 0.0_wp
+      do i = 1, set%n
+         if (row < set%row(i) .or. row > set%row(i) + 1) cycle
+         excess_row = excess_row + set%direction(1 + row - set%row(i), i) * dot_product(set%excess(:, i), gap_changes(set, x))
+      end do
+   end function excess_row
+
+   !> X and the factored small matrix for a factored band. A singular one becomes regular as a singular band does (factorise).
+   subroutine factor_excess(set, factor, fixed)
+      type(active_coupling_t), intent(inout) :: set
+      type(factor_t), intent(in) :: factor
+      logical, intent(in) :: fixed(:)              !! (unknowns)
+      real(wp), allocatable :: work(:)
+      real(wp) :: largest
+      integer :: i, info
+      set%negative_pivots = 0
+      if (set%n == 0) return
+      if (allocated(set%column)) then
+         if (size(set%column, 2) /= set%n) deallocate (set%column)
+      end if
+      if (.not. allocated(set%column)) allocate (set%column(size(fixed), set%n))
+      set%column = 0.0_wp
+      do i = 1, set%n
+         associate (d => set%row(i))
+            set%column(d:d + 1, i) = merge(0.0_wp, set%direction(:, i), fixed(d:d + 1))
+         end associate
+      end do
+      call solve_factored(factor, set%column)
+      set%small = set%excess_inverse
+      do i = 1, set%n
+         set%small(:, i) = set%small(:, i) - gap_changes(set, set%column(:, i))
+      end do
+      if (allocated(set%pivot)) deallocate (set%pivot)
+      allocate (set%pivot(set%n), work(64 * set%n))
+      call dsytrf('L', set%n, set%small, set%n, set%pivot, work, size(work), info)
+      largest = maxval([(abs(set%small(i, i)), i=1, set%n)])
+      ! A block of order 2 has one eigenvalue of each sign.
+      set%negative_pivots = count(set%pivot < 0) / 2
+      do i = 1, set%n
+         if (set%pivot(i) < 0) cycle
+         if (set%small(i, i) < 0.0_wp) set%negative_pivots = set%negative_pivots + 1
+         if (.not. abs(set%small(i, i)) > 0.0_wp) set%small(i, i) = max(sqrt(epsilon(largest)) * largest, tiny(largest))
+      end do
+   end subroutine factor_excess
+
+   !> From K^-1 b, fixed unknowns at their values, to the solution without the excess.
+   subroutine add_excess_response(set, x)
+      type(active_coupling_t), intent(in) :: set
+      real(wp), intent(inout) :: x(:)              !! (unknowns)
+      real(wp) :: q(set%n, 1)
+      integer :: info
+      if (set%n == 0) return
+      q(:, 1) = gap_changes(set, x)
+      call dsytrs('L', set%n, 1, set%small, set%n, set%pivot, q, set%n, info)
+      x = x + matmul(set%column, q(:, 1))
+   end subroutine add_excess_response
+end module active_coupling
