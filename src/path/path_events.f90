@@ -20,6 +20,8 @@ module path_events
    integer, parameter :: event_limit = 1, event_bifurcation = 2, event_contact = 3, event_value_reached = 4, event_stop = 5, &
       & event_turning = 6
 
+   real(wp), parameter :: at_rest = 1.0e-6_wp !! of a contact event's function after the increment
+
    !> What is compared from point to point.
    type :: probe_t
       real(wp) :: load_factor = 0.0_wp
@@ -80,6 +82,7 @@ contains
       type(probe_t), intent(in) :: before, after
       type(state_t), intent(in) :: from, to
       type(event_t), allocatable, intent(out) :: events(:)
+      type(event_t), allocatable :: kept(:)
       type(event_t) :: event
       integer :: i, least, most
       logical :: steady
@@ -130,6 +133,15 @@ contains
          events(i)%before = event_value(problem, events(i), from, before)
          events(i)%after = event_value(problem, events(i), to, after)
       end do
+      ! What touched without force lets go at once, however small the load: the start itself is no event.
+      if (any(abs(from%z) > 0.0_wp)) return
+      allocate (kept(0))
+      do i = 1, size(events)
+         if (events(i)%kind == event_contact .and. events(i)%label == 'C-' .and. &
+            & abs(events(i)%before) <= at_rest * abs(events(i)%after)) cycle
+         kept = [kept, events(i)]
+      end do
+      call move_alloc(kept, events)
 
    contains
 
