@@ -57,9 +57,39 @@ contains
          slides_now = .false.
          if (.not. state%active(candidate)) return
          if (.not. problem%candidates%may_slide(candidate)) return
-         slides_now = .not. all(state%active(problem%candidates%neighbour(:, candidate)))
+         slides_now = ends_here(problem, state%active, candidate, 1) .or. ends_here(problem, state%active, candidate, 2)
       end function slides_now
    end subroutine linearise_slides
+
+   !> True where contact ends on one side of an active candidate. Reactions at nodes leave open stretches of a few nodes inside
+   !> a contact region, most of all next to its end and where the length of the elements changes: these are none. But two
+   !> points, each alone in contact, have free rod between them however near they are.
+   pure logical function ends_here(problem, active, candidate, side) result(ends)
+      type(problem_t), intent(in) :: problem
+      logical, intent(in) :: active(:)      !! (candidates)
+      integer, intent(in) :: candidate, side
+      integer, parameter :: unresolved = 3  !! nodes
+      integer :: k, steps
+      ends = .false.
+      k = candidate
+      do steps = 0, unresolved
+         k = problem%candidates%neighbour(side, k)
+         ends = k == 0
+         if (ends) return
+         if (active(k)) exit
+      end do
+      ends = .not. active(k)
+      if (ends .or. steps == 0) return
+      ends = alone(candidate, 3 - side) .and. alone(k, side)
+
+   contains
+
+      pure logical function alone(c, way)
+         integer, intent(in) :: c, way
+         alone = problem%candidates%neighbour(way, c) == 0
+         if (.not. alone) alone = .not. active(problem%candidates%neighbour(way, c))
+      end function alone
+   end function ends_here
 
    !> Derivatives by the material coordinate of one sliding node, the node's displacement held: central differences of
    !> the two elements. They steer Newton only; the solution does not depend on them.

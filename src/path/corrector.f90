@@ -6,7 +6,7 @@ module corrector
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: assemble_bordered, factor_system, linearise, apply_increment
-   use contact_slides, only: slides_fit, shift_contacts, close_short_gaps, drop_slides
+   use contact_slides, only: slides_fit, shift_contacts, drop_slides
    use path_control, only: control_t, control_row, control_error, metric, is_arc_length, set_tangent, monitor_change, &
       & path_length
    use contact_set, only: contact_step_t, solve_contact_step, gap_tolerance
@@ -223,7 +223,6 @@ contains
          call drop_slides(system)
          call solve_contact_step(problem, state, system, rhs, frozen, step, timers)
       end if
-      if (step%ok .and. .not. frozen .and. early) call close_short_gaps(problem, step%active)
       if (step%ok) then
          if (.not. slides_fit(problem, state, system, step%y)) then
             step%ok = early

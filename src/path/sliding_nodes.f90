@@ -45,8 +45,10 @@ contains
       do c = 1, problem%candidates%n
          if (.not. problem%candidates%may_slide(c)) cycle
          associate (element => problem%candidates%element(:, c))
-            offset = state%geometry%element(element(1))%s(2) - problem%model%mesh%s(2, element(1))
+            offset = offset_from_home(problem, state, c)
             if (.not. abs(offset) > 0.0_wp) cycle
+            ! It may slide on another obstacle.
+            if (touches_another(problem, state, c)) cycle
             side = merge(2, 1, offset > 0.0_wp)
             home = problem%model%mesh%s(2, element(side)) - problem%model%mesh%s(1, element(side))
             other = problem%candidates%neighbour(side, c)
@@ -55,9 +57,8 @@ contains
             if (state%active(c) .and. .not. (state%active(other) .and. state%active(inner))) then
                if (abs(offset) < reach * home) cycle
                if (.not. problem%candidates%may_slide(other)) cycle
-               target = state%geometry%element(element(1))%s(2) - problem%model%mesh%s(2, problem%candidates%element(1, other))
-               if (abs(state%geometry%element(problem%candidates%element(1, other))%s(2) - &
-                  & problem%model%mesh%s(2, problem%candidates%element(1, other))) > 0.0_wp) cycle
+               if (abs(offset_from_home(problem, state, other)) > 0.0_wp) cycle
+               target = offset - sign(home, offset)
                ! Growing region: its old end node stays behind in contact. Shrinking or a single point: it opens.
                moved%active(c) = .not. state%active(other) .and. state%active(inner)
                moved%active(other) = .true.
@@ -75,6 +76,30 @@ contains
       ! Should it fail the node goes on sliding; when its element runs out, the increment says so.
       call take_over(problem, control, direction, direction_load, .false., moved, state, system, done, timers)
    end subroutine rehome_nodes
+
+   !> How far along its curve a candidate's node lies from its place in the mesh.
+   pure real(wp) function offset_from_home(problem, state, candidate) result(offset)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate           !! that may slide
+      integer :: e
+      e = problem%candidates%element(1, candidate)
+      offset = state%geometry%element(e)%s(2) - problem%model%mesh%s(2, e)
+   end function offset_from_home
+
+   !> True when the node of a candidate is in contact with another obstacle than the candidate's.
+   pure logical function touches_another(problem, state, candidate)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      integer :: c
+      touches_another = .false.
+      c = problem%candidates%twin(candidate)
+      do while (c /= candidate)
+         touches_another = touches_another .or. state%active(c)
+         c = problem%candidates%twin(c)
+      end do
+   end function touches_another
 
    !> Moves the node of an open candidate along the rod to where a contact is about to begin.
    subroutine move_node(problem, control, direction, direction_load, candidate, shift, state, system, ok, timers)
@@ -166,18 +191,20 @@ contains
       real(wp), intent(in) :: s
       real(wp), intent(out) :: position(2), rotation, resultant(3)
       real(wp) :: u(6), tau, span(2)
+      real(wp) :: at
       integer :: e, c, k
       e = near
+      at = s
       ! A node moves less than one element, so two steps along the curve are enough.
       do k = 1, 2
-         if (s < from%geometry%element(e)%s(1)) then
-            e = next_element(-1)
-         else if (s > from%geometry%element(e)%s(2)) then
-            e = next_element(1)
+         if (at < from%geometry%element(e)%s(1)) then
+            call go_to(next_element(-1), 1)
+         else if (at > from%geometry%element(e)%s(2)) then
+            call go_to(next_element(1), 2)
          end if
       end do
       c = problem%model%mesh%curve(e)
-      tau = curve_length(problem%model%curve(c), problem%model%imperfection, from%geometry%element(e)%s(1), s) &
+      tau = curve_length(problem%model%curve(c), problem%model%imperfection, from%geometry%element(e)%s(1), at) &
          & / from%geometry%element(e)%length
       u = element_displacement(problem, from, e)
       associate (element => from%geometry%element(e))
@@ -189,7 +216,15 @@ contains
 
    contains
 
-      !> The element of the same curve before (-1) or after (1) element e.
+      !> On to the element beyond end `side` of this one. Where a curve continues another one coordinates change.
+      subroutine go_to(other, side)
+         integer, intent(in) :: other, side
+         if (other == e) return
+         at = at + (from%geometry%element(other)%s(3 - side) - from%geometry%element(e)%s(side))
+         e = other
+      end subroutine go_to
+
+      !> The element before (-1) or after (1) element e along the rod.
       integer function next_element(way)
          integer, intent(in) :: way
          integer :: i, j
