@@ -10,14 +10,14 @@ module contact_slides
    use rod_state, only: state_t
    use rod_geometry, only: element_geometry_t, slid_pair, node_reference
    use ge_element, only: ge_columns
+   use contact_hand_over, only: hand_over, carry_over
    use linear_system, only: system_t, evaluate_element, turn_pair, row_times
    implicit none
    private
-   public :: linearise_slides, slide_row, slide_force, slides_fit, slide_fraction, shift_contacts, &
-      & close_short_gaps, drop_slides
+   public :: linearise_slides, slide_row, slide_force, slide_fraction, planned_fraction, pass_on, &
+      & ends_contact, close_short_gaps, drop_slides
 
    real(wp), parameter :: least_length = 0.1_wp !! of an element beside a sliding node, over its tributary length
-   real(wp), parameter :: reach = 0.6_wp        !! longest move in one solution, over the length of the element ahead
 
 contains
 
@@ -54,12 +54,19 @@ contains
 
       logical function slides_now(candidate)
          integer, intent(in) :: candidate
-         slides_now = .false.
-         if (.not. state%active(candidate)) return
-         if (.not. problem%candidates%may_slide(candidate)) return
-         slides_now = ends_here(problem, state%active, candidate, 1) .or. ends_here(problem, state%active, candidate, 2)
+         slides_now = problem%candidates%may_slide(candidate)
+         if (slides_now) slides_now = ends_contact(problem, state%active, candidate)
       end function slides_now
    end subroutine linearise_slides
+
+   !> True for a candidate in contact where contact ends on one side or both.
+   pure logical function ends_contact(problem, active, candidate) result(ends)
+      type(problem_t), intent(in) :: problem
+      logical, intent(in) :: active(:)      !! (candidates)
+      integer, intent(in) :: candidate
+      ends = active(candidate)
+      if (ends) ends = ends_here(problem, active, candidate, 1) .or. ends_here(problem, active, candidate, 2)
+   end function ends_contact
 
    !> True where contact ends on one side of an active candidate. Reactions at nodes leave open stretches of a few nodes inside
    !> a contact region, most of all next to its end and where the length of the elements changes: these are none. But two
@@ -177,14 +184,22 @@ contains
       slide_force = dot_product(system%slide_column(:, k), x) + (system%slide_gap(k) / system%slope(c)) * row_times(system, d, x)
    end function slide_force
 
-   !> False when a contact node would slide beyond the reach of its elements.
-   pure logical function slides_fit(problem, state, system, y)
+   !> The part of predicted shifts, at most 1, after which every contact point is still in one of its elements, or only just in
+   !> the next one.
+   pure real(wp) function planned_fraction(problem, state, system, shift) result(fraction)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: y(:)     !! solved increments: load factor, sliding coordinates
-      slides_fit = slide_fraction(problem, state, system, y(2:)) >= 1.0_wp
-   end function slides_fit
+      real(wp), intent(in) :: shift(:)   !! (n_slides)
+      real(wp), parameter :: least = 0.3_wp !! of the tributary length: over to a node that does not slide
+      integer :: k
+      fraction = 1.0_wp
+      do k = 1, system%n_slides
+         if (.not. abs(shift(k)) > 0.0_wp) cycle
+         fraction = min(fraction, max(most_ahead(problem, state, system%slide(k), shift(k)), &
+            & least * problem%candidates%tributary(system%slide(k))) / abs(shift(k)))
+      end do
+   end function planned_fraction
 
    !> The part of given shifts, at most 1, that leaves every sliding node enough of the element ahead of it.
    pure real(wp) function slide_fraction(problem, state, system, shift) result(fraction)
@@ -208,30 +223,30 @@ contains
       real(wp), intent(in) :: shift
       real(wp) :: ahead
       ahead = state%geometry%element(problem%candidates%element(merge(2, 1, shift > 0.0_wp), candidate))%length
-      most_ahead = max(min(reach * ahead, ahead - least_length * problem%candidates%tributary(candidate)), 0.0_wp)
+      most_ahead = max(ahead - least_length * problem%candidates%tributary(candidate), 0.0_wp)
    end function most_ahead
 
-   !> Where a contact point wants to leave its element the next node takes its place.
-   subroutine shift_contacts(problem, state, system, shift, active)
+   !> Hands contact points that stand at the end of their reach over to the next nodes, between two iterations.
+   subroutine pass_on(problem, system, shift, state, done)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: shift(:)      !! (n_slides)
-      logical, intent(inout) :: active(:)   !! (candidates) the contact set
-      integer :: k, c, side, next
-      logical :: single
+      real(wp), intent(in) :: shift(:)      !! (n_slides) how they wanted to move from where they stand
+      type(state_t), intent(inout) :: state
+      logical, intent(out) :: done          !! false: there is no way on for one of them
+      real(wp), parameter :: at_the_end = 1.0e-6_wp
+      type(state_t) :: moved
+      integer :: k
+      done = .true.
+      moved = state
       do k = 1, system%n_slides
-         c = system%slide(k)
-         if (.not. active(c)) cycle
-         if (abs(shift(k)) <= most_ahead(problem, state, c, shift(k))) cycle
-         side = merge(2, 1, shift(k) > 0.0_wp)
-         next = problem%candidates%neighbour(side, c)
-         if (.not. problem%candidates%may_slide(next)) cycle
-         single = .not. any(active(problem%candidates%neighbour(:, c)))
-         if (active(next) .or. single) active(c) = .false.
-         active(next) = .true.
+         if (.not. abs(shift(k)) > 0.0_wp) cycle
+         if (most_ahead(problem, state, system%slide(k), shift(k)) > at_the_end * abs(shift(k))) cycle
+         call hand_over(problem, system%slide(k), merge(2, 1, shift(k) > 0.0_wp), state, moved, done)
+         if (.not. done) return
       end do
-   end subroutine shift_contacts
+      call carry_over(problem, state, moved)
+      state = moved
+   end subroutine pass_on
 
    !> Closes the open stretches of at most three nodes that node-wise reactions leave inside a contact region next to its
    !> end: once the end node slides they are in contact.

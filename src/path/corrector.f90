@@ -6,7 +6,7 @@ module corrector
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: assemble_bordered, factor_system, linearise, apply_increment
-   use contact_slides, only: slides_fit, shift_contacts, drop_slides
+   use contact_slides, only: slide_fraction, pass_on, drop_slides
    use path_control, only: control_t, control_row, control_error, metric, is_arc_length, set_tangent, monitor_change, &
       & path_length
    use contact_set, only: contact_step_t, solve_contact_step, gap_tolerance
@@ -28,6 +28,7 @@ module corrector
    integer, parameter :: settling_iterations = 5 !! until then the last correction must be small, too
    real(wp), parameter :: longest_jump = 4.0_wp !! what load or displacement control may go, over the length of the tangent's step
    real(wp), parameter :: large_correction = 1.0e-4_wp !! of the increment
+   character(*), parameter :: out_of_reach = 'a contact point moved further than its elements reach'
    integer, parameter :: max_contact_loops = 12 !! outer loops of the paper's scheme
 
 contains
@@ -45,7 +46,7 @@ contains
       logical, intent(in), optional :: keep_contact !! true: the contact set of `start`, whatever the signs say
       type(contact_step_t) :: step
       integer :: loop
-      real(wp) :: rhs, ahead
+      real(wp) :: rhs, ahead, fraction
       logical :: frozen
 
       state = start
@@ -64,7 +65,7 @@ contains
       end if
       ! The paper's Fig. 2: LCP at the predictor, equilibrium with the set frozen, compare, repeat.
       do loop = 1, max_contact_loops
-         call solve_step(problem, state, system, rhs, .false., .true., step, report, timers)
+         call solve_step(problem, state, system, rhs, .false., .true., step, fraction, report, timers)
          if (allocated(report%message)) return
          if (.not. step%flipped) call move(problem, system, step, state)
          state%active = step%active
@@ -135,8 +136,8 @@ contains
       type(state_t) :: origin
       type(contact_step_t) :: step
       real(wp), allocatable :: before(:, :), spring(:)
-      real(wp) :: rhs, tolerance, best, correction, moved
-      logical :: refactor, settled
+      real(wp) :: rhs, tolerance, best, correction, moved, fraction
+      logical :: refactor, settled, passed
       integer :: iteration
 
       tolerance = problem%model%step(problem%step)%tolerance
@@ -145,16 +146,25 @@ contains
       best = huge(1.0_wp)
       newton: do iteration = 1, problem%model%step(problem%step)%max_iterations
          call solve_step(problem, state, system, rhs, frozen, movable .and. iteration <= shifting_iterations, step, &
-            & report, timers)
+            & fraction, report, timers)
          if (allocated(report%message)) return
          refactor = iteration <= tangent_updates .or. any(step%active .neqv. state%active)
          correction = 0.0_wp
+         passed = .false.
          if (step%flipped) then
             state%active = step%active
             state%reaction = step%reaction
          else
             before = state%u
             call move(problem, system, step, state)
+            passed = fraction < 1.0_wp
+            if (passed) then
+               call pass_on(problem, system, step%y(2:), state, passed)
+               if (.not. passed) then
+                  report%message = out_of_reach
+                  return
+               end if
+            end if
             correction = metric(problem, state%u - before, state%u - before)
          end if
          report%iterations = report%iterations + 1
@@ -174,7 +184,11 @@ contains
          ! A small residual after a large correction is luck, or softness: the next one still moves the point.
          moved = metric(problem, state%u - origin%u, state%u - origin%u)
          settled = correction <= (large_correction**2) * moved .or. report%residual <= 1.0e-3_wp * tolerance
-         if (.not. step%flipped .and. (settled .or. iteration > settling_iterations) .and. &
+         if (passed) then
+            refactor = .true.
+            best = huge(1.0_wp)
+         end if
+         if (.not. (step%flipped .or. passed) .and. (settled .or. iteration > settling_iterations) .and. &
             & report%residual <= max(tolerance, system%round_off) .and. &
             & control_error(problem, control, origin, state) <= max(tolerance, 1.0e-9_wp)) then
             if (frozen .or. contact_holds(problem, state, system)) then
@@ -204,7 +218,7 @@ contains
    end subroutine iterate
 
    !> Solves one step. Where the LCP fails with sliding nodes it is tried with these held.
-   subroutine solve_step(problem, state, system, rhs, frozen, early, step, report, timers)
+   subroutine solve_step(problem, state, system, rhs, frozen, early, step, fraction, report, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
@@ -212,10 +226,10 @@ contains
       logical, intent(in) :: frozen
       logical, intent(in) :: early             !! contact points may still change their nodes
       type(contact_step_t), intent(inout) :: step
+      real(wp), intent(out) :: fraction        !! of the step that was solved: below 1 a contact point stops at the end of its reach
       type(increment_t), intent(inout) :: report
       type(timers_t), intent(inout) :: timers
-      real(wp), allocatable :: shift(:)
-      logical, allocatable :: active(:)
+      fraction = 1.0_wp
       ! After a change by many nodes at once the set must settle before its ends are worth following.
       if (step%flipped) call drop_slides(system)
       call solve_contact_step(problem, state, system, rhs, frozen, step, timers)
@@ -223,20 +237,17 @@ contains
          call drop_slides(system)
          call solve_contact_step(problem, state, system, rhs, frozen, step, timers)
       end if
-      if (step%ok) then
-         if (.not. slides_fit(problem, state, system, step%y)) then
-            step%ok = early
-            step%message = 'a contact point moved further than its elements reach'
-            if (.not. step%ok) then
-               report%message = step%message
-               return
-            end if
-            shift = step%y(2:)
-            active = state%active
-            call shift_contacts(problem, state, system, shift, active)
-            call drop_slides(system)
-            call solve_contact_step(problem, state, system, rhs, .true., step, timers)
-            step%active = active
+      if (step%ok) fraction = slide_fraction(problem, state, system, step%y(2:))
+      if (fraction < 1.0_wp) then
+         step%ok = early
+         step%message = out_of_reach
+         ! So far with the contact set as it is; the rest is for the next iterations.
+         if (step%ok) call solve_contact_step(problem, state, system, rhs, .true., step, timers)
+         if (step%ok) then
+            fraction = slide_fraction(problem, state, system, step%y(2:))
+            step%x = fraction * step%x
+            step%y = fraction * step%y
+            step%reaction = state%reaction + fraction * (step%reaction - state%reaction)
          end if
       end if
       report%lcp_size = max(report%lcp_size, step%lcp_size)

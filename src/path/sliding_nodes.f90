@@ -1,18 +1,16 @@
-!> Hand-over of sliding contact nodes.
+!> Sliding contact nodes between two points of the path.
 !>
-!> The node of a point contact follows the contact point along the rod, and so do the nodes at the ends of a contact
-!> region: no force ever hops from node to node. When such a node has moved over more than half an element the next one
-!> takes over at the same material point and the first one goes home; a node that lost its contact goes home, too. The
-!> state is carried over by the collocation polynomials and brought back to equilibrium; nothing but the discretisation
-!> changes.
+!> When the node of a contact point has moved over more than half an element the next one takes over at the same material
+!> point and the first one goes home; a node that lost its contact goes home, too. The state is carried over and brought
+!> back to equilibrium; nothing but the discretisation changes.
 module sliding_nodes
    use kinds, only: wp
    use model, only: method_linearised
    use problem, only: problem_t
-   use rod_state, only: state_t, element_displacement, element_load
-   use rod_geometry, only: slide_node, node_reference
-   use reference_curve, only: curve_point, curve_length, curve_abscissa
-   use ge_element, only: ge_interior
+   use rod_state, only: state_t
+   use rod_geometry, only: slide_node
+   use contact_slides, only: ends_contact
+   use contact_hand_over, only: hand_over, carry_over, offset_from_home, touches_another
    use linear_system, only: system_t
    use bordered_system, only: linearise
    use path_control, only: control_t, set_tangent, is_arc_length
@@ -35,8 +33,8 @@ contains
       type(system_t), intent(inout) :: system    !! factored at `state` on entry and on return
       type(timers_t), intent(inout) :: timers
       type(state_t) :: moved
-      real(wp) :: offset, home, target
-      integer :: c, side, other, inner
+      real(wp) :: offset, home
+      integer :: c, side
       logical :: changed, done
 
       if (.not. any(problem%candidates%may_slide)) return
@@ -51,23 +49,15 @@ contains
             if (touches_another(problem, state, c)) cycle
             side = merge(2, 1, offset > 0.0_wp)
             home = problem%model%mesh%s(2, element(side)) - problem%model%mesh%s(1, element(side))
-            other = problem%candidates%neighbour(side, c)
-            inner = problem%candidates%neighbour(3 - side, c)
-            target = 0.0_wp
-            if (state%active(c) .and. .not. (state%active(other) .and. state%active(inner))) then
+            if (ends_contact(problem, state%active, c)) then
                if (abs(offset) < reach * home) cycle
-               if (.not. problem%candidates%may_slide(other)) cycle
-               if (abs(offset_from_home(problem, state, other)) > 0.0_wp) cycle
-               target = offset - sign(home, offset)
-               ! Growing region: its old end node stays behind in contact. Shrinking or a single point: it opens.
-               moved%active(c) = .not. state%active(other) .and. state%active(inner)
-               moved%active(other) = .true.
-               moved%reaction(other) = state%reaction(c)
-               if (.not. moved%active(c)) moved%reaction(c) = 0.0_wp
+               ! A node that does not slide would take the contact away from where it is.
+               if (.not. problem%candidates%may_slide(problem%candidates%neighbour(side, c))) cycle
+               call hand_over(problem, c, side, state, moved, done)
+               if (.not. done) cycle
+            else
+               call slide_node(problem%model, problem%tableau, moved%geometry, element, -offset)
             end if
-            call slide_node(problem%model, problem%tableau, moved%geometry, element, -offset)
-            if (abs(target) > 0.0_wp) call slide_node(problem%model, problem%tableau, moved%geometry, &
-               & problem%candidates%element(:, other), target)
             changed = .true.
          end associate
       end do
@@ -76,30 +66,6 @@ contains
       ! Should it fail the node goes on sliding; when its element runs out, the increment says so.
       call take_over(problem, control, direction, direction_load, .false., moved, state, system, done, timers)
    end subroutine rehome_nodes
-
-   !> How far along its curve a candidate's node lies from its place in the mesh.
-   pure real(wp) function offset_from_home(problem, state, candidate) result(offset)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate           !! that may slide
-      integer :: e
-      e = problem%candidates%element(1, candidate)
-      offset = state%geometry%element(e)%s(2) - problem%model%mesh%s(2, e)
-   end function offset_from_home
-
-   !> True when the node of a candidate is in contact with another obstacle than the candidate's.
-   pure logical function touches_another(problem, state, candidate)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      integer :: c
-      touches_another = .false.
-      c = problem%candidates%twin(candidate)
-      do while (c /= candidate)
-         touches_another = touches_another .or. state%active(c)
-         c = problem%candidates%twin(c)
-      end do
-   end function touches_another
 
    !> Moves the node of an open candidate along the rod to where a contact is about to begin.
    subroutine move_node(problem, control, direction, direction_load, candidate, shift, state, system, ok, timers)
@@ -150,91 +116,4 @@ contains
          call linearise(problem, state, state, system, timers)
       end if
    end subroutine take_over
-
-   !> Displacements and stored resultants of `moved` from the solution `from` on the old element ends.
-   subroutine carry_over(problem, from, moved)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: from
-      type(state_t), intent(inout) :: moved    !! its geometry is the new one
-      real(wp) :: position(2), rotation, resultant(3), x(2), angle, speed, s, h
-      integer :: e, i, node, c, stages
-      do e = 1, problem%model%mesh%n_elements
-         if (all(abs(moved%geometry%element(e)%s - from%geometry%element(e)%s) <= 0.0_wp)) cycle
-         c = problem%model%mesh%curve(e)
-         if (c == 0) cycle
-         do i = 1, 2
-            node = problem%model%mesh%node(i, e)
-            call old_solution(problem, from, e, moved%geometry%element(e)%s(i), position, rotation, resultant)
-            if (i == 1) moved%z(1:3, e) = resultant
-            if (abs(moved%geometry%element(e)%s(i) - from%geometry%element(e)%s(i)) <= 0.0_wp) cycle
-            call node_reference(problem%model, moved%geometry, e, i, x, angle, speed)
-            moved%u(1:2, node) = position - x
-            moved%u(3, node) = rotation
-         end do
-         stages = problem%model%mesh%stages(e)
-         h = moved%geometry%element(e)%length
-         do i = 1, stages
-            s = curve_abscissa(problem%model%curve(c), problem%model%imperfection, moved%geometry%element(e)%s(1), &
-               & problem%tableau(stages)%c(i) * h)
-            call old_solution(problem, from, e, s, position, rotation, resultant)
-            moved%z(3 + i, e) = resultant(3)
-            if (problem%pressurised(e)) moved%z(2 + stages + 2 * i:3 + stages + 2 * i, e) = resultant(1:2)
-         end do
-      end do
-   end subroutine carry_over
-
-   !> The old solution at nominal coordinate s, on element `near` or the one next to it that contains s.
-   subroutine old_solution(problem, from, near, s, position, rotation, resultant)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: from
-      integer, intent(in) :: near
-      real(wp), intent(in) :: s
-      real(wp), intent(out) :: position(2), rotation, resultant(3)
-      real(wp) :: u(6), tau, span(2)
-      real(wp) :: at
-      integer :: e, c, k
-      e = near
-      at = s
-      ! A node moves less than one element, so two steps along the curve are enough.
-      do k = 1, 2
-         if (at < from%geometry%element(e)%s(1)) then
-            call go_to(next_element(-1), 1)
-         else if (at > from%geometry%element(e)%s(2)) then
-            call go_to(next_element(1), 2)
-         end if
-      end do
-      c = problem%model%mesh%curve(e)
-      tau = curve_length(problem%model%curve(c), problem%model%imperfection, from%geometry%element(e)%s(1), at) &
-         & / from%geometry%element(e)%length
-      u = element_displacement(problem, from, e)
-      associate (element => from%geometry%element(e))
-         call ge_interior(problem%tableau(problem%model%mesh%stages(e)), element%length, element%scale, element%angle, &
-            & problem%compliance(e), element_load(problem, from, e), u, from%z(:problem%z_size(e), e), tau, span, &
-            & rotation, resultant)
-      end associate
-      position = from%geometry%x(:, problem%model%mesh%node(1, e)) + u(1:2) + span
-
-   contains
-
-      !> On to the element beyond end `side` of this one. Where a curve continues another one coordinates change.
-      subroutine go_to(other, side)
-         integer, intent(in) :: other, side
-         if (other == e) return
-         at = at + (from%geometry%element(other)%s(3 - side) - from%geometry%element(e)%s(side))
-         e = other
-      end subroutine go_to
-
-      !> The element before (-1) or after (1) element e along the rod.
-      integer function next_element(way)
-         integer, intent(in) :: way
-         integer :: i, j
-         next_element = e
-         do i = 1, problem%candidates%n
-            do j = 1, 2
-               if (problem%candidates%element(3 - j, i) /= e .or. problem%candidates%element(j, i) == 0) cycle
-               if (way == merge(1, -1, j == 2)) next_element = problem%candidates%element(j, i)
-            end do
-         end do
-      end function next_element
-   end subroutine old_solution
 end module sliding_nodes
