@@ -10,12 +10,12 @@ module contact_slides
    use rod_state, only: state_t
    use rod_geometry, only: element_geometry_t, slid_pair, node_reference
    use ge_element, only: ge_columns
-   use contact_hand_over, only: hand_over, carry_over
+   use contact_hand_over, only: hand_over, carry_over, offset_from_home
    use linear_system, only: system_t, evaluate_element, turn_pair, row_times
    implicit none
    private
    public :: linearise_slides, slide_row, slide_force, slide_fraction, planned_fraction, pass_on, &
-      & ends_contact, close_short_gaps, drop_slides
+      & ends_contact, reach, close_short_gaps, drop_slides
 
    real(wp), parameter :: least_length = 0.1_wp !! of an element beside a sliding node, over its tributary length
 
@@ -221,26 +221,56 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       real(wp), intent(in) :: shift
-      real(wp) :: ahead
-      ahead = state%geometry%element(problem%candidates%element(merge(2, 1, shift > 0.0_wp), candidate))%length
-      most_ahead = max(ahead - least_length * problem%candidates%tributary(candidate), 0.0_wp)
+      real(wp), parameter :: slack = 0.1_wp  ! beyond reach, so that few hand-overs fall into an increment
+      real(wp) :: home
+      integer :: side, e, next
+      side = merge(2, 1, shift > 0.0_wp)
+      e = problem%candidates%element(side, candidate)
+      next = problem%candidates%neighbour(side, candidate)
+      most_ahead = state%geometry%element(e)%length - least_length * problem%candidates%tributary(candidate)
+      if (next > 0) then
+         if (problem%candidates%may_slide(next)) then
+            home = problem%model%mesh%s(2, e) - problem%model%mesh%s(1, e)
+            if (.not. abs(offset_from_home(problem, state, next)) > 0.0_wp) most_ahead = min(most_ahead, home * (slack + &
+               & reach(problem, state%active, candidate, side)) - sign(1.0_wp, shift) * offset_from_home(problem, state, candidate))
+         end if
+      end if
+      most_ahead = max(most_ahead, 0.0_wp)
    end function most_ahead
+
+   !> How far towards the next node a contact point goes with its node, over the length of the element at home; beyond, the
+   !> next node takes over if it is free to come. At the end of a region the element inside is kept short: its reactions sit at
+   !> its nodes only, and what the rod bends between them costs accuracy.
+   pure real(wp) function reach(problem, active, candidate, side)
+      type(problem_t), intent(in) :: problem
+      logical, intent(in) :: active(:)      !! (candidates)
+      integer, intent(in) :: candidate      !! at the end of a region, or alone
+      integer, intent(in) :: side           !! on which it goes: 1 before, 2 after
+      real(wp), parameter :: alone = 0.6_wp, inwards = 0.85_wp, outwards = 0.25_wp
+      reach = alone
+      if (.not. ends_here(problem, active, candidate, side)) then
+         reach = inwards
+      else if (.not. ends_here(problem, active, candidate, 3 - side)) then
+         reach = outwards
+      end if
+   end function reach
 
    !> Hands contact points that stand at the end of their reach over to the next nodes, between two iterations.
    subroutine pass_on(problem, system, shift, state, done)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: shift(:)      !! (n_slides) how they wanted to move from where they stand
+      real(wp), intent(in) :: shift(:)      !! (n_slides) how they want to move on
       type(state_t), intent(inout) :: state
       logical, intent(out) :: done          !! false: there is no way on for one of them
-      real(wp), parameter :: at_the_end = 1.0e-6_wp
+      real(wp), parameter :: at_the_end = 1.0e-6_wp !! of the tributary length
       type(state_t) :: moved
       integer :: k
       done = .true.
       moved = state
       do k = 1, system%n_slides
          if (.not. abs(shift(k)) > 0.0_wp) cycle
-         if (most_ahead(problem, state, system%slide(k), shift(k)) > at_the_end * abs(shift(k))) cycle
+         if (most_ahead(problem, state, system%slide(k), shift(k)) > &
+            & at_the_end * problem%candidates%tributary(system%slide(k))) cycle
          call hand_over(problem, system%slide(k), merge(2, 1, shift(k) > 0.0_wp), state, moved, done)
          if (.not. done) return
       end do

@@ -46,7 +46,8 @@ contains
       logical, intent(in), optional :: keep_contact !! true: the contact set of `start`, whatever the signs say
       type(contact_step_t) :: step
       integer :: loop
-      real(wp) :: rhs, ahead, fraction
+      real(wp) :: rhs, ahead
+      real(wp), allocatable :: wanted(:)
       logical :: frozen
 
       state = start
@@ -65,7 +66,7 @@ contains
       end if
       ! The paper's Fig. 2: LCP at the predictor, equilibrium with the set frozen, compare, repeat.
       do loop = 1, max_contact_loops
-         call solve_step(problem, state, system, rhs, .false., .true., step, fraction, report, timers)
+         call solve_step(problem, state, system, rhs, .false., .true., step, wanted, report, timers)
          if (allocated(report%message)) return
          if (.not. step%flipped) call move(problem, system, step, state)
          state%active = step%active
@@ -135,8 +136,8 @@ contains
       type(timers_t), intent(inout) :: timers
       type(state_t) :: origin
       type(contact_step_t) :: step
-      real(wp), allocatable :: before(:, :), spring(:)
-      real(wp) :: rhs, tolerance, best, correction, moved, fraction
+      real(wp), allocatable :: before(:, :), spring(:), wanted(:)
+      real(wp) :: rhs, tolerance, best, correction, moved
       logical :: refactor, settled, passed
       integer :: iteration
 
@@ -144,9 +145,11 @@ contains
       origin = start
       rhs = first_rhs
       best = huge(1.0_wp)
+      passed = .false.
       newton: do iteration = 1, problem%model%step(problem%step)%max_iterations
-         call solve_step(problem, state, system, rhs, frozen, movable .and. iteration <= shifting_iterations, step, &
-            & fraction, report, timers)
+         ! Just after a hand-over signs mean little.
+         call solve_step(problem, state, system, rhs, frozen .or. passed, movable .and. iteration <= shifting_iterations, step, &
+            & wanted, report, timers)
          if (allocated(report%message)) return
          refactor = iteration <= tangent_updates .or. any(step%active .neqv. state%active)
          correction = 0.0_wp
@@ -157,9 +160,9 @@ contains
          else
             before = state%u
             call move(problem, system, step, state)
-            passed = fraction < 1.0_wp
+            passed = allocated(wanted)
             if (passed) then
-               call pass_on(problem, system, step%y(2:), state, passed)
+               call pass_on(problem, system, wanted, state, passed)
                if (.not. passed) then
                   report%message = out_of_reach
                   return
@@ -218,7 +221,7 @@ contains
    end subroutine iterate
 
    !> Solves one step. Where the LCP fails with sliding nodes it is tried with these held.
-   subroutine solve_step(problem, state, system, rhs, frozen, early, step, fraction, report, timers)
+   subroutine solve_step(problem, state, system, rhs, frozen, early, step, wanted, report, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
@@ -226,9 +229,11 @@ contains
       logical, intent(in) :: frozen
       logical, intent(in) :: early             !! contact points may still change their nodes
       type(contact_step_t), intent(inout) :: step
-      real(wp), intent(out) :: fraction        !! of the step that was solved: below 1 a contact point stops at the end of its reach
+      real(wp), allocatable, intent(out) :: wanted(:) !! (sliding points) allocated where one stops at the end of its reach: the
+      !! step is a part of the one solved for, these are the moves of that
       type(increment_t), intent(inout) :: report
       type(timers_t), intent(inout) :: timers
+      real(wp) :: fraction
       fraction = 1.0_wp
       ! After a change by many nodes at once the set must settle before its ends are worth following.
       if (step%flipped) call drop_slides(system)
@@ -244,7 +249,8 @@ contains
          ! So far with the contact set as it is; the rest is for the next iterations.
          if (step%ok) call solve_contact_step(problem, state, system, rhs, .true., step, timers)
          if (step%ok) then
-            fraction = slide_fraction(problem, state, system, step%y(2:))
+            wanted = step%y(2:)
+            fraction = slide_fraction(problem, state, system, wanted)
             step%x = fraction * step%x
             step%y = fraction * step%y
             step%reaction = state%reaction + fraction * (step%reaction - state%reaction)

@@ -9,7 +9,7 @@ module sliding_nodes
    use problem, only: problem_t
    use rod_state, only: state_t
    use rod_geometry, only: slide_node
-   use contact_slides, only: ends_contact
+   use contact_slides, only: ends_contact, reach
    use contact_hand_over, only: hand_over, carry_over, offset_from_home, touches_another
    use linear_system, only: system_t
    use bordered_system, only: linearise
@@ -19,8 +19,6 @@ module sliding_nodes
    implicit none
    private
    public :: rehome_nodes, move_node
-
-   real(wp), parameter :: reach = 0.6_wp !! of an element: a node hands over beyond it
 
 contains
 
@@ -50,7 +48,7 @@ contains
             side = merge(2, 1, offset > 0.0_wp)
             home = problem%model%mesh%s(2, element(side)) - problem%model%mesh%s(1, element(side))
             if (ends_contact(problem, state%active, c)) then
-               if (abs(offset) < reach * home) cycle
+               if (abs(offset) < reach(problem, state%active, c, side) * home) cycle
                ! A node that does not slide would take the contact away from where it is.
                if (.not. problem%candidates%may_slide(problem%candidates%neighbour(side, c))) cycle
                call hand_over(problem, c, side, state, moved, done)
