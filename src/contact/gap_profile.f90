@@ -7,7 +7,7 @@ module gap_profile
    use section_forces, only: local_forces, rod_direction
    implicit none
    private
-   public :: least_gap_after, smallest_gap, gap_and_slope, natural_curvature
+   public :: least_gap_after, smallest_gap, gap_and_slope, gap_bend, natural_curvature
 
 contains
 

@@ -7,24 +7,24 @@
 module contact_slides
    use kinds, only: wp
    use problem, only: problem_t, dof
-   use rod_state, only: state_t
+   use rod_state, only: state_t, element_displacement, element_load
    use rod_geometry, only: element_geometry_t, slid_pair, node_reference
-   use ge_element, only: ge_columns
+   use ge_element, only: ge_columns, ge_rate_t, ge_evaluate
    use contact_hand_over, only: hand_over, carry_over, offset_from_home
-   use linear_system, only: system_t, evaluate_element, turn_pair, row_times
+   use linear_system, only: system_t, turn_pair, row_times
    implicit none
    private
    public :: linearise_slides, slide_row, slide_force, slide_fraction, planned_fraction, pass_on, &
-      & ends_contact, reach, close_short_gaps, drop_slides
+      & ends_contact, ends_here, reach, close_short_gaps, drop_slides
 
    real(wp), parameter :: least_length = 0.1_wp !! of an element beside a sliding node, over its tributary length
 
 contains
 
    !> Border of the sliding nodes: those at the end of a contact region, or alone, whose elements may change their length.
-   subroutine linearise_slides(problem, state, base, system)
+   subroutine linearise_slides(problem, state, system)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state, base
+      type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
       integer :: c, k, ns
       ns = 0
@@ -47,7 +47,7 @@ contains
          if (.not. slides_now(c)) cycle
          k = k + 1
          system%slide(k) = c
-         call linearise_slide(problem, state, base, system, k)
+         call linearise_slide(problem, state, system, k)
       end do
 
    contains
@@ -98,40 +98,36 @@ contains
       end function alone
    end function ends_here
 
-   !> Derivatives by the material coordinate of one sliding node, the node's displacement held: central differences of
-   !> the two elements. They steer Newton only; the solution does not depend on them.
-   subroutine linearise_slide(problem, state, base, system, k)
+   !> Derivatives by the material coordinate of one sliding node, the node's displacement held. Those of the stress-free
+   !> geometry are central differences; they steer Newton only, the solution does not depend on them.
+   subroutine linearise_slide(problem, state, system, k)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state, base
+      type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
       integer, intent(in) :: k
-      type(element_geometry_t) :: pair(2)
-      real(wp) :: f(6, 2, 2), raw(6), ek(6, 6), fl(6), op(size(state%z, 1), ge_columns, 2, 2), defect(2)
-      real(wp) :: step, x(2), reference, speed, t0(2), t(2), n(2), across(2), turning(2), angle, angles(2)
-      integer :: c, node, i, side, e, d, end_node, j, z
-      logical :: ok
+      type(element_geometry_t) :: pair(2, 2)
+      type(ge_rate_t) :: rate
+      real(wp) :: f(6), x(2), reference, speed, t0(2), t(2), n(2), across(2), turning(2), angle, angles(2), step
+      integer :: c, node, i, side, e, d, end_node, j
       c = system%slide(k)
       node = problem%candidates%node(c)
       system%slide_column(:, k) = 0.0_wp
       step = 1.0e-4_wp * minval(state%geometry%element(problem%candidates%element(:, c))%length)
       do side = 1, 2
          call slid_pair(problem%model, problem%tableau, state%geometry, problem%candidates%element(:, c), &
-            & merge(-step, step, side == 1), pair, x, angles(side))
-         do i = 1, 2
-            e = problem%candidates%element(i, c)
-            call evaluate_element(problem, state, base, pair(i), e, f(:, i, side), raw, ek, fl, op(:, :, i, side), defect, ok)
-         end do
+            & merge(-step, step, side == 1), pair(:, side), x, angles(side))
       end do
-      f(:, :, 1) = (f(:, :, 2) - f(:, :, 1)) / (2.0_wp * step)
       do i = 1, 2
          e = problem%candidates%element(i, c)
-         z = problem%z_size(e)
-         system%slide_op(:z, i, k) = (op(:z, 7, i, 2) - op(:z, 7, i, 1)) / (2.0_wp * step)
+         rate%length = (pair(i, 2)%length - pair(i, 1)%length) / (2.0_wp * step)
+         rate%scaled = (pair(i, 2)%scale * pair(i, 2)%length - pair(i, 1)%scale * pair(i, 1)%length) / (2.0_wp * step)
+         rate%angle = (pair(i, 2)%angle - pair(i, 1)%angle) / (2.0_wp * step)
+         call element_rates(problem, state, e, rate, f, system%slide_op(:, i, k))
          do j = 1, 2
             end_node = problem%model%mesh%node(j, e)
-            if (system%turned(end_node)) call turn_pair(system%axis(:, end_node), f(3 * j - 2:3 * j - 1, i, 1))
+            if (system%turned(end_node)) call turn_pair(system%axis(:, end_node), f(3 * j - 2:3 * j - 1))
             d = dof(problem, end_node, 1)
-            system%slide_column(d:d + 2, k) = system%slide_column(d:d + 2, k) - f(3 * j - 2:3 * j, i, 1)
+            system%slide_column(d:d + 2, k) = system%slide_column(d:d + 2, k) - f(3 * j - 2:3 * j)
          end do
       end do
       ! Tangency: the gap's slope along the rod, n.t, vanishes.
@@ -160,6 +156,25 @@ contains
       d = dof(problem, node, 1)
       system%slide_column(d:d + 1, k) = system%slide_column(d:d + 1, k) + turning
    end subroutine linearise_slide
+
+   !> Derivatives of an element's end forces and stored resultants by a change of its stress-free geometry.
+   subroutine element_rates(problem, state, e, rate, f_rate, z_rate)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      type(ge_rate_t), intent(in) :: rate
+      real(wp), intent(out) :: f_rate(6)
+      real(wp), intent(out) :: z_rate(:)    !! (largest z_size)
+      real(wp) :: u(6), f(6), raw(6), k(6, 6), fl(6), op(size(z_rate), ge_columns), defect(2)
+      logical :: ok
+      u = element_displacement(problem, state, e)
+      associate (geometry => state%geometry%element(e))
+         call ge_evaluate(problem%tableau(problem%model%mesh%stages(e)), geometry%length, geometry%scale, &
+            & geometry%angle, geometry%chord, problem%compliance(e), element_load(problem, state, e), u, &
+            & state%z(:problem%z_size(e), e), f, raw, k, fl, op, defect, ok, rate=rate, f_rate=f_rate, &
+            & z_rate=z_rate(:problem%z_size(e)))
+      end associate
+   end subroutine element_rates
 
    !> Product of a tangency row with a vector of unknowns.
    pure real(wp) function slide_row(problem, system, k, x)

@@ -7,9 +7,10 @@ module corrector
    use linear_system, only: system_t
    use bordered_system, only: assemble_bordered, factor_system, linearise, apply_increment
    use contact_slides, only: slide_fraction, pass_on, drop_slides
+   use contact_spread, only: spread_contacts
    use path_control, only: control_t, control_row, control_error, metric, is_arc_length, set_tangent, monitor_change, &
       & path_length
-   use contact_set, only: contact_step_t, solve_contact_step, gap_tolerance
+   use contact_set, only: contact_step_t, solve_contact_step, gap_tolerance, inside_region, weak_reaction
    use timing, only: timers_t, count_up, counter_newton
    implicit none
    private
@@ -29,6 +30,7 @@ module corrector
    real(wp), parameter :: longest_jump = 4.0_wp !! what load or displacement control may go, over the length of the tangent's step
    real(wp), parameter :: large_correction = 1.0e-4_wp !! of the increment
    character(*), parameter :: out_of_reach = 'a contact point moved further than its elements reach'
+   integer, parameter :: most_spreads = 3 !! in one increment
    integer, parameter :: max_contact_loops = 12 !! outer loops of the paper's scheme
 
 contains
@@ -102,7 +104,7 @@ contains
    end subroutine take_increment
 
    !> Brings a guess to equilibrium at the control's increment from `base`, by full Newton.
-   subroutine correct(problem, base, control, keep_contact, state, system, report, timers)
+   subroutine correct(problem, base, control, keep_contact, state, system, report, timers, moved)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: base          !! converged, or the guess itself
       type(control_t), intent(in) :: control     !! its tangent must be set where its method needs one
@@ -111,6 +113,7 @@ contains
       type(system_t), intent(inout) :: system
       type(increment_t), intent(out) :: report
       type(timers_t), intent(inout) :: timers
+      logical, intent(in), optional :: moved     !! true: nodes have moved along the rod
       real(wp) :: rhs
       call linearise(problem, state, base, system, timers)
       if (.not. system%ok) then
@@ -118,11 +121,11 @@ contains
          return
       end if
       call control_row(problem, control, base, state, system, rhs, timers)
-      call iterate(problem, base, control, state, system, rhs, keep_contact, .not. keep_contact, huge(1), report, timers)
+      call iterate(problem, base, control, state, system, rhs, keep_contact, .not. keep_contact, huge(1), report, timers, moved)
    end subroutine correct
 
    !> Newton from a linearised state: solve, add, linearise, until everything holds.
-   subroutine iterate(problem, start, control, state, system, first_rhs, frozen, movable, tangent_updates, report, timers)
+   subroutine iterate(problem, start, control, state, system, first_rhs, frozen, movable, tangent_updates, report, timers, moved)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
       type(control_t), intent(in) :: control
@@ -134,22 +137,26 @@ contains
       integer, intent(in) :: tangent_updates   !! iterations after which the tangent is factored anew
       type(increment_t), intent(inout) :: report
       type(timers_t), intent(inout) :: timers
+      logical, intent(in), optional :: moved   !! nodes have moved along the rod: the solution has to follow before signs count
       type(state_t) :: origin
       type(contact_step_t) :: step
       real(wp), allocatable :: before(:, :), spring(:), wanted(:)
-      real(wp) :: rhs, tolerance, best, correction, moved
-      logical :: refactor, settled, passed
-      integer :: iteration
+      real(wp) :: rhs, tolerance, best, correction, travelled
+      logical :: refactor, settled, passed, moving
+      integer :: iteration, spreads
 
       tolerance = problem%model%step(problem%step)%tolerance
       origin = start
       rhs = first_rhs
       best = huge(1.0_wp)
       passed = .false.
+      spreads = 0
+      moving = .false.
+      if (present(moved)) moving = moved
       newton: do iteration = 1, problem%model%step(problem%step)%max_iterations
-         ! Just after a hand-over signs mean little.
-         call solve_step(problem, state, system, rhs, frozen .or. passed, movable .and. iteration <= shifting_iterations, step, &
-            & wanted, report, timers)
+         ! After nodes have moved signs mean little until the solution has followed.
+         call solve_step(problem, state, system, rhs, frozen .or. moving, &
+            & movable .and. iteration <= shifting_iterations, step, wanted, report, timers)
          if (allocated(report%message)) return
          refactor = iteration <= tangent_updates .or. any(step%active .neqv. state%active)
          correction = 0.0_wp
@@ -185,16 +192,29 @@ contains
             return
          end if
          ! A small residual after a large correction is luck, or softness: the next one still moves the point.
-         moved = metric(problem, state%u - origin%u, state%u - origin%u)
-         settled = correction <= (large_correction**2) * moved .or. report%residual <= 1.0e-3_wp * tolerance
+         travelled = metric(problem, state%u - origin%u, state%u - origin%u)
+         settled = correction <= (large_correction**2) * travelled .or. report%residual <= 1.0e-3_wp * tolerance
          if (passed) then
+            moving = .true.
             refactor = .true.
             best = huge(1.0_wp)
          end if
          if (.not. (step%flipped .or. passed) .and. (settled .or. iteration > settling_iterations) .and. &
             & report%residual <= max(tolerance, system%round_off) .and. &
             & control_error(problem, control, origin, state) <= max(tolerance, 1.0e-9_wp)) then
+            moving = .false.
             if (frozen .or. contact_holds(problem, state, system)) then
+               if (movable .and. spreads < most_spreads) call spread_contacts(problem, state, passed)
+               if (passed) then
+                  spreads = spreads + 1
+                  moving = .true.
+                  call linearise(problem, state, origin, system, timers)
+                  if (.not. system%ok) report%message = 'the tangent is singular'
+                  if (.not. system%ok) return
+                  call control_row(problem, control, origin, state, system, rhs, timers)
+                  best = huge(1.0_wp)
+                  cycle newton
+               end if
                call factor_system(problem, state, system, timers)
                report%converged = system%ok
                if (.not. system%ok) report%message = 'the tangent is singular'
@@ -288,7 +308,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      real(wp) :: reaction
+      real(wp) :: reaction, limit
       integer :: c
       contact_holds = .true.
       do c = 1, problem%candidates%n
@@ -299,7 +319,9 @@ contains
             else
                reaction = state%reaction(c)
             end if
-            contact_holds = contact_holds .and. reaction >= -1.0e-8_wp * system%force_scale
+            limit = 1.0e-8_wp
+            if (inside_region(problem, state, c)) limit = max(limit, weak_reaction(problem))
+            contact_holds = contact_holds .and. reaction >= -limit * system%force_scale
          else
             contact_holds = contact_holds .and. system%gap(c) >= -10.0_wp * gap_tolerance * problem%size
          end if

@@ -106,7 +106,7 @@ contains
          call set_tangent(problem, system, direction, direction_load, hold)
       end if
       base = moved
-      call correct(problem, base, hold, keep_contact, moved, system, report, timers)
+      call correct(problem, base, hold, keep_contact, moved, system, report, timers, moved=.true.)
       ok = report%converged
       if (ok) then
          state = moved
