@@ -9,11 +9,12 @@ module path_acceptance
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use tangent_modes, only: modes_t, lowest_modes, nodal_mode
+   use weak_contacts, only: release_weak, count_released, opening_sense
    use path_control, only: path_length
    use corrector, only: increment_t
    use path_run, only: run_t, probe_at, keep_landmark
    use step_control, only: stop_met
-   use path_events, only: probe_t, event_t, new_probe, detect_events, event_stop, event_bifurcation, event_limit, &
+   use path_events, only: probe_t, event_t, new_probe, detect_events, event_stop, event_bifurcation, event_release, event_limit, &
       & event_contact, event_value_reached, event_turning
    use event_location, only: locate
    use contact_set, only: reaction_rate
@@ -58,16 +59,20 @@ contains
       type(probe_t) :: probe
       type(critical_t) :: critical
       type(state_t), allocatable :: places(:)
+      type(state_t) :: released
       type(increment_t), allocatable :: reports(:)
       real(wp), allocatable :: fraction(:)
-      real(wp) :: rate, limit_at, branching_at
+      real(wp) :: rate, limit_at, branching_at, part
       logical, allocatable :: located(:), later(:)
-      logical :: told
-      integer :: i, k, more, unseen
+      logical :: told, weak, weak_at_trial
+      integer :: i, k, more, unseen, free_pivots
 
       finished = .false.
       allocate (missed(0))
       probe = probe_at(problem, run, trial)
+      call count_released(problem, trial, run%system, free_pivots, weak_at_trial, timers)
+      probe%free_pivots = free_pivots
+      probe%weak = weak_at_trial
       if (run%step_points == 0) run%probe%load_rate = probe%load_rate
       if (run%step_points == 0) run%probe%monitor_rate = probe%monitor_rate
       call detect_events(problem, step, run%probe, probe, run%state, trial, events)
@@ -113,6 +118,7 @@ contains
             if (told) fraction(k) = huge(1.0_wp)
             if (told) cycle
          end if
+         part = fraction(k)
          fraction(k) = huge(1.0_wp)
          if (.not. located(k) .and. events(k)%kind /= event_stop) then
             missed = [missed, events(k)]
@@ -128,6 +134,15 @@ contains
             more = size(critical%null_vector, 3) - 1
             call keep_landmark(run, 'BP', places(k), trial, branching_at, &
                & run%arc_length + path_length(problem, run%state, places(k)), more + 1)
+         else if (events(k)%kind == event_release) then
+            call release_weak(problem, places(k), run%system, released, weak)
+            call linearise(problem, released, released, run%system, timers)
+            call find_null_vectors(released, events(k), step, critical)
+            critical%note = events(k)%note
+            if (opening_sense(problem, places(k), released, critical%null_vector(:, :, 1)) == 0) &
+               & critical%note = 'bifurcation without contacts that carry no force; none of its directions opens them all'
+            call keep_landmark(run, 'BP', released, trial, part, &
+               & run%arc_length + path_length(problem, run%state, places(k)), 1)
          else if (events(k)%kind == event_limit) then
             call keep_landmark(run, 'LP', places(k), trial, 0.0_wp, &
                & run%arc_length + path_length(problem, run%state, places(k)), 0)
@@ -149,6 +164,8 @@ contains
       end do
       if (size(events) > 0) call linearise(problem, trial, trial, run%system, timers)
       probe = probe_at(problem, run, trial)
+      probe%free_pivots = free_pivots
+      probe%weak = weak_at_trial
       finished = stop_met(step, run%probe, probe)
       call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers)
       if (allocated(outcome%why)) return
@@ -271,12 +288,14 @@ contains
       type(timers_t), intent(inout) :: timers
       type(point_t) :: point
       type(error_t), allocatable :: error
+      logical :: weak
       point = report_point(problem, state, run%system, run%points, label)
       point%iterations = report%iterations
       point%residual = max(report%residual, run%system%force_residual)
       point%lcp_size = report%lcp_size
       point%lcp_pivots = report%lcp_pivots
       point%arc_length = run%arc_length + path_length(problem, run%state, state)
+      call count_released(problem, state, run%system, point%free_pivots, weak, timers)
       ! At the stress-free start there is no force to measure a residual against.
       if (report%iterations == 0 .and. run%system%force_scale <= problem%force_floor) point%residual = 0.0_wp
       call measure_balance(problem, state, point%residual, outcome%accuracy)
