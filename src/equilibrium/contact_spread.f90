@@ -7,7 +7,7 @@
 module contact_spread
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t
+   use rod_state, only: state_t, candidate_gap
    use rod_geometry, only: slide_node
    use gap_profile, only: gap_and_slope, gap_bend
    use contact_regions, only: rigid_overhang
@@ -17,6 +17,7 @@ module contact_spread
    private
    public :: spread_contacts
 
+   real(wp), parameter :: gap_tolerance = 1.0e-11_wp !! of the structure's size
    real(wp), parameter :: least = 0.2_wp !! of an element: nearer to a node contact counts as being there
    !> Of a point: as long as all force acts there contact goes on, to leading order, to half of where it will. The guess must
    !> not be less, where the slope at an end falls with its distance and Newton's method would turn the other way.
@@ -36,6 +37,7 @@ contains
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
          if (.not. problem%model%contact(problem%candidates%contact(c))%sliding) cycle
+         call close_again(c)
          if (ends_here(problem, state%active, c, 1) .and. ends_here(problem, state%active, c, 2)) then
             call look_at_point(c)
          else if (problem%candidates%may_slide(c)) then
@@ -51,6 +53,32 @@ contains
       state = moved
 
    contains
+
+      !> Open nodes inside a region that touch all the same, where the region carries no force between its ends.
+      subroutine close_again(c)
+         integer, intent(in) :: c
+         real(wp) :: gap, normal(2), bend
+         integer :: k
+         if (ends_here(problem, state%active, c, 2)) return
+         k = problem%candidates%neighbour(2, c)
+         do while (.not. state%active(k))
+            call candidate_gap(problem, state, k, gap, normal, bend)
+            if (gap > gap_tolerance * problem%size) return
+            k = problem%candidates%neighbour(2, k)
+         end do
+         k = problem%candidates%neighbour(2, c)
+         do while (.not. state%active(k))
+            call begin
+            moved%active(k) = .true.
+            k = problem%candidates%neighbour(2, k)
+         end do
+      end subroutine close_again
+
+      !> The first change.
+      subroutine begin
+         if (.not. changed) moved = state
+         changed = .true.
+      end subroutine begin
 
       !> A node alone in contact.
       subroutine look_at_point(c)
@@ -119,8 +147,7 @@ contains
          if (.not. problem%candidates%may_slide(next)) return
          if (touches_another(problem, state, next)) return
          if (abs(offset_from_home(problem, state, next)) > 0.0_wp) return
-         if (.not. changed) moved = state
-         changed = .true.
+         call begin
          shift = max(length(c, side) - distance, 0.0_wp)
          if (shift > 0.0_wp) call slide_node(problem%model, problem%tableau, moved%geometry, &
             & problem%candidates%element(:, next), merge(-shift, shift, side == 2))
