@@ -15,7 +15,7 @@ module contact_spread
    use contact_hand_over, only: carry_over, offset_from_home, touches_another
    implicit none
    private
-   public :: spread_contacts
+   public :: spread_contacts, close_touching
 
    real(wp), parameter :: gap_tolerance = 1.0e-11_wp !! of the structure's size
    real(wp), parameter :: least = 0.2_wp !! of an element: nearer to a node contact counts as being there
@@ -24,6 +24,35 @@ module contact_spread
    real(wp), parameter :: spread_over_overhang = 2.2_wp
 
 contains
+
+   !> Closes open nodes between two contacts that touch all the same: on a straight wall a region may carry no force between
+   !> its ends, so that rounding decides who is in contact there.
+   subroutine close_touching(problem, state, changed)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(inout) :: state   !! converged; the nodes that close have no reaction
+      logical, intent(out) :: changed
+      real(wp) :: gap, normal(2), bend
+      integer :: c, k
+      changed = .false.
+      candidates: do c = 1, problem%candidates%n
+         if (.not. state%active(c)) cycle
+         if (.not. problem%model%contact(problem%candidates%contact(c))%sliding) cycle
+         k = problem%candidates%neighbour(2, c)
+         do
+            if (k == 0) cycle candidates
+            if (state%active(k)) exit
+            call candidate_gap(problem, state, k, gap, normal, bend)
+            if (gap > gap_tolerance * problem%size) cycle candidates
+            k = problem%candidates%neighbour(2, k)
+         end do
+         k = problem%candidates%neighbour(2, c)
+         do while (.not. state%active(k))
+            state%active(k) = .true.
+            changed = .true.
+            k = problem%candidates%neighbour(2, k)
+         end do
+      end do candidates
+   end subroutine close_touching
 
    !> Looks for such contacts at a converged state. Where there are some, nodes and contact set change, and the state is the
    !> old one on the new nodes: a guess.
@@ -37,7 +66,6 @@ contains
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
          if (.not. problem%model%contact(problem%candidates%contact(c))%sliding) cycle
-         call close_again(c)
          if (ends_here(problem, state%active, c, 1) .and. ends_here(problem, state%active, c, 2)) then
             call look_at_point(c)
          else if (problem%candidates%may_slide(c)) then
@@ -53,26 +81,6 @@ contains
       state = moved
 
    contains
-
-      !> Open nodes inside a region that touch all the same, where the region carries no force between its ends.
-      subroutine close_again(c)
-         integer, intent(in) :: c
-         real(wp) :: gap, normal(2), bend
-         integer :: k
-         if (ends_here(problem, state%active, c, 2)) return
-         k = problem%candidates%neighbour(2, c)
-         do while (.not. state%active(k))
-            call candidate_gap(problem, state, k, gap, normal, bend)
-            if (gap > gap_tolerance * problem%size) return
-            k = problem%candidates%neighbour(2, k)
-         end do
-         k = problem%candidates%neighbour(2, c)
-         do while (.not. state%active(k))
-            call begin
-            moved%active(k) = .true.
-            k = problem%candidates%neighbour(2, k)
-         end do
-      end subroutine close_again
 
       !> The first change.
       subroutine begin

@@ -7,7 +7,7 @@ module corrector
    use linear_system, only: system_t
    use bordered_system, only: assemble_bordered, factor_system, linearise, apply_increment
    use contact_slides, only: slide_fraction, pass_on, drop_slides
-   use contact_spread, only: spread_contacts
+   use contact_spread, only: spread_contacts, close_touching
    use path_control, only: control_t, control_row, control_error, metric, is_arc_length, set_tangent, monitor_change, &
       & path_length
    use contact_set, only: contact_step_t, solve_contact_step, gap_tolerance, inside_region, weak_reaction
@@ -203,23 +203,26 @@ contains
             & report%residual <= max(tolerance, system%round_off) .and. &
             & control_error(problem, control, origin, state) <= max(tolerance, 1.0e-9_wp)) then
             moving = .false.
-            if (frozen .or. contact_holds(problem, state, system)) then
+            if (movable .and. spreads < most_spreads) call close_touching(problem, state, passed)
+            if (.not. passed .and. (frozen .or. contact_holds(problem, state, system))) then
                if (movable .and. spreads < most_spreads) call spread_contacts(problem, state, passed)
-               if (passed) then
-                  spreads = spreads + 1
-                  moving = .true.
-                  call linearise(problem, state, origin, system, timers)
+               if (.not. passed) then
+                  call factor_system(problem, state, system, timers)
+                  report%converged = system%ok
                   if (.not. system%ok) report%message = 'the tangent is singular'
-                  if (.not. system%ok) return
-                  call control_row(problem, control, origin, state, system, rhs, timers)
-                  best = huge(1.0_wp)
-                  cycle newton
+                  call keep_resultants(problem, system, state)
+                  return
                end if
-               call factor_system(problem, state, system, timers)
-               report%converged = system%ok
+            end if
+            if (passed) then
+               spreads = spreads + 1
+               moving = .true.
+               call linearise(problem, state, origin, system, timers)
                if (.not. system%ok) report%message = 'the tangent is singular'
-               call keep_resultants(problem, system, state)
-               return
+               if (.not. system%ok) return
+               call control_row(problem, control, origin, state, system, rhs, timers)
+               best = huge(1.0_wp)
+               cycle newton
             end if
             refactor = .true.
          end if

@@ -205,13 +205,20 @@ contains
 
    contains
 
-      !> True when a point between has a pivot count that neither end has: eigenvalues went and came back.
+      !> True when a point between has a pivot count that neither end has: eigenvalues went and came back. Where the contact
+      !> set changes on the way, a point before that counts differently from the start.
       pure logical function any_hidden()
          integer :: j
+         logical :: same_set
          any_hidden = .false.
-         if (any(run%state%active .neqv. trial%active)) return
+         same_set = all(run%state%active .eqv. trial%active)
          do j = 1, size(events)
             if (.not. located(j) .or. all(events(j)%kind /= [event_value_reached, event_stop, event_turning])) cycle
+            if (.not. same_set) then
+               if (all(run%state%active .eqv. places(j)%active)) &
+                  & any_hidden = any_hidden .or. events(j)%pivots /= run%probe%negative_pivots
+               cycle
+            end if
             any_hidden = any_hidden .or. events(j)%pivots < min(run%probe%negative_pivots, probe%negative_pivots) .or. &
                & events(j)%pivots > max(run%probe%negative_pivots, probe%negative_pivots)
          end do
