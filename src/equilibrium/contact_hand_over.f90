@@ -115,7 +115,8 @@ contains
       end do
    end subroutine carry_over
 
-   !> The old solution at nominal coordinate s, on element `near` or the one next to it that contains s.
+   !> The old solution at nominal coordinate s, on element `near` or the one next to it that contains s. Where a contact point
+   !> or a load makes the resultants jump: beyond it.
    subroutine old_solution(problem, from, near, s, position, rotation, resultant)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from
@@ -123,6 +124,7 @@ contains
       real(wp), intent(in) :: s
       real(wp), intent(out) :: position(2), rotation, resultant(3)
       real(wp) :: u(6), tau, span(2)
+      real(wp), parameter :: at_end = 1.0e-9_wp
       real(wp) :: at
       integer :: e, c, k
       e = near
@@ -131,7 +133,8 @@ contains
       do k = 1, 2
          if (at < from%geometry%element(e)%s(1)) then
             call go_to(next_element(-1), 1)
-         else if (at > from%geometry%element(e)%s(2)) then
+         else if (at > from%geometry%element(e)%s(2) - at_end * (from%geometry%element(e)%s(2) - &
+            & from%geometry%element(e)%s(1))) then
             call go_to(next_element(1), 2)
          end if
       end do

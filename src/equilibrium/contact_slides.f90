@@ -206,7 +206,7 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: shift(:)   !! (n_slides)
-      real(wp), parameter :: least = 0.3_wp !! of the tributary length: over to a node that does not slide
+      real(wp), parameter :: least = 1.0_wp !! of the tributary length: over to a node that does not slide
       integer :: k
       fraction = 1.0_wp
       do k = 1, system%n_slides

@@ -82,7 +82,7 @@ contains
          call locate(problem, step, run, trial, events(i), places(i), reports(i), fraction(i), located(i), later(i), timers)
       end do
       if (present(hidden)) then
-         hidden = hidden .and. any_hidden()
+         hidden = hidden .and. (any_hidden() .or. out_of_reach())
          if (hidden) return
       end if
       limit_at = huge(1.0_wp)
@@ -223,6 +223,11 @@ contains
                & events(j)%pivots > max(run%probe%negative_pivots, probe%negative_pivots)
          end do
       end function any_hidden
+
+      !> True when a contact event was not located and contact points slide: the nodes that its search holds reach only so far.
+      pure logical function out_of_reach()
+         out_of_reach = any(problem%candidates%may_slide) .and. any(events%kind == event_contact .and. .not. located)
+      end function out_of_reach
 
       !> True for a branch at a bifurcation of the path that it left: beyond, it is that path, or itself again.
       logical function is_home(place)
