@@ -21,6 +21,7 @@ contains
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: residual
       type(accuracy_t), intent(inout) :: accuracy
+      real(wp), parameter :: negligible = 1.0e-6_wp !! of the force scale: where contact ends, all there is may be rounding
       real(wp), allocatable :: support(:, :)
       real(wp) :: total(3), scale, first(3), second(3), x(2), force(3), gap, normal(2), bend, size_, largest
       integer :: e, i, node, c
@@ -80,7 +81,7 @@ contains
             accuracy%complementarity = max(accuracy%complementarity, state%reaction(c) * gap / (largest * size_))
          end if
          if (largest > 0.0_wp .and. .not. problem%candidates%bilateral(c)) &
-            & accuracy%tension = max(accuracy%tension, -state%reaction(c) / largest)
+            & accuracy%tension = max(accuracy%tension, -state%reaction(c) / max(largest, negligible * scale))
       end do
       accuracy%force_balance = max(accuracy%force_balance, norm2(total(1:2)) / scale)
       accuracy%moment_balance = max(accuracy%moment_balance, abs(total(3)) / (scale * size_))

@@ -22,6 +22,7 @@ module path_follower
 
    integer, parameter :: max_cuts = 40          !! halvings of one increment
    integer, parameter :: cuts_before_corner = 2 !! failures after which the path may have a corner
+   real(wp), parameter :: least_load = 0.01_wp  !! of the load factor, that an increment after a corner may add
    integer, parameter :: max_searches = 4       !! halvings to tell events apart
 
 contains
@@ -155,7 +156,7 @@ contains
       load = abs(run%last_load)
       call accept(problem, step, run, place, label, report, recorder, finished, outcome, timers)
       if (finished .or. allocated(outcome%why)) return
-      load = max(load, abs(run%last_load))
+      load = max(load, abs(run%last_load), least_load * abs(run%state%load_factor))
       call leave_corner(problem, run%control, corner, run%state, run%system, run%direction, run%direction_load, turned, timers)
       if (.not. turned) outcome%why = 'no way on from where the contact set changes'
       run%probe = new_probe(problem, run%state, run%system, run%direction_load)

@@ -64,7 +64,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state, released
       real(wp), intent(in) :: mode(:, :)         !! (3, nodes) global axes
-      real(wp), parameter :: closed = 1.0e-6_wp  ! of the largest opening
+      real(wp), parameter :: closed = 1.0e-3_wp  ! of the largest opening
       real(wp) :: gap, normal(2), bend, opening, most, least
       integer :: c
       most = 0.0_wp
