@@ -1,4 +1,4 @@
-"""Beams, pipes and columns that the ground or walls let go: closed forms, and elastica solutions of tests/reference.
+"""Beams, pipes and liners that the ground or a host let go: closed forms, and elastica solutions of tests/reference.
 
 The order: the fourth of GE4, with foundations inside the elements, rigid contact with sliding points, and all that
 happens before nodes part. Springs at the nodes (POINTS=NODES): their reactions and the end of contact have the second.
@@ -122,8 +122,9 @@ def test_no_lift_off_below_and_two_regions_above():
 # A pipe lifted off the seabed ----------------------------------------------------------------------------------------
 
 @functools.cache
-def lifted(elements, kind="GE4"):
-    return dr.run_deck(dr.changed(dr.example("pipe-lift"), ("1, 2, 60", f"1, 2, {elements}"), ("TYPE=GE4", f"TYPE={kind}")))
+def lifted(elements, kind="GE4", ea="1e8"):
+    return dr.run_deck(dr.changed(dr.example("pipe-lift"), ("1, 2, 60", f"1, 2, {elements}"), ("TYPE=GE4", f"TYPE={kind}"),
+                                  ("1e8, 1.", f"{ea}, 1.")))
 
 
 def lift_errors(run):
@@ -146,15 +147,18 @@ def test_lifted_pipe_against_the_elastica():
     dr.assert_close(lift, np.zeros(3), absolute=2.5e-7)
 
 
-@pytest.mark.parametrize("kind", ["GE4", "GE6"])
+@pytest.mark.parametrize("kind", ["GE4", "GE6", "GE8"])
 @pytest.mark.parametrize("quantity", [0, 1])
 def test_lifted_pipe_converges_at_fourth_order(kind, quantity):
-    """The worst of three lengths, touchdown and lift. GE6 is no better: what lies on the seabed is carried at nodes."""
-    errors = [float(np.max(np.abs(lift_errors(lifted(n, kind))[quantity]))) for n in (20, 40, 80, 160)]
-    dr.assert_mean_order(errors, 4.0, above=1.0)
+    """The worst of three lengths, touchdown and lift. GE6 is no better: what lies on the seabed is carried at nodes. With
+    EA = 1e11 the pipe is as inextensible as that of the table, to 1e-11."""
+    errors = [float(np.max(np.abs(lift_errors(lifted(n, kind, "1e11"))[quantity]))) for n in (20, 40, 80, 160, 320)]
+    dr.assert_mean_order(errors, 4.0)
 
 
-ALONG = 2e-5      # 60 elements: 4e-6 with lengths 1, 2, 3, twice that between; the table is good for 1e-6 between its rows
+# 60 elements: 4e-6 with length 1, less with 2 and 3, twice that between; the table is good for 1e-6 between its rows. Short
+# lengths have the fourth power of elements to the length.
+ALONG = 1e-5
 
 
 def test_lift_along_the_whole_path():
@@ -164,8 +168,9 @@ def test_lift_along_the_whole_path():
     known = (height >= exact["height"][0]) & (height <= exact["height"][-1])
     # The fourth root of the height is nearly the length, and so even in the table.
     length = dr.interpolate(exact["height"] ** 0.25, exact["length"], height[known] ** 0.25)
-    dr.assert_close(6.0 - dr.regions(run, "end")[known], length, absolute=ALONG)
-    dr.assert_close(lift[known], dr.interpolate(exact["length"], exact["lift"], length), absolute=ALONG)
+    short = np.minimum(length, 1.0) ** 4
+    dr.assert_close(short * (6.0 - dr.regions(run, "end")[known]), short * length, absolute=ALONG)
+    dr.assert_close(short * lift[known], short * dr.interpolate(exact["length"], exact["lift"], length), absolute=ALONG)
 
 
 def test_seabed_and_lift_carry_the_pipe():
@@ -173,47 +178,6 @@ def test_seabed_and_lift_carry_the_pipe():
     step = run.column("step")
     total = run.results.contact.reaction_total[:, 0] + run.column("lift")
     dr.assert_close(total[step == 2], np.full(np.sum(step == 2), 6.0), absolute=1e-8)
-
-
-# A column between two walls ------------------------------------------------------------------------------------------
-
-@functools.cache
-def walls(elements, points="NODES"):
-    text = dr.example("column-walls").replace("POINTS=NODES", f"POINTS={points}")
-    return dr.run_deck(dr.changed(text, ("1, 2, 40", f"1, 2, {elements}"), ("2, 3, 40", f"2, 3, {elements}")))
-
-
-# Contact of a column with the imperfection a = gap/1000; a half that sways, clamped and rolling on the wall: tan y = y with
-# P (L/2)^2/EI = y^2; a half that lies down, both ends clamped.
-SWAY = (4.493409457909064 / math.pi) ** 2
-ONSETS = np.array([0.999, SWAY, 4.0])
-
-
-def onsets(run):
-    assert [c.label for c in run.results.critical] == ["C+", "UZ", "BP", "UZ", "BP", "EP"]
-    return np.array([run.load("C+"), *(c.load_factor for c in run.labelled("BP"))])
-
-
-@pytest.mark.parametrize("points", ["NODES", "SLIDING"])
-def test_column_between_walls(points):
-    dr.assert_close(onsets(walls(40, points)), ONSETS, relative=2e-6)
-
-
-@pytest.mark.parametrize("number", [0, 1, 2])
-def test_column_between_walls_converges_at_fourth_order(number):
-    dr.assert_order([onsets(walls(n))[number] - ONSETS[number] for n in (8, 16, 32, 64)], 4.0, below=1.0)
-
-
-@pytest.mark.parametrize("share", [1.5, 3.5])
-def test_force_of_a_column_on_the_wall(share):
-    """Both halves are clamped at their ends and moved by the gap: with k^2 = P, l = 1/2 each gives k^3 gap/(k l - 2 tan(k l/2)).
-    The imperfection, a thousandth of the gap, is left out."""
-    run = walls(40)
-    point, = [c for c in run.labelled("UZ") if abs(c.load_factor - share) < 1e-8]
-    k = 2.0 * math.pi * math.sqrt(share)
-    force = 2.0 * k**3 * 1e-4 / (k / 2 - 2.0 * math.tan(k / 4))
-    dr.assert_close(point.monitors["push"], force, relative=2e-3)
-    dr.assert_close(point.monitors["midspan"], 1e-4 - 1e-7, relative=1e-9)
 
 
 # A liner in a rigid host -----------------------------------------------------------------------------------------------

@@ -4,6 +4,7 @@ module candidates
    use kinds, only: wp
    use model, only: model_t, family_ge, quantity_displacement
    use rod_geometry, only: geometry_t
+   use reference_curve, only: curve_goes_on
    use obstacle_geometry, only: obstacle_gap
    implicit none
    private
@@ -18,6 +19,8 @@ module candidates
       integer, allocatable :: obstacle(:)     !! index into model%obstacle
       integer, allocatable :: neighbour(:, :) !! (2, n) candidate before and after, 0: none
       integer, allocatable :: element(:, :)   !! (2, n) element towards that neighbour, 0: none
+      integer, allocatable :: twin(:)         !! the next candidate at the same node, for another obstacle; in a circle, the last
+      !! one's is the first one, an only one's is itself
       real(wp), allocatable :: s(:)           !! arc length along the chain [length], at home
       real(wp), allocatable :: tributary(:)   !! half the length of the adjacent contact elements; 1 at the stops of nodes
       real(wp), allocatable :: gap_offset(:)
@@ -50,6 +53,7 @@ contains
       allocate (list%overlap(total), source=0.0_wp)
       allocate (list%neighbour(2, total), list%element(2, total), source=0)
       allocate (list%chain_length(size(model%contact)), source=0.0_wp)
+      allocate (list%twin(total))
       if (total == 0) return
       pinned = nodes_that_stay(model)
       allocate (pushes_out(size(model%obstacle)), source=.false.)
@@ -86,6 +90,7 @@ contains
             deallocate (member, done, next, previous)
          end associate
       end do
+      list%twin = twins(list%node, model%mesh%n_nodes)
 
    contains
 
@@ -160,8 +165,10 @@ contains
          slides = a > 0 .and. b > 0 .and. .not. pinned(list%node(here))
          if (.not. slides) return
          associate (mesh => model%mesh)
-            slides = mesh%curve(a) > 0 .and. mesh%curve(a) == mesh%curve(b) .and. mesh%section(a) == mesh%section(b) &
-               & .and. mesh%family(a) == family_ge .and. mesh%family(b) == family_ge .and. mesh%s(2, a) <= mesh%s(1, b)
+            slides = min(mesh%curve(a), mesh%curve(b)) > 0 .and. mesh%section(a) == mesh%section(b) .and. &
+               & mesh%family(a) == family_ge .and. mesh%family(b) == family_ge
+            if (slides) slides = curve_goes_on(model%curve(mesh%curve(a)), mesh%s(2, a), model%curve(mesh%curve(b)), &
+               & mesh%s(1, b))
             do k = 1, size(model%step)
                slides = slides .and. all(abs(model%step(k)%load%line_force(:, a) - &
                   & model%step(k)%load%line_force(:, b)) <= 0.0_wp) .and. &
@@ -172,6 +179,25 @@ contains
          end associate
       end function slides
    end function new_candidates
+
+   !> Circles of the candidates that share a node.
+   pure function twins(node, n_nodes) result(twin)
+      integer, intent(in) :: node(:)           !! (candidates)
+      integer, intent(in) :: n_nodes
+      integer :: twin(size(node))
+      integer :: first(n_nodes), last(n_nodes), c
+      first = 0
+      last = 0
+      do c = 1, size(node)
+         if (first(node(c)) == 0) then
+            first(node(c)) = c
+         else
+            twin(last(node(c))) = c
+         end if
+         last(node(c)) = c
+         twin(c) = first(node(c))
+      end do
+   end function twins
 
    !> Nodes with supports, springs, stops, loads or monitors, on distributed foundations, or with more or less than two elements
    !> keep their material point.

@@ -20,7 +20,7 @@ module contact_regions
    use path_record, only: region_t
    implicit none
    private
-   public :: find_regions, resolved_contact, candidate_coordinate, region_of
+   public :: find_regions, resolved_contact, candidate_coordinate, region_of, rigid_overhang
 
    real(wp), parameter :: unresolved = 8.0_wp !! elements: shorter open stretches do not divide a region
 
@@ -183,8 +183,9 @@ contains
       integer, intent(in) :: candidate
       integer :: e
       s = problem%candidates%s(candidate)
-      if (.not. problem%candidates%may_slide(candidate)) return
       e = problem%candidates%element(1, candidate)
+      if (e == 0) return
+      if (problem%model%mesh%curve(e) == 0) return
       s = s + curve_length(problem%model%curve(problem%model%mesh%curve(e)), problem%model%imperfection, &
          & problem%model%mesh%s(2, e), state%geometry%element(e)%s(2))
    end function candidate_coordinate

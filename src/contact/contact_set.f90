@@ -17,13 +17,15 @@ module contact_set
    use linear_system, only: system_t, to_global, row_times, contact_reaction, turn_pair
    use bordered_system, only: solve_bordered
    use active_coupling, only: coupled_answer, add_forces
+   use contact_slides, only: ends_contact
    use lemke, only: solve_lcp, outcome_name, lcp_solved
    use lcp_check, only: lcp_error
    use timing, only: timers_t, timing_start, timing_stop, count_up, phase_contact, counter_lcp, counter_lcp_pivots, &
       & counter_lcp_failed, counter_set_changes
    implicit none
    private
-   public :: contact_step_t, solve_contact_step, reaction_rate, gap_rate, gap_tolerance
+   public :: contact_step_t, solve_contact_step, reaction_rate, gap_rate, gap_tolerance, &
+      & inside_region, weak_reaction
 
    real(wp), parameter :: gap_tolerance = 1.0e-11_wp      !! of the structure's size
    real(wp), parameter :: reaction_tolerance = 1.0e-10_wp !! of the force scale
@@ -475,10 +477,15 @@ contains
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: gap(:), reaction(:)
       logical, allocatable :: wrong(:)
-      real(wp) :: scale
+      real(wp) :: scale, limit(size(gap))
       integer :: k, side, c
       scale = max(system%force_scale, maxval(abs(reaction)))
-      wrong = merge(reaction < -reaction_tolerance * scale, gap < -gap_tolerance * problem%size, state%active) &
+      limit = reaction_tolerance
+      do c = 1, problem%candidates%n
+         ! A prediction is as good as the iterate it comes from.
+         if (inside_region(problem, state, c)) limit(c) = max(weak_reaction(problem), system%force_residual)
+      end do
+      wrong = merge(reaction < -limit * scale, gap < -gap_tolerance * problem%size, state%active) &
          & .and. .not. problem%candidates%bilateral
       ! Beside a sliding contact the gap grows with the cube of the distance: its linear prediction means nothing there,
       ! and as long as it is open now only the converged state can tell.
@@ -511,6 +518,22 @@ contains
          if (problem%coupling%n == 0 .or. all(near .eqv. before)) exit
       end do
    end function with_neighbours
+
+   !> True for a candidate of a sliding contact between the ends of a region. The reaction may be zero all along there, as on a
+   !> straight wall, so that rounding decides its sign.
+   pure logical function inside_region(problem, state, candidate) result(inside)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      inside = state%active(candidate) .and. problem%model%contact(problem%candidates%contact(candidate))%sliding
+      if (inside) inside = .not. ends_contact(problem, state%active, candidate)
+   end function inside_region
+
+   !> Size of a reaction that is as good as none, over the force scale: what converged iterations leave.
+   pure real(wp) function weak_reaction(problem)
+      type(problem_t), intent(in) :: problem
+      weak_reaction = 30.0_wp * problem%model%step(problem%step)%tolerance
+   end function weak_reaction
 
    !> A support may take all that an obstacle could push (see may_react).
    pure logical function can_act(system, candidate)

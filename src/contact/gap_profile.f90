@@ -9,7 +9,7 @@ module gap_profile
    use section_forces, only: local_forces, rod_direction
    implicit none
    private
-   public :: least_gap_after, smallest_gap, gap_and_slope, natural_curvature
+   public :: least_gap_after, smallest_gap, gap_and_slope, gap_bend, natural_curvature
    public :: profile_t, element_profile, profile_value, profile_least, profile_parts
 
    !> Gap along one element, tau from 0 to 1.
@@ -210,6 +210,17 @@ contains
       load = element_load(problem, state, e)
       stretch = 1.0_wp + load%strain + n * problem%compliance(e)%axial
    end function stretch
+
+   !> Second derivative of a candidate's gap by the stress-free arc length, seen from one end of an element.
+   real(wp) function gap_bend(problem, state, candidate, e, side) result(second)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate, e, side
+      real(wp) :: local(3, 2), gap, slope
+      call local_forces(problem, state, e, local)
+      call end_derivatives(problem, state, problem%candidates, candidate, e, side, local(:, side), &
+         & (local(1:2, 2) - local(1:2, 1)) / state%geometry%element(e)%length, gap, slope, second)
+   end function gap_bend
 
    !> Hermite quintic on (0, 1).
    pure real(wp) function quintic(value, slope, bend, tau)

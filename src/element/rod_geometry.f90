@@ -91,7 +91,8 @@ contains
       call curve_point(model%curve(model%mesh%curve(e)), model%imperfection, geometry%element(e)%s(side), x, angle, speed)
    end subroutine node_reference
 
-   !> Two consecutive elements of one curve with their common node moved by `shift` of nominal length.
+   !> Two consecutive elements with their common node moved by `shift` of nominal length. Where a curve ends and the next one
+   !> continues it, each element goes on with its own.
    subroutine slid_pair(model, tableau, geometry, element, shift, pair, x, angle)
       type(model_t), intent(in) :: model
       type(tableau_t), intent(in) :: tableau(:)
@@ -100,16 +101,16 @@ contains
       real(wp), intent(in) :: shift
       type(element_geometry_t), intent(out) :: pair(2)
       real(wp), intent(out) :: x(2), angle       !! stress-free position and tangent of the moved node
-      real(wp) :: speed, s
-      s = geometry%element(element(1))%s(2) + shift
-      call curve_point(model%curve(model%mesh%curve(element(1))), model%imperfection, s, x, angle, speed)
-      pair(1) = element_geometry(model, tableau, element(1), [geometry%element(element(1))%s(1), s], &
+      real(wp) :: speed, s(2)
+      s = [geometry%element(element(1))%s(2), geometry%element(element(2))%s(1)] + shift
+      call curve_point(model%curve(model%mesh%curve(element(1))), model%imperfection, s(1), x, angle, speed)
+      pair(1) = element_geometry(model, tableau, element(1), [geometry%element(element(1))%s(1), s(1)], &
          & geometry%x(:, model%mesh%node(1, element(1))), x)
-      pair(2) = element_geometry(model, tableau, element(2), [s, geometry%element(element(2))%s(2)], x, &
+      pair(2) = element_geometry(model, tableau, element(2), [s(2), geometry%element(element(2))%s(2)], x, &
          & geometry%x(:, model%mesh%node(2, element(2))))
    end subroutine slid_pair
 
-   !> Moves the node between two consecutive elements of one curve by `shift` of nominal length along it.
+   !> Moves the node between two consecutive elements by `shift` of nominal length along their curve.
    subroutine slide_node(model, tableau, geometry, element, shift)
       type(model_t), intent(in) :: model
       type(tableau_t), intent(in) :: tableau(:)

@@ -34,7 +34,7 @@ contains
       call assemble(problem, state, base, system, timers)
       if (.not. system%ok) return
       call timing_start(timers, phase_assembly)
-      call linearise_slides(problem, state, base, system)
+      call linearise_slides(problem, state, system)
       call timing_stop(timers, phase_assembly)
    end subroutine assemble_bordered
 

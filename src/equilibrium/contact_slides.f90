@@ -7,25 +7,24 @@
 module contact_slides
    use kinds, only: wp
    use problem, only: problem_t, dof
-   use rod_state, only: state_t
+   use rod_state, only: state_t, element_displacement, element_load
    use rod_geometry, only: element_geometry_t, slid_pair, node_reference
-   use ge_element, only: ge_columns
-   use inner_forces, only: inner_forces_t
-   use linear_system, only: system_t, evaluate_element, turn_pair, row_times
+   use ge_element, only: ge_columns, ge_rate_t, ge_evaluate
+   use contact_hand_over, only: hand_over, carry_over, offset_from_home
+   use linear_system, only: system_t, turn_pair, row_times
    implicit none
    private
-   public :: linearise_slides, slide_row, slide_force, slides_fit, slide_fraction, shift_contacts, &
-      & close_short_gaps, drop_slides
+   public :: linearise_slides, slide_row, slide_force, slide_fraction, planned_fraction, pass_on, &
+      & ends_contact, ends_here, reach, close_short_gaps, drop_slides
 
    real(wp), parameter :: least_length = 0.1_wp !! of an element beside a sliding node, over its tributary length
-   real(wp), parameter :: reach = 0.6_wp        !! longest move in one solution, over the length of the element ahead
 
 contains
 
    !> Border of the sliding nodes: those at the end of a contact region, or alone, whose elements may change their length.
-   subroutine linearise_slides(problem, state, base, system)
+   subroutine linearise_slides(problem, state, system)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state, base
+      type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
       integer :: c, k, ns
       ns = 0
@@ -48,56 +47,87 @@ contains
          if (.not. slides_now(c)) cycle
          k = k + 1
          system%slide(k) = c
-         call linearise_slide(problem, state, base, system, k)
+         call linearise_slide(problem, state, system, k)
       end do
 
    contains
 
       logical function slides_now(candidate)
          integer, intent(in) :: candidate
-         slides_now = .false.
-         if (.not. state%active(candidate)) return
-         if (.not. problem%candidates%may_slide(candidate)) return
-         slides_now = .not. all(state%active(problem%candidates%neighbour(:, candidate)))
+         slides_now = problem%candidates%may_slide(candidate)
+         if (slides_now) slides_now = ends_contact(problem, state%active, candidate)
       end function slides_now
    end subroutine linearise_slides
 
-   !> Derivatives by the material coordinate of one sliding node, the node's displacement held: central differences of
-   !> the two elements. They steer Newton only; the solution does not depend on them.
-   subroutine linearise_slide(problem, state, base, system, k)
+   !> True for a candidate in contact where contact ends on one side or both.
+   pure logical function ends_contact(problem, active, candidate) result(ends)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state, base
+      logical, intent(in) :: active(:)      !! (candidates)
+      integer, intent(in) :: candidate
+      ends = active(candidate)
+      if (ends) ends = ends_here(problem, active, candidate, 1) .or. ends_here(problem, active, candidate, 2)
+   end function ends_contact
+
+   !> True where contact ends on one side of an active candidate. Reactions at nodes leave open stretches of a few nodes inside
+   !> a contact region, most of all next to its end and where the length of the elements changes: these are none. But two
+   !> points, each alone in contact, have free rod between them however near they are.
+   pure logical function ends_here(problem, active, candidate, side) result(ends)
+      type(problem_t), intent(in) :: problem
+      logical, intent(in) :: active(:)      !! (candidates)
+      integer, intent(in) :: candidate, side
+      integer, parameter :: unresolved = 3  !! nodes
+      integer :: k, steps
+      ends = .false.
+      k = candidate
+      do steps = 0, unresolved
+         k = problem%candidates%neighbour(side, k)
+         ends = k == 0
+         if (ends) return
+         if (active(k)) exit
+      end do
+      ends = .not. active(k)
+      if (ends .or. steps == 0) return
+      ends = alone(candidate, 3 - side) .and. alone(k, side)
+
+   contains
+
+      pure logical function alone(c, way)
+         integer, intent(in) :: c, way
+         alone = problem%candidates%neighbour(way, c) == 0
+         if (.not. alone) alone = .not. active(problem%candidates%neighbour(way, c))
+      end function alone
+   end function ends_here
+
+   !> Derivatives by the material coordinate of one sliding node, the node's displacement held. Those of the stress-free
+   !> geometry are central differences; they steer Newton only, the solution does not depend on them.
+   subroutine linearise_slide(problem, state, system, k)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
       integer, intent(in) :: k
-      type(element_geometry_t) :: pair(2)
-      real(wp) :: f(6, 2, 2), raw(6), ek(6, 6), fl(6), op(size(state%z, 1), ge_columns, 2, 2), defect(2), translation(6, 2)
-      real(wp) :: step, x(2), reference, speed, t0(2), t(2), n(2), across(2), turning(2), angle, angles(2)
-      integer :: c, node, i, side, e, d, end_node, j, z
-      logical :: ok
-      type(inner_forces_t) :: inner
+      type(element_geometry_t) :: pair(2, 2)
+      type(ge_rate_t) :: rate
+      real(wp) :: f(6), x(2), reference, speed, t0(2), t(2), n(2), across(2), turning(2), angle, angles(2), step
+      integer :: c, node, i, side, e, d, end_node, j
       c = system%slide(k)
       node = problem%candidates%node(c)
       system%slide_column(:, k) = 0.0_wp
       step = 1.0e-4_wp * minval(state%geometry%element(problem%candidates%element(:, c))%length)
       do side = 1, 2
          call slid_pair(problem%model, problem%tableau, state%geometry, problem%candidates%element(:, c), &
-            & merge(-step, step, side == 1), pair, x, angles(side))
-         do i = 1, 2
-            e = problem%candidates%element(i, c)
-            call evaluate_element(problem, state, base, pair(i), e, f(:, i, side), raw, ek, fl, op(:, :, i, side), defect, ok, &
-               & inner, translation)
-         end do
+            & merge(-step, step, side == 1), pair(:, side), x, angles(side))
       end do
-      f(:, :, 1) = (f(:, :, 2) - f(:, :, 1)) / (2.0_wp * step)
       do i = 1, 2
          e = problem%candidates%element(i, c)
-         z = problem%z_size(e)
-         system%slide_op(:z, i, k) = (op(:z, 7, i, 2) - op(:z, 7, i, 1)) / (2.0_wp * step)
+         rate%length = (pair(i, 2)%length - pair(i, 1)%length) / (2.0_wp * step)
+         rate%scaled = (pair(i, 2)%scale * pair(i, 2)%length - pair(i, 1)%scale * pair(i, 1)%length) / (2.0_wp * step)
+         rate%angle = (pair(i, 2)%angle - pair(i, 1)%angle) / (2.0_wp * step)
+         call element_rates(problem, state, e, rate, f, system%slide_op(:, i, k))
          do j = 1, 2
             end_node = problem%model%mesh%node(j, e)
-            if (system%turned(end_node)) call turn_pair(system%axis(:, end_node), f(3 * j - 2:3 * j - 1, i, 1))
+            if (system%turned(end_node)) call turn_pair(system%axis(:, end_node), f(3 * j - 2:3 * j - 1))
             d = dof(problem, end_node, 1)
-            system%slide_column(d:d + 2, k) = system%slide_column(d:d + 2, k) - f(3 * j - 2:3 * j, i, 1)
+            system%slide_column(d:d + 2, k) = system%slide_column(d:d + 2, k) - f(3 * j - 2:3 * j)
          end do
       end do
       ! Tangency: the gap's slope along the rod, n.t, vanishes.
@@ -127,6 +157,25 @@ contains
       system%slide_column(d:d + 1, k) = system%slide_column(d:d + 1, k) + turning
    end subroutine linearise_slide
 
+   !> Derivatives of an element's end forces and stored resultants by a change of its stress-free geometry.
+   subroutine element_rates(problem, state, e, rate, f_rate, z_rate)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      type(ge_rate_t), intent(in) :: rate
+      real(wp), intent(out) :: f_rate(6)
+      real(wp), intent(out) :: z_rate(:)    !! (largest z_size)
+      real(wp) :: u(6), f(6), raw(6), k(6, 6), fl(6), op(size(z_rate), ge_columns), defect(2)
+      logical :: ok
+      u = element_displacement(problem, state, e)
+      associate (geometry => state%geometry%element(e))
+         call ge_evaluate(problem%tableau(problem%model%mesh%stages(e)), geometry%length, geometry%scale, &
+            & geometry%angle, geometry%chord, problem%compliance(e), element_load(problem, state, e), u, &
+            & state%z(:problem%z_size(e), e), f, raw, k, fl, op, defect, ok, rate=rate, f_rate=f_rate, &
+            & z_rate=z_rate(:problem%z_size(e)))
+      end associate
+   end subroutine element_rates
+
    !> Product of a tangency row with a vector of unknowns.
    pure real(wp) function slide_row(problem, system, k, x)
       type(problem_t), intent(in) :: problem
@@ -150,14 +199,22 @@ contains
       slide_force = dot_product(system%slide_column(:, k), x) + (system%slide_gap(k) / system%slope(c)) * row_times(system, d, x)
    end function slide_force
 
-   !> False when a contact node would slide beyond the reach of its elements.
-   pure logical function slides_fit(problem, state, system, y)
+   !> The part of predicted shifts, at most 1, after which every contact point is still in one of its elements, or only just in
+   !> the next one.
+   pure real(wp) function planned_fraction(problem, state, system, shift) result(fraction)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: y(:)     !! solved increments: load factor, sliding coordinates
-      slides_fit = slide_fraction(problem, state, system, y(2:)) >= 1.0_wp
-   end function slides_fit
+      real(wp), intent(in) :: shift(:)   !! (n_slides)
+      real(wp), parameter :: least = 1.0_wp !! of the tributary length: over to a node that does not slide
+      integer :: k
+      fraction = 1.0_wp
+      do k = 1, system%n_slides
+         if (.not. abs(shift(k)) > 0.0_wp) cycle
+         fraction = min(fraction, max(most_ahead(problem, state, system%slide(k), shift(k)), &
+            & least * problem%candidates%tributary(system%slide(k))) / abs(shift(k)))
+      end do
+   end function planned_fraction
 
    !> The part of given shifts, at most 1, that leaves every sliding node enough of the element ahead of it.
    pure real(wp) function slide_fraction(problem, state, system, shift) result(fraction)
@@ -179,32 +236,62 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       real(wp), intent(in) :: shift
-      real(wp) :: ahead
-      ahead = state%geometry%element(problem%candidates%element(merge(2, 1, shift > 0.0_wp), candidate))%length
-      most_ahead = max(min(reach * ahead, ahead - least_length * problem%candidates%tributary(candidate)), 0.0_wp)
+      real(wp), parameter :: slack = 0.1_wp  ! beyond reach, so that few hand-overs fall into an increment
+      real(wp) :: home
+      integer :: side, e, next
+      side = merge(2, 1, shift > 0.0_wp)
+      e = problem%candidates%element(side, candidate)
+      next = problem%candidates%neighbour(side, candidate)
+      most_ahead = state%geometry%element(e)%length - least_length * problem%candidates%tributary(candidate)
+      if (next > 0) then
+         if (problem%candidates%may_slide(next)) then
+            home = problem%model%mesh%s(2, e) - problem%model%mesh%s(1, e)
+            if (.not. abs(offset_from_home(problem, state, next)) > 0.0_wp) most_ahead = min(most_ahead, home * (slack + &
+               & reach(problem, state%active, candidate, side)) - sign(1.0_wp, shift) * offset_from_home(problem, state, candidate))
+         end if
+      end if
+      most_ahead = max(most_ahead, 0.0_wp)
    end function most_ahead
 
-   !> Where a contact point wants to leave its element the next node takes its place.
-   subroutine shift_contacts(problem, state, system, shift, active)
+   !> How far towards the next node a contact point goes with its node, over the length of the element at home; beyond, the
+   !> next node takes over if it is free to come. At the end of a region the element inside is kept short: its reactions sit at
+   !> its nodes only, and what the rod bends between them costs accuracy.
+   pure real(wp) function reach(problem, active, candidate, side)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
+      logical, intent(in) :: active(:)      !! (candidates)
+      integer, intent(in) :: candidate      !! at the end of a region, or alone
+      integer, intent(in) :: side           !! on which it goes: 1 before, 2 after
+      real(wp), parameter :: alone = 0.6_wp, inwards = 0.85_wp, outwards = 0.25_wp
+      reach = alone
+      if (.not. ends_here(problem, active, candidate, side)) then
+         reach = inwards
+      else if (.not. ends_here(problem, active, candidate, 3 - side)) then
+         reach = outwards
+      end if
+   end function reach
+
+   !> Hands contact points that stand at the end of their reach over to the next nodes, between two iterations.
+   subroutine pass_on(problem, system, shift, state, done)
+      type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: shift(:)      !! (n_slides)
-      logical, intent(inout) :: active(:)   !! (candidates) the contact set
-      integer :: k, c, side, next
-      logical :: single
+      real(wp), intent(in) :: shift(:)      !! (n_slides) how they want to move on
+      type(state_t), intent(inout) :: state
+      logical, intent(out) :: done          !! false: there is no way on for one of them
+      real(wp), parameter :: at_the_end = 1.0e-6_wp !! of the tributary length
+      type(state_t) :: moved
+      integer :: k
+      done = .true.
+      moved = state
       do k = 1, system%n_slides
-         c = system%slide(k)
-         if (.not. active(c)) cycle
-         if (abs(shift(k)) <= most_ahead(problem, state, c, shift(k))) cycle
-         side = merge(2, 1, shift(k) > 0.0_wp)
-         next = problem%candidates%neighbour(side, c)
-         if (.not. problem%candidates%may_slide(next)) cycle
-         single = .not. any(active(problem%candidates%neighbour(:, c)))
-         if (active(next) .or. single) active(c) = .false.
-         active(next) = .true.
+         if (.not. abs(shift(k)) > 0.0_wp) cycle
+         if (most_ahead(problem, state, system%slide(k), shift(k)) > &
+            & at_the_end * problem%candidates%tributary(system%slide(k))) cycle
+         call hand_over(problem, system%slide(k), merge(2, 1, shift(k) > 0.0_wp), state, moved, done)
+         if (.not. done) return
       end do
-   end subroutine shift_contacts
+      call carry_over(problem, state, moved)
+      state = moved
+   end subroutine pass_on
 
    !> Closes the open stretches of at most three nodes that node-wise reactions leave inside a contact region next to its
    !> end: once the end node slides they are in contact.

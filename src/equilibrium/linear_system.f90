@@ -19,7 +19,7 @@ module linear_system
    implicit none
    private
    public :: system_t, new_system, assemble, sum_elements, contact_tangent, spring_tangent, &
-      & evaluate_element, turn_pair, to_global, row_times, contact_reaction
+      & turn_pair, to_global, row_times, contact_reaction
 
    real(wp), parameter :: worst_round_off = 1.0e-6_wp !! a residual above it is no equilibrium, whatever its reason
 

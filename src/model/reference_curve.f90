@@ -1,12 +1,12 @@
 !> Position, direction and length of the stress-free axis: a line or an arc with its imperfection.
 module reference_curve
-   use kinds, only: wp
+   use kinds, only: wp, pi
    use model, only: curve_t, imperfection_t
    use imperfection, only: imperfection_value
    use gauss_tableau, only: gauss_points
    implicit none
    private
-   public :: curve_point, curve_length, curve_abscissa
+   public :: curve_point, curve_length, curve_abscissa, curve_goes_on
 
    integer, parameter :: n_gauss = 10 !! per element: far beyond the elements' order
 
@@ -69,4 +69,20 @@ contains
          if (abs(step) <= 8.0_wp * epsilon(s) * max(abs(s), abs(length))) exit
       end do
    end function curve_abscissa
+
+   !> True when one curve goes on as another one from a common point: the same line or circle and the same imperfection, so
+   !> that either may be continued with the other's coordinates.
+   pure logical function curve_goes_on(first, at_first, second, at_second) result(goes_on)
+      type(curve_t), intent(in) :: first, second
+      real(wp), intent(in) :: at_first, at_second  !! the point's coordinate on each of them
+      real(wp), parameter :: same = 1.0e-6_wp      !! as good as coordinates of six digits make an arc
+      real(wp) :: turn, span
+      span = max(first%length, second%length)
+      turn = second%angle + second%curvature * at_second - first%angle - first%curvature * at_first
+      turn = modulo(turn + pi, 2.0_wp * pi) - pi
+      goes_on = abs(turn) <= same .and. abs(second%curvature - first%curvature) * span <= same .and. &
+         & second%imperfection == first%imperfection
+      if (first%imperfection > 0) goes_on = goes_on .and. &
+         & abs(second%offset + at_second - first%offset - at_first) <= same * span
+   end function curve_goes_on
 end module reference_curve

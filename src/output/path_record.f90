@@ -23,6 +23,7 @@ module path_record
       integer :: iterations = 0
       real(wp) :: residual = 0.0_wp           !! relative
       integer :: negative_pivots = 0          !! of the tangent on the null space of the active constraints
+      integer :: free_pivots = 0              !! the same without contacts that carry no force
       integer :: active_contacts = 0
       integer :: lcp_size = 0, lcp_pivots = 0 !! largest LCP and all pivots of this increment
       real(wp), allocatable :: monitor(:)

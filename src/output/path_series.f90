@@ -23,7 +23,7 @@ module path_series
 
    !> Numbers of the growing datasets in their set; 0: the file has no such dataset.
    type :: point_series_t
-      integer :: load_factor = 0, arc_length = 0, step = 0, iterations = 0, residual = 0, negative_pivots = 0
+      integer :: load_factor = 0, arc_length = 0, step = 0, iterations = 0, residual = 0, negative_pivots = 0, free_pivots = 0
       integer :: active_contacts = 0, lcp_size = 0, lcp_pivots = 0, label = 0
       integer, allocatable :: monitor(:)
    end type point_series_t
@@ -83,6 +83,7 @@ contains
          call series_append(set, id%iterations, point%iterations)
          call series_append(set, id%residual, point%residual)
          call series_append(set, id%negative_pivots, point%negative_pivots)
+         call series_append(set, id%free_pivots, point%free_pivots)
          call series_append(set, id%active_contacts, point%active_contacts)
          call series_append(set, id%lcp_size, point%lcp_size)
          call series_append(set, id%lcp_pivots, point%lcp_pivots)
@@ -197,6 +198,8 @@ contains
       call series_real(set, file, id%residual, group//'/residual', number, '1', 'relative residual')
       call series_integer(set, file, id%negative_pivots, group//'/negative_pivots', number, '1', &
          & 'negative pivots of the tangent on the null space of the active constraints')
+      call series_integer(set, file, id%free_pivots, group//'/free_pivots', number, '1', &
+         & 'the same, without contacts that carry no force')
       call series_integer(set, file, id%active_contacts, group//'/active_contacts', number, '1', &
          & 'candidates in contact')
       call series_integer(set, file, id%lcp_size, group//'/lcp_size', number, '1', 'largest LCP of the increment')

@@ -15,6 +15,7 @@ module contact_corner
    use corrector, only: increment_t, take_increment
    use contact_set, only: reaction_rate, gap_rate, gap_tolerance
    use gap_profile, only: least_gap_after
+   use contact_spread, only: spread_contacts
    use sliding_nodes, only: move_node
    use bracketing, only: bracket_t, new_bracket, bracket_guess, bracket_update
    use timing, only: timers_t
@@ -79,7 +80,7 @@ contains
       type(bracket_t) :: bracket
       real(wp) :: fraction
       integer :: try, k, first
-      logical :: low_moved
+      logical :: changed
 
       found = .false.
       call take_increment(problem, start, control, beyond, system, report, timers, keep_contact=.true.)
@@ -113,10 +114,15 @@ contains
             & .or. bracket%high - bracket%low <= epsilon(fraction)
          ! The corner counts only if nothing else has changed its sign on the way.
          if (found) exit
-         call bracket_update(bracket, fraction, after(first), low_moved)
+         call bracket_update(bracket, fraction, after(first), changed)
          call linearise(problem, start, start, system, timers)
       end do
       if (found) found = all(after >= -1.0e-6_wp .or. before < 0.0_wp)
+      if (.not. found) return
+      ! Nor if a contact has spread meanwhile.
+      beyond = place
+      call spread_contacts(problem, beyond, changed)
+      found = .not. changed
    end subroutine find_corner
 
    !> Changes the set at a corner and returns the direction in which the path goes on.

@@ -6,10 +6,11 @@ module corrector
    use rod_state, only: state_t
    use linear_system, only: system_t, contact_reaction
    use bordered_system, only: assemble_bordered, factor_system, linearise, apply_increment
-   use contact_slides, only: slides_fit, shift_contacts, close_short_gaps, drop_slides
+   use contact_slides, only: slide_fraction, pass_on, drop_slides
+   use contact_spread, only: spread_contacts, close_touching
    use path_control, only: control_t, control_row, control_error, metric, is_arc_length, set_tangent, monitor_change, &
       & path_length
-   use contact_set, only: contact_step_t, solve_contact_step, gap_tolerance
+   use contact_set, only: contact_step_t, solve_contact_step, gap_tolerance, inside_region, weak_reaction
    use step_search, only: shorten_step, step_work
    use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t
@@ -35,6 +36,8 @@ module corrector
    real(wp), parameter :: longest_jump = 4.0_wp !! what load or displacement control may go, over the length of the tangent's step
    real(wp), parameter :: no_motion = 1.0e-10_wp !! arc length of rounding, where loads only stress what cannot move
    real(wp), parameter :: large_correction = 1.0e-4_wp !! of the increment
+   character(*), parameter :: out_of_reach = 'a contact point moved further than its elements reach'
+   integer, parameter :: most_spreads = 3 !! in one increment
    integer, parameter :: max_contact_loops = 12 !! outer loops of the paper's scheme
 
 contains
@@ -53,6 +56,7 @@ contains
       type(contact_step_t) :: step
       integer :: loop
       real(wp) :: rhs, ahead
+      real(wp), allocatable :: wanted(:)
       logical :: frozen
 
       state = start
@@ -72,7 +76,7 @@ contains
       end if
       ! The paper's Fig. 2: LCP at the predictor, equilibrium with the set frozen, compare, repeat.
       do loop = 1, max_contact_loops
-         call solve_step(problem, state, system, rhs, .false., .true., step, report, timers)
+         call solve_step(problem, state, system, rhs, .false., .true., step, wanted, report, timers)
          if (allocated(report%message)) return
          if (.not. step%flipped) call move(problem, system, step, state)
          state%active = step%active
@@ -108,7 +112,7 @@ contains
    end subroutine take_increment
 
    !> Brings a guess to equilibrium at the control's increment from `base`, by full Newton.
-   subroutine correct(problem, base, control, keep_contact, state, system, report, timers)
+   subroutine correct(problem, base, control, keep_contact, state, system, report, timers, moved)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: base          !! converged, or the guess itself
       type(control_t), intent(in) :: control     !! its tangent must be set where its method needs one
@@ -117,6 +121,7 @@ contains
       type(system_t), intent(inout) :: system
       type(increment_t), intent(out) :: report
       type(timers_t), intent(inout) :: timers
+      logical, intent(in), optional :: moved     !! true: nodes have moved along the rod
       real(wp) :: rhs
       call linearise(problem, state, base, system, timers)
       if (.not. system%ok) then
@@ -124,11 +129,11 @@ contains
          return
       end if
       call control_row(problem, control, base, state, system, rhs, timers)
-      call iterate(problem, base, control, state, system, rhs, keep_contact, .not. keep_contact, huge(1), report, timers)
+      call iterate(problem, base, control, state, system, rhs, keep_contact, .not. keep_contact, huge(1), report, timers, moved)
    end subroutine correct
 
    !> Newton from a linearised state: solve, add, linearise, until everything holds.
-   subroutine iterate(problem, start, control, state, system, first_rhs, frozen, movable, tangent_updates, report, timers)
+   subroutine iterate(problem, start, control, state, system, first_rhs, frozen, movable, tangent_updates, report, timers, moved)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
       type(control_t), intent(in) :: control
@@ -140,18 +145,23 @@ contains
       integer, intent(in) :: tangent_updates   !! iterations after which the tangent is factored anew
       type(increment_t), intent(inout) :: report
       type(timers_t), intent(inout) :: timers
+      logical, intent(in), optional :: moved   !! nodes have moved along the rod: the solution has to follow before signs count
       type(state_t) :: origin, from
       type(contact_step_t) :: step
-      real(wp), allocatable :: before(:, :), spring(:)
-      real(wp) :: rhs, tolerance, best, correction, moved, work, worse, previous
-      logical :: refactor, settled, searching
+      real(wp), allocatable :: before(:, :), spring(:), wanted(:)
+      real(wp) :: rhs, tolerance, best, correction, travelled, work, worse, previous
+      logical :: refactor, settled, passed, moving, searching
       integer, allocatable :: grip(:)
-      integer :: iteration, most, last_change
+      integer :: iteration, spreads, most, last_change
 
       tolerance = problem%model%step(problem%step)%tolerance
       origin = start
       rhs = first_rhs
       best = huge(1.0_wp)
+      passed = .false.
+      spreads = 0
+      moving = .false.
+      if (present(moved)) moving = moved
       most = problem%model%step(problem%step)%max_iterations
       last_change = 0
       searching = any(problem%ground%founded)
@@ -159,11 +169,13 @@ contains
       ! Foundations find out where they touch while Newton goes on; the limit counts from then on.
       newton: do iteration = 1, settling_grip * most
          if (iteration > last_change + most) exit newton
-         call solve_step(problem, state, system, rhs, frozen, movable .and. iteration <= shifting_iterations, step, &
-            & report, timers)
+         ! After nodes have moved signs mean little until the solution has followed.
+         call solve_step(problem, state, system, rhs, frozen .or. moving, &
+            & movable .and. iteration <= shifting_iterations, step, wanted, report, timers)
          if (allocated(report%message)) return
          refactor = iteration <= tangent_updates .or. any(step%active .neqv. state%active)
          correction = 0.0_wp
+         passed = .false.
          if (step%flipped) then
             state%active = step%active
             state%reaction = step%reaction
@@ -173,6 +185,14 @@ contains
             if (searching) work = step_work(system, step%x)
             if (searching) from = state
             call move(problem, system, step, state)
+            passed = allocated(wanted)
+            if (passed) then
+               call pass_on(problem, system, wanted, state, passed)
+               if (.not. passed) then
+                  report%message = out_of_reach
+                  return
+               end if
+            end if
             correction = metric(problem, state%u - before, state%u - before)
          end if
          report%iterations = report%iterations + 1
@@ -202,17 +222,37 @@ contains
             return
          end if
          ! A small residual after a large correction is luck, or softness: the next one still moves the point.
-         moved = metric(problem, state%u - origin%u, state%u - origin%u)
-         settled = correction <= (large_correction**2) * moved .or. report%residual <= 1.0e-3_wp * tolerance
-         if (.not. step%flipped .and. (settled .or. iteration > settling_iterations) .and. &
+         travelled = metric(problem, state%u - origin%u, state%u - origin%u)
+         settled = correction <= (large_correction**2) * travelled .or. report%residual <= 1.0e-3_wp * tolerance
+         if (passed) then
+            moving = .true.
+            refactor = .true.
+            best = huge(1.0_wp)
+         end if
+         if (.not. (step%flipped .or. passed) .and. (settled .or. iteration > settling_iterations) .and. &
             & report%residual <= max(tolerance, system%round_off) .and. &
             & control_error(problem, control, origin, state) <= max(tolerance, 1.0e-9_wp)) then
-            if (frozen .or. contact_holds(problem, state, system)) then
-               call factor_system(problem, state, system, timers)
-               report%converged = system%ok
+            moving = .false.
+            if (movable .and. spreads < most_spreads) call close_touching(problem, state, passed)
+            if (.not. passed .and. (frozen .or. contact_holds(problem, state, system))) then
+               if (movable .and. spreads < most_spreads) call spread_contacts(problem, state, passed)
+               if (.not. passed) then
+                  call factor_system(problem, state, system, timers)
+                  report%converged = system%ok
+                  if (.not. system%ok) report%message = 'the tangent is singular'
+                  call keep_resultants(problem, system, state)
+                  return
+               end if
+            end if
+            if (passed) then
+               spreads = spreads + 1
+               moving = .true.
+               call linearise(problem, state, origin, system, timers)
                if (.not. system%ok) report%message = 'the tangent is singular'
-               call keep_resultants(problem, system, state)
-               return
+               if (.not. system%ok) return
+               call control_row(problem, control, origin, state, system, rhs, timers)
+               best = huge(1.0_wp)
+               cycle newton
             end if
             refactor = .true.
          end if
@@ -234,7 +274,7 @@ contains
    end subroutine iterate
 
    !> Solves one step. Where the LCP fails with sliding nodes it is tried with these held.
-   subroutine solve_step(problem, state, system, rhs, frozen, early, step, report, timers)
+   subroutine solve_step(problem, state, system, rhs, frozen, early, step, wanted, report, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
@@ -242,10 +282,12 @@ contains
       logical, intent(in) :: frozen
       logical, intent(in) :: early             !! contact points may still change their nodes
       type(contact_step_t), intent(inout) :: step
+      real(wp), allocatable, intent(out) :: wanted(:) !! (sliding points) allocated where one stops at the end of its reach: the
+      !! step is a part of the one solved for, these are the moves of that
       type(increment_t), intent(inout) :: report
       type(timers_t), intent(inout) :: timers
-      real(wp), allocatable :: shift(:)
-      logical, allocatable :: active(:)
+      real(wp) :: fraction
+      fraction = 1.0_wp
       ! After a change by many nodes at once the set must settle before its ends are worth following.
       if (step%flipped) call drop_slides(system)
       call solve_contact_step(problem, state, system, rhs, frozen, step, timers)
@@ -253,21 +295,18 @@ contains
          call drop_slides(system)
          call solve_contact_step(problem, state, system, rhs, frozen, step, timers)
       end if
-      if (step%ok .and. .not. frozen .and. early) call close_short_gaps(problem, step%active)
-      if (step%ok) then
-         if (.not. slides_fit(problem, state, system, step%y)) then
-            step%ok = early
-            step%message = 'a contact point moved further than its elements reach'
-            if (.not. step%ok) then
-               report%message = step%message
-               return
-            end if
-            shift = step%y(2:)
-            active = state%active
-            call shift_contacts(problem, state, system, shift, active)
-            call drop_slides(system)
-            call solve_contact_step(problem, state, system, rhs, .true., step, timers)
-            step%active = active
+      if (step%ok) fraction = slide_fraction(problem, state, system, step%y(2:))
+      if (fraction < 1.0_wp) then
+         step%ok = early
+         step%message = out_of_reach
+         ! So far with the contact set as it is; the rest is for the next iterations.
+         if (step%ok) call solve_contact_step(problem, state, system, rhs, .true., step, timers)
+         if (step%ok) then
+            wanted = step%y(2:)
+            fraction = slide_fraction(problem, state, system, wanted)
+            step%x = fraction * step%x
+            step%y = fraction * step%y
+            step%reaction = state%reaction + fraction * (step%reaction - state%reaction)
          end if
       end if
       report%lcp_size = max(report%lcp_size, step%lcp_size)
@@ -302,7 +341,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      real(wp) :: reaction
+      real(wp) :: reaction, limit
       integer :: c
       contact_holds = .true.
       do c = 1, problem%candidates%n
@@ -313,7 +352,9 @@ contains
             else
                reaction = state%reaction(c)
             end if
-            contact_holds = contact_holds .and. reaction >= -1.0e-8_wp * system%force_scale
+            limit = 1.0e-8_wp
+            if (inside_region(problem, state, c)) limit = max(limit, weak_reaction(problem))
+            contact_holds = contact_holds .and. reaction >= -limit * system%force_scale
          else
             contact_holds = contact_holds .and. system%opening(c) >= -10.0_wp * gap_tolerance * problem%size
          end if

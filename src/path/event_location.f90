@@ -8,7 +8,8 @@ module event_location
    use bordered_system, only: linearise
    use path_control, only: control_t, is_arc_length, is_free, plane_distance
    use corrector, only: increment_t, take_increment, correct
-   use path_events, only: event_t, probe_t, event_value, event_bifurcation, event_contact
+   use path_events, only: event_t, probe_t, event_value, event_bifurcation, event_release, event_contact
+   use weak_contacts, only: release_weak
    use tangent_modes, only: modes_t, lowest_modes, numbered_eigenvalue
    use errors, only: error_t
    use path_run, only: run_t, probe_at
@@ -48,7 +49,7 @@ contains
       located = .false.
       fraction = 1.0_wp
       place = trial
-      branching = event%kind == event_bifurcation
+      branching = any(event%kind == [event_bifurcation, event_release])
       held = event%kind == event_contact .and. event%ground%contact == 0 .and. &
          & .not. (event%divided .and. event%before < 0.0_wp)
       control = run%control
@@ -150,13 +151,23 @@ contains
             & max(abs(here%load_factor), abs(trial%load_factor - run%state%load_factor))
       end function load_error
 
-      !> The eigenvalue that changes its sign, where the system is factored now.
+      !> The eigenvalue that changes its sign, where the system is factored now; with contacts released it is so afterwards.
       real(wp) function eigenvalue(state)
          type(state_t), intent(in) :: state
          type(modes_t) :: modes
          type(error_t), allocatable :: error
-         call lowest_modes(problem, state, run%system, eigenvalues_looked_at, modes, error, timers)
+         type(state_t) :: at
+         real(wp), parameter :: alone = 1.0e-2_wp
+         logical :: any_weak
+         at = state
+         if (event%kind == event_release) then
+            call release_weak(problem, state, run%system, at, any_weak)
+            call linearise(problem, at, at, run%system, timers)
+         end if
+         call lowest_modes(problem, at, run%system, eigenvalues_looked_at, modes, error, timers)
          eigenvalue = numbered_eigenvalue(modes, event%number, event%least, event%most)
+         ! Free spans on a straight wall leave nothing but this one near zero: the others are rounding.
+         if (event%kind == event_release .and. abs(modes%mu(1)) <= alone * abs(modes%mu(2))) eigenvalue = modes%mu(1)
       end function eigenvalue
    end subroutine locate
 

@@ -9,11 +9,12 @@ module path_acceptance
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use tangent_modes, only: modes_t, lowest_modes, nodal_mode
+   use weak_contacts, only: release_weak, count_released, opening_sense
    use path_control, only: path_length
    use corrector, only: increment_t
    use path_run, only: run_t, probe_at, keep_landmark
    use step_control, only: stop_met
-   use path_events, only: probe_t, event_t, new_probe, detect_events, event_stop, event_bifurcation, event_limit, &
+   use path_events, only: probe_t, event_t, new_probe, detect_events, event_stop, event_bifurcation, event_release, event_limit, &
       & event_contact, event_value_reached, event_turning
    use event_location, only: locate
    use contact_set, only: reaction_rate
@@ -59,16 +60,20 @@ contains
       type(probe_t) :: probe
       type(critical_t) :: critical
       type(state_t), allocatable :: places(:)
+      type(state_t) :: released
       type(increment_t), allocatable :: reports(:)
       real(wp), allocatable :: fraction(:)
-      real(wp) :: rate, limit_at, branching_at
+      real(wp) :: rate, limit_at, branching_at, part
       logical, allocatable :: located(:), later(:)
-      logical :: told
-      integer :: i, k, more, unseen
+      logical :: told, weak, weak_at_trial
+      integer :: i, k, more, unseen, free_pivots
 
       finished = .false.
       allocate (missed(0))
       probe = probe_at(problem, run, trial)
+      call count_released(problem, trial, run%system, free_pivots, weak_at_trial, timers)
+      probe%free_pivots = free_pivots
+      probe%weak = weak_at_trial
       if (run%step_points == 0) run%probe%load_rate = probe%load_rate
       if (run%step_points == 0) run%probe%monitor_rate = probe%monitor_rate
       call detect_events(problem, step, run%probe, probe, run%state, trial, events)
@@ -78,7 +83,7 @@ contains
          call locate(problem, step, run, trial, events(i), places(i), reports(i), fraction(i), located(i), later(i), timers)
       end do
       if (present(hidden)) then
-         hidden = hidden .and. any_hidden()
+         hidden = hidden .and. (any_hidden() .or. out_of_reach())
          if (hidden) return
       end if
       limit_at = huge(1.0_wp)
@@ -114,6 +119,7 @@ contains
             if (told) fraction(k) = huge(1.0_wp)
             if (told) cycle
          end if
+         part = fraction(k)
          fraction(k) = huge(1.0_wp)
          if (.not. located(k) .and. events(k)%kind /= event_stop) then
             missed = [missed, events(k)]
@@ -129,6 +135,15 @@ contains
             more = size(critical%null_vector, 3) - 1
             call keep_landmark(run, 'BP', places(k), trial, branching_at, &
                & run%arc_length + path_length(problem, run%state, places(k)), more + 1)
+         else if (events(k)%kind == event_release) then
+            call release_weak(problem, places(k), run%system, released, weak)
+            call linearise(problem, released, released, run%system, timers)
+            call find_null_vectors(released, events(k), step, critical)
+            critical%note = events(k)%note
+            if (opening_sense(problem, places(k), released, critical%null_vector(:, :, 1)) == 0) &
+               & critical%note = 'bifurcation without contacts that carry no force; none of its directions opens them all'
+            call keep_landmark(run, 'BP', released, trial, part, &
+               & run%arc_length + path_length(problem, run%state, places(k)), 1)
          else if (events(k)%kind == event_limit) then
             call keep_landmark(run, 'LP', places(k), trial, 0.0_wp, &
                & run%arc_length + path_length(problem, run%state, places(k)), 0)
@@ -150,6 +165,8 @@ contains
       end do
       if (size(events) > 0) call linearise(problem, trial, trial, run%system, timers)
       probe = probe_at(problem, run, trial)
+      probe%free_pivots = free_pivots
+      probe%weak = weak_at_trial
       finished = stop_met(step, run%probe, probe)
       call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers)
       if (allocated(outcome%why)) return
@@ -189,17 +206,29 @@ contains
 
    contains
 
-      !> True when a point between has a pivot count that neither end has: eigenvalues went and came back.
+      !> True when a point between has a pivot count that neither end has: eigenvalues went and came back. Where the contact
+      !> set changes on the way, a point before that counts differently from the start.
       pure logical function any_hidden()
          integer :: j
+         logical :: same_set
          any_hidden = .false.
-         if (any(run%state%active .neqv. trial%active)) return
+         same_set = all(run%state%active .eqv. trial%active)
          do j = 1, size(events)
             if (.not. located(j) .or. all(events(j)%kind /= [event_value_reached, event_stop, event_turning])) cycle
+            if (.not. same_set) then
+               if (all(run%state%active .eqv. places(j)%active)) &
+                  & any_hidden = any_hidden .or. events(j)%pivots /= run%probe%negative_pivots
+               cycle
+            end if
             any_hidden = any_hidden .or. events(j)%pivots < min(run%probe%negative_pivots, probe%negative_pivots) .or. &
                & events(j)%pivots > max(run%probe%negative_pivots, probe%negative_pivots)
          end do
       end function any_hidden
+
+      !> True when a contact event was not located and contact points slide: the nodes that its search holds reach only so far.
+      pure logical function out_of_reach()
+         out_of_reach = any(problem%candidates%may_slide) .and. any(events%kind == event_contact .and. .not. located)
+      end function out_of_reach
 
       !> True for a branch at a bifurcation of the path that it left: beyond, it is that path, or itself again.
       logical function is_home(place)
@@ -272,12 +301,14 @@ contains
       type(timers_t), intent(inout) :: timers
       type(point_t) :: point
       type(error_t), allocatable :: error
+      logical :: weak
       point = report_point(problem, state, run%system, run%points, label)
       point%iterations = report%iterations
       point%residual = max(report%residual, run%system%force_residual)
       point%lcp_size = report%lcp_size
       point%lcp_pivots = report%lcp_pivots
       point%arc_length = run%arc_length + path_length(problem, run%state, state)
+      call count_released(problem, state, run%system, point%free_pivots, weak, timers)
       ! At the stress-free start there is no force to measure a residual against.
       if (report%iterations == 0 .and. run%system%force_scale <= max(problem%force_floor, &
          & problem%ground%stiffest * rounding_gap(problem))) point%residual = 0.0_wp

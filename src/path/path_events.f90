@@ -15,10 +15,11 @@ module path_events
    implicit none
    private
    public :: probe_t, event_t, new_probe, detect_events, event_value
-   public :: event_limit, event_bifurcation, event_turning, event_contact, event_value_reached, event_stop, events_hidden
+   public :: event_limit, event_bifurcation, event_release, event_turning, event_contact, event_value_reached, event_stop, &
+      & events_hidden
 
    integer, parameter :: event_limit = 1, event_bifurcation = 2, event_contact = 3, event_value_reached = 4, event_stop = 5, &
-      & event_turning = 6
+      & event_turning = 6, event_release = 7
 
    real(wp), parameter :: at_rest = 1.0e-6_wp !! of a contact event's function after the increment
 
@@ -27,6 +28,8 @@ module path_events
       real(wp) :: load_factor = 0.0_wp
       real(wp) :: load_rate = 0.0_wp          !! d(load factor)/d(arc length) along the path
       integer :: negative_pivots = 0
+      integer :: free_pivots = 0              !! without the contacts that carry no force; the path loop counts them
+      logical :: weak = .false.               !! there are such contacts
       real(wp), allocatable :: monitor(:)
       real(wp), allocatable :: monitor_rate(:) !! d(monitor)/d(arc length) of those whose turning points are asked for
       logical, allocatable :: active(:)       !! contact as far as the mesh resolves it
@@ -38,7 +41,7 @@ module path_events
       character(2) :: label = ''
       integer :: monitor = 0                  !! value events: 0 is the load factor; turning points: index into step%turning
       real(wp) :: value = 0.0_wp
-      integer :: number = 0                   !! bifurcation: which eigenvalue of the tangent changes its sign
+      integer :: number = 0                   !! bifurcation, release: which eigenvalue of the tangent changes its sign
       integer :: least = 0, most = 0          !! and the smaller and the larger pivot count at both ends
       integer :: pivots = 0                   !! count where it was located
       logical, allocatable :: marked(:)       !! contact: the candidates concerned
@@ -101,6 +104,14 @@ contains
          event%note = 'bifurcation'
          call append(event)
       end do
+      if (before%weak .and. after%weak .and. before%negative_pivots == after%negative_pivots) then
+         do i = min(before%free_pivots, after%free_pivots) + 1, max(before%free_pivots, after%free_pivots)
+            event = event_t(kind=event_release, label='BP', number=i, least=min(before%free_pivots, after%free_pivots), &
+               & most=max(before%free_pivots, after%free_pivots))
+            event%note = 'bifurcation, one-sided: contacts without force open'
+            call append(event)
+         end do
+      end if
       do i = 1, size(step%turning)
          if (before%monitor_rate(i) * after%monitor_rate(i) >= 0.0_wp) cycle
          event = event_t(kind=event_turning, label='TP', monitor=i)
@@ -274,6 +285,8 @@ contains
       case (event_bifurcation)
          ! Only its sign; event_location looks at the eigenvalue itself.
          value = merge(-1.0_wp, 1.0_wp, event%number <= probe%negative_pivots)
+      case (event_release)
+         value = merge(-1.0_wp, 1.0_wp, event%number <= probe%free_pivots)
       case (event_turning)
          value = probe%monitor_rate(event%monitor)
       case (event_contact)

@@ -22,6 +22,7 @@ module path_follower
 
    integer, parameter :: max_cuts = 40          !! halvings of one increment
    integer, parameter :: cuts_before_corner = 2 !! failures after which the path may have a corner
+   real(wp), parameter :: least_load = 0.01_wp  !! of the load factor, that an increment after a corner may add
    integer, parameter :: max_searches = 4       !! halvings to tell events apart
 
 contains
@@ -84,6 +85,11 @@ contains
             call turn_corner(problem, step, run, recorder, turned, finished, outcome, timers)
             if (finished .or. allocated(outcome%why)) return
             if (turned) cycle points
+            if (searches < max_searches .and. run%step_points > 0 .and. is_arc_length(run%control%method)) then
+               ! Where it begins is looked for with the nodes of this set, which reach only so far.
+               call search_closer()
+               cycle points
+            end if
             call linearise(problem, trial, run%state, run%system, timers)
          end if
          hidden = searches < max_searches .and. run%step_points > 0
@@ -130,6 +136,7 @@ contains
       type(corner_t) :: corner
       type(increment_t) :: report
       character(2) :: label
+      real(wp) :: load
       integer :: regions
       finished = .false.
       turned = .false.
@@ -146,11 +153,15 @@ contains
       label = ''
       if (regions > 0) label = 'C+'
       if (regions < 0) label = 'C-'
+      load = abs(run%last_load)
       call accept(problem, step, run, place, label, report, recorder, finished, outcome, timers)
       if (finished .or. allocated(outcome%why)) return
+      load = max(load, abs(run%last_load), least_load * abs(run%state%load_factor))
       call leave_corner(problem, run%control, corner, run%state, run%system, run%direction, run%direction_load, turned, timers)
       if (.not. turned) outcome%why = 'no way on from where the contact set changes'
       run%probe = new_probe(problem, run%state, run%system, run%direction_load)
+      ! A structure that has become stiff there is not to be loaded faster than before.
+      if (load < abs(run%direction_load) * run%control%increment) run%control%increment = load / abs(run%direction_load)
    end subroutine turn_corner
 
    !> Why no further point exists, in words; load and displacement control name what they cannot pass.

@@ -122,6 +122,8 @@ contains
          if (.not. from%candidates%may_slide(c)) cycle
          associate (element => from%candidates%element(:, c))
             shift = state%geometry%element(element(1))%s(2) - from%model%mesh%s(2, element(1))
+            ! Candidates for two obstacles share their node.
+            if (abs(carried%geometry%element(element(1))%s(2) - to%model%mesh%s(2, element(1))) > 0.0_wp) cycle
             if (abs(shift) > 0.0_wp) call slide_node(to%model, to%tableau, carried%geometry, element, shift)
          end associate
       end do

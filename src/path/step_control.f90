@@ -3,7 +3,7 @@ module step_control
    use kinds, only: wp
    use model, only: step_t, method_load, method_displacement, method_cylindrical
    use problem, only: problem_t
-   use contact_slides, only: slide_fraction
+   use contact_slides, only: planned_fraction
    use path_control, only: control_t, is_arc_length, monitor_change
    use path_events, only: probe_t
    use path_run, only: run_t
@@ -111,7 +111,7 @@ contains
          load = run%control%increment * run%control%tangent_load
       end select
       run%control%increment = run%control%increment * max(least_fraction, &
-         & slide_fraction(problem, run%state, run%system, load / safety * run%system%slide_rate))
+         & planned_fraction(problem, run%state, run%system, load / safety * run%system%slide_rate))
    end subroutine shorten_to_reach
 
    !> Load and displacement control arrive at their stop value itself, where no sign changes any more.
