@@ -7,13 +7,13 @@
 !> tells how much of the node's length still presses.
 module contact_regions
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-   use kinds, only: wp, degree
-   use model, only: obstacle_t, obstacle_line, obstacle_circle, ground_half_space
+   use kinds, only: wp
+   use model, only: obstacle_line, obstacle_circle, ground_half_space
    use problem, only: problem_t
    use rod_state, only: state_t, candidate_position, candidate_offset, element_load
    use ge_element, only: ge_load_t
    use reference_curve, only: curve_length
-   use obstacle_geometry, only: obstacle_gap, has_angle, contact_angle, contact_curvature
+   use obstacle_geometry, only: obstacle_gap, has_angle, contact_angle, turns_forward, unwrap_angle, contact_curvature
    use section_forces, only: local_forces, rod_direction
    use gap_profile, only: gap_and_slope, natural_curvature
    use ground_regions, only: find_ground_regions
@@ -33,7 +33,9 @@ contains
       type(region_t), allocatable :: regions(:)
       integer :: c, last
       logical, allocatable :: seen(:), touching(:)
+      logical :: forward                       ! angles grow along the rod
       allocate (regions(0))
+      forward = .true.
       touching = resolved_contact(problem, state)
       seen = .not. touching
       do c = 1, problem%candidates%n
@@ -86,7 +88,10 @@ contains
                   region%angle_end = region%angle_start
                end if
             end associate
-            call unwrap(problem%model%obstacle(problem%candidates%obstacle(first)), region)
+            associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(first)))
+               if (has_angle(obstacle)) call unwrap_angle(obstacle, region%end - region%start, forward, region%angle_start, &
+                  & region%angle_end)
+            end associate
          end if
       end function follow
 
@@ -117,25 +122,10 @@ contains
             t = [cos(theta), sin(theta)]
             x = candidate_position(problem, state, candidate) + direction * beyond * t
             angle = contact_angle(obstacle, x)
+            forward = turns_forward(obstacle, x, t)
          end associate
       end subroutine set_end
    end function find_regions
-
-   !> Adds full turns to the end angle so that both angles span what the length of the region does.
-   pure subroutine unwrap(obstacle, region)
-      type(obstacle_t), intent(in) :: obstacle
-      type(region_t), intent(inout) :: region
-      real(wp) :: span, best, candidate
-      integer :: turn
-      if (.not. has_angle(obstacle)) return
-      span = (region%end - region%start) / obstacle%radius / degree
-      best = region%angle_end
-      do turn = 2, -2, -1
-         candidate = region%angle_end + 360.0_wp * turn
-         if (abs(abs(candidate - region%angle_start) - span) < abs(abs(best - region%angle_start) - span)) best = candidate
-      end do
-      region%angle_end = best
-   end subroutine unwrap
 
    !> The candidates in contact as far as the mesh can tell.
    !>

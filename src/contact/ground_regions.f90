@@ -1,15 +1,14 @@
 !> Connected stretches of contact with foundations that act inside elements, and what the nodes along them see.
 module ground_regions
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-   use kinds, only: wp, degree
-   use model, only: obstacle_t
+   use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t, node_position, obstacle_shift, chain_gap, element_displacement, element_load
    use linear_system, only: system_t, to_global
    use bordered_system, only: resultant_rates
    use ge_element, only: ge_direction_rates
    use gauss_tableau, only: max_stages
-   use obstacle_geometry, only: has_angle, contact_angle
+   use obstacle_geometry, only: has_angle, contact_angle, turns_forward, unwrap_angle
    use section_forces, only: rod_direction
    use force_law, only: law_reaction
    use element_foundation, only: foundation_forces, touching_gap
@@ -33,7 +32,9 @@ contains
       real(wp) :: part(2, 3), h
       integer :: c, e, i, n, first, closes
       logical :: open_end
+      logical :: forward(size(problem%model%contact)) ! contact's angles grow along its chain
       allocate (regions(0))
+      forward = .true.
       associate (chain => problem%ground%chain)
          open_end = .false.
          first = 0
@@ -91,7 +92,10 @@ contains
             end if
          end do
          do i = 1, size(regions)
-            call unwrap(problem%model%obstacle(problem%model%contact(regions(i)%contact)%obstacle), regions(i))
+            associate (obstacle => problem%model%obstacle(problem%model%contact(regions(i)%contact)%obstacle))
+               if (has_angle(obstacle)) call unwrap_angle(obstacle, regions(i)%end - regions(i)%start, &
+                  & forward(regions(i)%contact), regions(i)%angle_start, regions(i)%angle_end)
+            end associate
          end do
       end associate
 
@@ -121,7 +125,7 @@ contains
          integer, intent(in) :: candidate
          real(wp), intent(in) :: tau
          real(wp), intent(out) :: s, angle
-         real(wp) :: x(2, 2), t(2, 2), theta, place(2), length
+         real(wp) :: x(2, 2), t(2, 2), theta(2), place(2), length, half
          integer :: side, element
          s = problem%ground%chain%s(candidate) + tau * h
          angle = ieee_value(angle, ieee_quiet_nan)
@@ -130,33 +134,23 @@ contains
             element = problem%ground%chain%element(2, candidate)
             do side = 1, 2
                x(:, side) = node_position(state, problem%model%mesh%node(side, element))
-               theta = rod_direction(problem, state, element, side)
-               t(:, side) = [cos(theta), sin(theta)]
+               theta(side) = rod_direction(problem, state, element, side)
+               t(:, side) = [cos(theta(side)), sin(theta(side))]
             end do
-            length = norm2(x(:, 2) - x(:, 1)) / max(norm2(0.5_wp * (t(:, 1) + t(:, 2))), 0.5_wp)
+            ! The length of an arc that turns as much.
+            length = norm2(x(:, 2) - x(:, 1))
+            half = 0.5_wp * (theta(2) - theta(1))
+            if (abs(half) > 1.0e-4_wp .and. abs(half) < 2.0_wp) length = length * half / sin(half)
             t = t * length
             place = x(:, 1) + tau * (t(:, 1) + tau * ((3.0_wp * (x(:, 2) - x(:, 1)) - 2.0_wp * t(:, 1) - t(:, 2)) + &
                & tau * (2.0_wp * (x(:, 1) - x(:, 2)) + t(:, 1) + t(:, 2))))
-            angle = contact_angle(problem%model%obstacle(obstacle), place - obstacle_shift(problem, state, obstacle))
+            place = place - obstacle_shift(problem, state, obstacle)
+            angle = contact_angle(problem%model%obstacle(obstacle), place)
+            forward(problem%ground%chain%contact(candidate)) = &
+               & turns_forward(problem%model%obstacle(obstacle), place, 0.5_wp * (t(:, 1) + t(:, 2)))
          end associate
       end subroutine set_end
    end function find_ground_regions
-
-   !> Adds full turns to the end angle so that both angles span what the length of the region does.
-   pure subroutine unwrap(obstacle, region)
-      type(obstacle_t), intent(in) :: obstacle
-      type(region_t), intent(inout) :: region
-      real(wp) :: span, best, candidate
-      integer :: turn
-      if (.not. has_angle(obstacle)) return
-      span = (region%end - region%start) / obstacle%radius / degree
-      best = region%angle_end
-      do turn = 2, -2, -1
-         candidate = region%angle_end + 360.0_wp * turn
-         if (abs(abs(candidate - region%angle_start) - span) < abs(abs(best - region%angle_start) - span)) best = candidate
-      end do
-      region%angle_end = best
-   end subroutine unwrap
 
    !> Smallest gap on a stretch of a contact's chain; what lies beyond the chain's ends does not count.
    real(wp) function smallest_ground_gap(problem, state, contact, from, to) result(least)

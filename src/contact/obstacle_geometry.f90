@@ -5,7 +5,7 @@ module obstacle_geometry
    use obstacle_curve, only: foot_t, nearest_point
    implicit none
    private
-   public :: obstacle_gap, has_angle, contact_angle, contact_curvature
+   public :: obstacle_gap, has_angle, contact_angle, turns_forward, unwrap_angle, contact_curvature
 
 contains
 
@@ -70,6 +70,29 @@ contains
       s = sin(obstacle%reference_angle)
       angle = atan2(c * d(2) - s * d(1), c * d(1) + s * d(2)) / degree
    end function contact_angle
+
+   !> True where the angle grows along a rod through point x in direction `tangent`.
+   pure logical function turns_forward(obstacle, x, tangent)
+      type(obstacle_t), intent(in) :: obstacle !! with has_angle
+      real(wp), intent(in) :: x(2), tangent(2)
+      real(wp) :: d(2)
+      d = x - obstacle%centre
+      turns_forward = d(1) * tangent(2) - d(2) * tangent(1) > 0.0_wp
+   end function turns_forward
+
+   !> Adds full turns to the angle where a stretch of contact ends, so that it is about its length over the radius away
+   !> from the angle where it starts, forward or backward.
+   pure subroutine unwrap_angle(obstacle, length, forward, start, end)
+      type(obstacle_t), intent(in) :: obstacle !! with has_angle
+      real(wp), intent(in) :: length
+      logical, intent(in) :: forward
+      real(wp), intent(in) :: start
+      real(wp), intent(inout) :: end
+      real(wp) :: span
+      span = length / obstacle%radius / degree
+      if (.not. forward) span = -span
+      end = end + 360.0_wp * anint((start + span - end) / 360.0_wp)
+   end subroutine unwrap_angle
 
    !> Curvature d(angle)/ds that a rod running along the obstacle through point x in direction `tangent` would have.
    pure real(wp) function contact_curvature(obstacle, x, tangent) result(curvature)

@@ -38,35 +38,74 @@ contains
          b = pack(later, later%contact == contact)
          closed = problem%ground%chain%chain_length(contact)
          reach = 2.0_wp * maxval(problem%ground%chain%tributary, mask=problem%ground%chain%contact == contact)
-         if (closed > 0.0_wp) call turn_round(a, b, closed)
+         if (closed > 0.0_wp) call unroll(a, b, closed)
          call match(a, b, reach, partner_a, partner_b)
-         call tell(contact, a, b, partner_b, reach, 'C+', 'C-', events)
-         call tell(contact, b, a, partner_a, reach, 'C-', 'C+', events)
+         call tell(contact, a, b, partner_b, reach, closed, 'C+', 'C-', events)
+         call tell(contact, b, a, partner_a, reach, closed, 'C-', 'C+', events)
       end do
    end subroutine find_ground_events
 
-   !> Shifts the regions of a closed chain so that both lists begin at the same place and rise.
-   pure subroutine turn_round(a, b, closed)
-      type(region_t), intent(in) :: a(:)
-      type(region_t), intent(inout) :: b(:)
+   !> Cuts a closed chain where as few regions as possible lie, and shifts those of both lists to the round that begins
+   !> there, in rising order.
+   pure subroutine unroll(a, b, closed)
+      type(region_t), intent(inout) :: a(:), b(:)
       real(wp), intent(in) :: closed
-      real(wp) :: turn
-      integer :: k, first
-      if (size(a) == 0 .or. size(b) == 0) return
-      ! Each region within half a round of the first one's middle, or behind.
-      do k = 1, size(b)
-         turn = anint((0.5_wp * (a(1)%start + a(1)%end) - 0.5_wp * (b(k)%start + b(k)%end)) / closed)
-         b(k)%start = b(k)%start + turn * closed
-         b(k)%end = b(k)%end + turn * closed
+      real(wp) :: mark(2 * (size(a) + size(b))), place, cut, width
+      integer :: k, next, covers, fewest
+      mark = modulo([a%start, a%end, b%start, b%end], closed)
+      cut = 0.0_wp
+      fewest = huge(1)
+      width = 0.0_wp
+      do k = 1, size(mark)
+         next = minloc(modulo(mark - mark(k), closed), 1, mask=modulo(mark - mark(k), closed) > 0.0_wp)
+         place = mark(k) + 0.5_wp * closed
+         if (next > 0) place = mark(k) + 0.5_wp * modulo(mark(next) - mark(k), closed)
+         covers = count(covered(a)) + count(covered(b))
+         if (covers > fewest .or. (covers == fewest .and. place - mark(k) <= width)) cycle
+         fewest = covers
+         width = place - mark(k)
+         cut = modulo(place, closed)
       end do
-      do k = 1, size(b)
-         if (b(k)%end >= a(1)%start) cycle
-         b(k)%start = b(k)%start + closed
-         b(k)%end = b(k)%end + closed
-      end do
-      first = minloc(b%start, 1)
-      b = cshift(b, first - 1)
-   end subroutine turn_round
+      call shift(a)
+      call shift(b)
+
+   contains
+
+      pure elemental logical function covered(region)
+         type(region_t), intent(in) :: region
+         covered = modulo(place - region%start, closed) < region%end - region%start
+      end function covered
+
+      pure subroutine shift(list)
+         type(region_t), intent(inout) :: list(:)
+         type(region_t) :: moved
+         real(wp) :: middle
+         integer :: i, j
+         do i = 1, size(list)
+            moved = list(i)
+            if (all_round(moved, closed)) then
+               moved%start = cut
+               moved%end = cut + closed
+            else
+               middle = 0.5_wp * (moved%start + moved%end)
+               moved%start = moved%start - middle + cut + modulo(middle - cut, closed)
+               moved%end = moved%end - middle + cut + modulo(middle - cut, closed)
+            end if
+            do j = i - 1, 1, -1
+               if (list(j)%start <= moved%start) exit
+               list(j + 1) = list(j)
+            end do
+            list(j + 1) = moved
+         end do
+      end subroutine shift
+   end subroutine unroll
+
+   !> True for a region that is as long as its closed chain.
+   pure elemental logical function all_round(region, closed)
+      type(region_t), intent(in) :: region
+      real(wp), intent(in) :: closed
+      all_round = closed > 0.0_wp .and. region%end - region%start >= (1.0_wp - 1.0e-9_wp) * closed
+   end function all_round
 
    !> Pairs the regions of two lists in their order, as many as can be: those that overlap or nearly do, for a short region
    !> may move by more than its length. Longest common subsequence.
@@ -113,37 +152,56 @@ contains
       end function worth
    end subroutine match
 
-   !> Regions of `there` without a partner in `other`: they are new, or parts of a region that is whole in `other`.
-   subroutine tell(contact, other, there, partner, reach, new, divided, events)
+   !> Regions of `there` without a partner in `other`: they are new, or parts of a region that is whole in `other`. One that
+   !> goes all round a closed chain opens without becoming two.
+   subroutine tell(contact, other, there, partner, reach, closed, new, divided, events)
       integer, intent(in) :: contact
       type(region_t), intent(in) :: other(:), there(:)
       integer, intent(in) :: partner(:)        !! of the regions of `there`
       real(wp), intent(in) :: reach            !! two elements
+      real(wp), intent(in) :: closed           !! length of a closed chain, 0: open
       character(2), intent(in) :: new, divided !! labels
       type(ground_event_t), allocatable, intent(inout) :: events(:)
-      real(wp) :: from, to, width
-      integer :: k, side, beside
+      integer :: k, beside, last
       do k = 1, size(there)
          if (partner(k) > 0) cycle
-         do side = -1, 1, 2
-            beside = k + side
-            if (beside < 1 .or. beside > size(there)) cycle
-            if (partner(beside) == 0) cycle
-            if (overlap_length(there(k), other(partner(beside))) > 0.0_wp) exit
-         end do
-         if (side > 1) then
+         beside = other_part(k)
+         if (beside == 0) then
             events = [events, ground_event_t(new, contact, free_from(there(k)), free_to(there(k)), .false.)]
          else
-            ! The opening may move while it grows.
-            from = min(there(k)%end, there(beside)%end)
-            to = max(there(k)%start, there(beside)%start)
-            width = max(10.0_wp * (to - from), 10.0_wp * reach)
-            events = [events, ground_event_t(divided, contact, max(from - width, min(there(k)%start, there(beside)%start)), &
-               & min(to + width, max(there(k)%end, there(beside)%end)), .true.)]
+            call open_between(there(min(k, beside)), there(max(k, beside)), 0.0_wp)
          end if
       end do
+      last = size(there)
+      if (last == 0 .or. size(other) /= 1) return
+      if (all_round(other(1), closed) .and. .not. all_round(there(1), closed)) call open_between(there(last), there(1), closed)
 
    contains
+
+      !> The region next to number k that was, with it, part of one in `other`: on the side of the region that is its partner.
+      integer function other_part(number) result(beside)
+         integer, intent(in) :: number
+         integer :: side, whole, kept
+         do whole = 1, size(other)
+            if (overlap_length(there(number), other(whole)) <= 0.0_wp) cycle
+            kept = findloc(partner, whole, 1)
+            if (kept == 0) cycle
+            side = sign(1, kept - number)
+            beside = number + side
+            return
+         end do
+         beside = 0
+      end function other_part
+
+      !> What lies between two regions that are one in `other`. The opening may move while it grows.
+      subroutine open_between(before, after, round)
+         type(region_t), intent(in) :: before, after
+         real(wp), intent(in) :: round         !! added to the places of `after`
+         real(wp) :: width
+         width = max(10.0_wp * (after%start + round - before%end), 10.0_wp * reach)
+         events = [events, ground_event_t(divided, contact, max(before%end - width, before%start), &
+            & min(after%start + round + width, after%end + round), .true.)]
+      end subroutine open_between
 
       !> Half way to the region before, of either list: a small region may move while it grows.
       real(wp) function free_from(region)
@@ -151,6 +209,7 @@ contains
          free_from = region%start - (region%end - region%start)
          free_from = min(free_from, 0.5_wp * (region%start + max(maxval(there%end, mask=there%end < region%start), &
             & maxval(other%end, mask=other%end < region%start), -huge(1.0_wp) * 0.25_wp)))
+         if (closed > 0.0_wp) free_from = max(free_from, 0.5_wp * (region%start + region%end - closed))
       end function free_from
 
       real(wp) function free_to(region)
@@ -158,6 +217,7 @@ contains
          free_to = region%end + (region%end - region%start)
          free_to = max(free_to, 0.5_wp * (region%end + min(minval(there%start, mask=there%start > region%end), &
             & minval(other%start, mask=other%start > region%end), huge(1.0_wp) * 0.25_wp)))
+         if (closed > 0.0_wp) free_to = min(free_to, 0.5_wp * (region%start + region%end + closed))
       end function free_to
    end subroutine tell
 
@@ -172,15 +232,16 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(ground_event_t), intent(in) :: event
-      real(wp) :: closed
+      real(wp) :: closed, from, to
       closed = problem%ground%chain%chain_length(event%contact)
+      from = event%from
       ! The chain's list covers one round and the next.
-      associate (back => merge(closed, 0.0_wp, event%from < 0.0_wp .and. closed > 0.0_wp))
-         if (event%divided) then
-            value = -inner_opening(problem, state, event%contact, event%from + back, event%to + back)
-         else
-            value = -smallest_ground_gap(problem, state, event%contact, event%from + back, event%to + back)
-         end if
-      end associate
+      if (closed > 0.0_wp) from = modulo(event%from, closed)
+      to = event%to + (from - event%from)
+      if (event%divided) then
+         value = -inner_opening(problem, state, event%contact, from, to)
+      else
+         value = -smallest_ground_gap(problem, state, event%contact, from, to)
+      end if
    end function ground_event_value
 end module ground_events
