@@ -26,6 +26,11 @@ def test_beam_on_rollers():
     dr.assert_close(rise, np.where(lies, 0.0, force / 16 - q / 4), absolute=1e-5 * q)
     lost = run.only("C-")
     dr.assert_close(lost.load_factor, 4 * q, relative=1e-6)
+    for name, x in (("A", 0.0), ("B", 1.0), ("C", 2.0)):
+        stop = run.results.obstacles[name]
+        assert stop.kind == "gap" and stop.foundation == "rigid"
+        dr.assert_close(stop.points, [[x, 0.0]], absolute=1e-12)
+        dr.assert_close(stop.normal, [0.0, 1.0])
     each = run.results.contact.obstacle_force[1:]
     dr.assert_close(each[:, :, 0], np.zeros((len(force), 3)), absolute=1e-15)
     dr.assert_close(each[:, :, 1], np.column_stack((first, second, last)), absolute=1e-15)
@@ -123,6 +128,8 @@ def test_stop_that_moves():
         run = dr.run_deck(TIP.format(kind="GE4", stops=f"*GAP, NAME=JACK{stiffness}\n2, 1e-4\n*MONITOR, NAME=R, OBSTACLE=JACK\nRF2",
                                      steps="*STEP\n*STATIC, METHOD=LOAD\n0.1\n*OBSTACLE MOTION\nJACK, 0, 2e-4\n*END STEP\n"))
         dr.assert_close(run.column("R")[-1], k * 1e-4, relative=1e-6)
+        jack = next(o for o in run.results.obstacles_at(run.results.n_points) if o.name == "JACK")
+        dr.assert_close(jack.points, [[1.0, 1e-4]], absolute=1e-15)
 
 
 JACK = """*HEADING
