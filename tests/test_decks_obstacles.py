@@ -37,7 +37,7 @@ def drum(kind, points=0):
 
 @functools.cache
 def beside_drum(kind, points=0, elements=20):
-    return dr.run_deck(on_an_obstacle(drum(kind, points), elements))
+    return dr.run_deck(dr.changed(on_an_obstacle(drum(kind, points), elements), ("TYPE=GE6", "TYPE=GE4")))
 
 
 def events(run):

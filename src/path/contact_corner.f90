@@ -10,7 +10,8 @@ module contact_corner
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
-   use bordered_system, only: linearise
+   use bordered_system, only: linearise, set_path_row, solve_bordered, apply_increment
+   use contact_slides, only: slide_fraction
    use path_control, only: control_t, set_tangent
    use corrector, only: increment_t, take_increment
    use contact_set, only: reaction_rate, gap_rate, gap_tolerance
@@ -123,7 +124,73 @@ contains
       beyond = place
       call spread_contacts(problem, beyond, changed)
       found = .not. changed
+      if (found .and. corner%inside) call touch_inside(problem, control, corner, place, system, timers)
    end subroutine find_corner
+
+   !> Brings the nearer node of an element to the point of first contact, and the path to where that node touches.
+   subroutine touch_inside(problem, control, corner, place, system, timers)
+      type(problem_t), intent(in) :: problem
+      type(control_t), intent(in) :: control
+      type(corner_t), intent(inout) :: corner  !! at the node on return
+      type(state_t), intent(inout) :: place
+      type(system_t), intent(inout) :: system  !! factored at `place` on entry and on return
+      type(timers_t), intent(inout) :: timers
+      real(wp), parameter :: at_node = 0.05_wp !! of an element
+      real(wp) :: least, tau, length, none(3, size(place%u, 2))
+      integer :: next
+      logical :: ok
+      associate (c => corner%candidate)
+         next = problem%candidates%neighbour(2, c)
+         call least_gap_after(problem, place, c, least, tau)
+         associate (s => place%geometry%element(problem%candidates%element(2, c))%s)
+            length = s(2) - s(1)
+         end associate
+         ! At a node, or next to it, that node is the contact, held or not. Elsewhere the nearer one that can comes.
+         if (tau > 1.0_wp - at_node .or. (tau > 0.5_wp .and. problem%candidates%may_slide(next)) .or. &
+            & (tau > at_node .and. .not. problem%candidates%may_slide(c))) then
+            c = next
+            tau = tau - 1.0_wp
+         end if
+         corner%inside = .false.
+         if (.not. problem%candidates%may_slide(c)) return
+         none = 0.0_wp
+         call move_node(problem, control, none, 1.0_wp, c, tau * length, place, system, ok, timers)
+         if (ok) call follow_to_touch(problem, c, place, system, timers)
+      end associate
+   end subroutine touch_inside
+
+   !> Follows the path from a state nearby to where the gap of an open candidate vanishes. Where that fails nothing changes.
+   subroutine follow_to_touch(problem, candidate, place, system, timers)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: candidate
+      type(state_t), intent(inout) :: place
+      type(system_t), intent(inout) :: system  !! factored at `place` on entry and on return
+      type(timers_t), intent(inout) :: timers
+      integer, parameter :: most = 10
+      type(state_t) :: state
+      real(wp) :: row(3, size(place%u, 2)), x(system%n), y(1 + system%n_slides), tangency(system%n_slides)
+      integer :: iteration
+      logical :: ok
+      state = place
+      do iteration = 1, most
+         ok = abs(system%gap(candidate)) <= gap_tolerance * problem%size .and. max(system%force_residual, &
+            & system%defect_residual) <= problem%model%step(problem%step)%tolerance
+         if (ok) exit
+         row = 0.0_wp
+         row(1:2, problem%candidates%node(candidate)) = system%normal(:, candidate)
+         call set_path_row(problem, system, row, -dot_product(system%normal(:, candidate), system%motion(:, candidate)))
+         if (system%n_slides > 0) tangency = -system%tangency
+         call solve_bordered(problem, system, -system%residual, system%value, -system%gap(candidate), tangency, x, y, ok, timers)
+         if (ok) ok = slide_fraction(problem, state, system, y(2:)) >= 1.0_wp
+         if (.not. ok) exit
+         call apply_increment(problem, system, x, y, state)
+         call linearise(problem, state, place, system, timers)
+         ok = system%ok .and. system%n_slides == size(tangency)
+         if (.not. ok) exit
+      end do
+      if (ok) place = state
+      if (.not. ok) call linearise(problem, place, place, system, timers)
+   end subroutine follow_to_touch
 
    !> Changes the set at a corner and returns the direction in which the path goes on.
    subroutine leave_corner(problem, control, corner, place, system, direction, direction_load, ok, timers)
@@ -140,9 +207,6 @@ contains
       real(wp) :: rate, none(3, size(place%u, 2))
       integer :: candidate
       candidate = corner%candidate
-      ok = .true.
-      if (corner%inside) call touch_inside(candidate)
-      if (.not. ok) return
       place%active(candidate) = .not. place%active(candidate)
       place%reaction(candidate) = 0.0_wp
       call linearise(problem, place, place, system, timers)
@@ -163,29 +227,6 @@ contains
       end if
       direction = ahead%tangent
       direction_load = ahead%tangent_load
-
-   contains
-
-      !> Brings the nearer node of the element to the point of first contact.
-      subroutine touch_inside(node_candidate)
-         integer, intent(inout) :: node_candidate
-         real(wp), parameter :: at_node = 0.05_wp !! of an element
-         real(wp) :: least, tau, length
-         integer :: next
-         next = problem%candidates%neighbour(2, node_candidate)
-         call least_gap_after(problem, place, node_candidate, least, tau)
-         associate (s => place%geometry%element(problem%candidates%element(2, node_candidate))%s)
-            length = s(2) - s(1)
-         end associate
-         ! At a node, or next to it, that node is the contact, held or not. Elsewhere the nearer one that can comes.
-         if (tau > 1.0_wp - at_node .or. (tau > 0.5_wp .and. problem%candidates%may_slide(next)) .or. &
-            & (tau > at_node .and. .not. problem%candidates%may_slide(node_candidate))) then
-            node_candidate = next
-            tau = tau - 1.0_wp
-         end if
-         if (.not. problem%candidates%may_slide(node_candidate)) return
-         call move_node(problem, control, direction, direction_load, node_candidate, tau * length, place, system, ok, timers)
-      end subroutine touch_inside
    end subroutine leave_corner
 
    !> Reactions of active candidates, gaps of open ones, then smallest gaps inside elements of sliding contacts: all
