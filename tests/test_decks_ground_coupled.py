@@ -41,7 +41,7 @@ Beam on ground
 2, 1
 *OBSTACLE, NAME=GROUND, TYPE=LINE, FOUNDATION={ground}{", BILATERAL" if bilateral else ""}
 -20, 0, 20, 0
-*CONTACT, OBSTACLE=GROUND, NSET=BEAM
+*CONTACT, OBSTACLE=GROUND, NSET=BEAM, POINTS=NODES
 *MONITOR, NAME=W
 2, U2, -1
 *MONITOR, NAME=RN, OBSTACLE=GROUND
@@ -208,6 +208,16 @@ def test_a_graded_mesh():
     sound(graded)
 
 
+@pytest.mark.parametrize("ground", [f"WINKLER, MODULUS={K}", f"PASTERNAK, MODULUS={K}, SHEAR={G}", half_space(0.5)])
+def test_touching_without_force_is_no_contact_to_lose(ground):
+    """A weightless beam under two forces: it lies on all of the ground at first, and on two parts of it under any load."""
+    step = f"*STATIC, METHOD=LOAD\n0.5\n*CLOAD\n1, 2, {-FORCE}\n3, 2, {-FORCE}\n"
+    run = beam(ground, 60, half=4.0, bilateral=False, step=step)
+    assert not run.labelled("C-") and not run.labelled("C+")
+    assert list(run.results.contact.count[1:]) == [2, 2]
+    sound(run)
+
+
 # A strip ----------------------------------------------------------------------------------------------------------------
 
 def test_strip_on_the_half_space():
@@ -313,7 +323,7 @@ A rigid disc presses a beam onto ground
 -5., 0., 5., 0.
 *OBSTACLE, NAME=DISC, TYPE=CIRCLE, SIDE=OUTSIDE
 0., 1.00001, 1.
-*CONTACT, OBSTACLE=GROUND, NSET=BEAM
+*CONTACT, OBSTACLE=GROUND, NSET=BEAM, POINTS=NODES
 *CONTACT, OBSTACLE=DISC, NSET=BEAM, POINTS=NODES
 *MONITOR, NAME=W
 2, U2, -1.

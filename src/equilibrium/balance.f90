@@ -4,8 +4,8 @@ module balance
    use kinds, only: wp
    use model, only: family_ge
    use problem, only: problem_t
-   use rod_state, only: state_t, node_position, element_displacement, element_load, candidate_gap, candidate_offset, &
-      & candidate_opening, obstacle_shift
+   use rod_state, only: state_t, node_position, element_displacement, element_load, candidate_gap, candidate_opening, &
+      & candidate_offset, obstacle_shift
    use obstacle_geometry, only: obstacle_gap
    use force_law, only: law_reaction
    use section_forces, only: end_forces
@@ -101,6 +101,8 @@ contains
                & accuracy%penetration = max(accuracy%penetration, merge(abs(gap), -gap, problem%candidates%bilateral(c) .or. &
                & (state%active(c) .and. problem%coupling%entry(c) > 0)) / size_)
             accuracy%complementarity = max(accuracy%complementarity, abs(state%reaction(c) * gap) / (largest * size_))
+            if (problem%coupling%entry(c) > 0 .and. state%active(c)) accuracy%foundation = max(accuracy%foundation, &
+               & (abs(gap) - rounding_gap(problem)) / problem%coupling%local(problem%coupling%entry(c)) / largest)
          else
             if (.not. problem%candidates%bilateral(c) .and. state%reaction(c) > 0.0_wp .and. gap > 0.0_wp) &
                & accuracy%complementarity = max(accuracy%complementarity, state%reaction(c) * gap / (largest * size_))
