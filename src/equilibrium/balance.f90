@@ -30,6 +30,7 @@ contains
       real(wp), intent(in) :: residual
       type(accuracy_t), intent(inout) :: accuracy
       real(wp), parameter :: negligible = 1.0e-6_wp !! of the force scale: where contact ends, all there is may be rounding
+      real(wp), parameter :: unsettled = 30.0_wp !! tolerances of the step, of the force scale: forces that are as good as none
       real(wp), allocatable :: support(:, :), left(:, :)
       real(wp) :: total(3), scale, first(3), second(3), x(2), force(3), gap, normal(2), bend, size_, largest, noise, middle(2)
       real(wp) :: push, spring
@@ -111,7 +112,8 @@ contains
                & (abs(state%reaction(c) - push) - spring * rounding_gap(problem)) / largest)
          end if
          if (.not. problem%candidates%bilateral(c)) &
-            & accuracy%tension = max(accuracy%tension, -state%reaction(c) / max(largest, negligible * scale))
+            & accuracy%tension = max(accuracy%tension, (-state%reaction(c) - &
+            & unsettled * problem%model%step(problem%step)%tolerance * scale) / max(largest, negligible * scale))
       end do
       call look_between()
       if (problem%ground%chain%n > 0) call add_foundations()

@@ -89,7 +89,7 @@ module path_record
    type :: accuracy_t
       real(wp) :: residual = 0.0_wp           !! largest relative residual
       real(wp) :: penetration = 0.0_wp        !! largest penetration of a rigid obstacle over the structure's size
-      real(wp) :: tension = 0.0_wp            !! largest tensile reaction over the largest reaction
+      real(wp) :: tension = 0.0_wp            !! largest tensile reaction beyond the tolerance, over the largest reaction
       real(wp) :: complementarity = 0.0_wp    !! largest |reaction * gap| over (largest reaction * size)
       real(wp) :: force_balance = 0.0_wp      !! |loads + supports + contact| over the force scale
       real(wp) :: moment_balance = 0.0_wp     !! the same for moments about the structure's middle, over the size
