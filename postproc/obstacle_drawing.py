@@ -10,21 +10,24 @@ from matplotlib.collections import LineCollection
 from unilat_results import Obstacle
 
 
-def draw_obstacle(axes, obstacle: Obstacle, limits: np.ndarray, stretch: float):
+def draw_obstacle(axes, obstacle: Obstacle, limits: np.ndarray, stretch: float, colour=style.INK, hatched: bool = True):
     """The surface as a line, its solid side hatched with short strokes."""
     unit = np.array((1.0, stretch))     # data to picture
     size = max((limits[1] - limits[0]) * unit)
     if obstacle.kind == "gap":
         for stop in obstacle.points:
             across = 0.02 * size * np.array((obstacle.normal[1], -obstacle.normal[0])) / unit
-            _draw_surface(axes, np.vstack((stop - across, stop + across)), -1.0, unit, size)
+            _draw_surface(axes, np.vstack((stop - across, stop + across)), -1.0, unit, size, colour, hatched)
         return
     surface, solid = {"line": line_surface, "circle": circle_surface}.get(obstacle.kind, curve_surface)(obstacle, limits)
-    _draw_surface(axes, surface, solid, unit, size)
+    _draw_surface(axes, surface, solid, unit, size, colour, hatched)
 
 
-def _draw_surface(axes, surface: np.ndarray, solid: float, unit: np.ndarray, size: float):
+def _draw_surface(axes, surface: np.ndarray, solid: float, unit: np.ndarray, size: float, colour, hatched: bool):
     """A line with strokes on its solid side: left (+1) or right (-1)."""
+    axes.plot(*surface.T, color=colour, linewidth=0.9, zorder=1.5, solid_capstyle="butt")
+    if not hatched:
+        return
     picture = surface * unit
     along = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(picture, axis=0).T))))
     spacing = along[-1] / max(round(along[-1] / (0.018 * size)), 1)
@@ -34,9 +37,8 @@ def _draw_surface(axes, surface: np.ndarray, solid: float, unit: np.ndarray, siz
     tangent /= np.hypot(*tangent.T)[:, None]
     inwards = solid * np.column_stack((-tangent[:, 1], tangent[:, 0]))
     tips = feet + 0.02 * size * (inwards - tangent)
-    axes.add_collection(LineCollection(np.stack((feet / unit, tips / unit), axis=1), colors=style.INK, linewidths=0.45,
+    axes.add_collection(LineCollection(np.stack((feet / unit, tips / unit), axis=1), colors=[colour], linewidths=0.45,
                                        zorder=1), autolim=False)
-    axes.plot(*surface.T, color=style.INK, linewidth=0.9, zorder=1.5, solid_capstyle="butt")
 
 
 def line_surface(obstacle: Obstacle, limits: np.ndarray):

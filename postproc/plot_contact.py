@@ -8,14 +8,17 @@ import numpy as np
 import plot_style as style  # before matplotlib's own modules: it chooses the backend
 from matplotlib.lines import Line2D
 
+from contact_history import End, ends, presses
+from label_placing import place_labels
 from unilat_results import Column, ResultsError
 
 DESCRIPTION = """\
 Draw the history of every contact region: the angles (or arc lengths) at which it begins and ends, against the load
 factor, a monitor or the number of the point. Unstable parts of the path are dashed. Angles count from the obstacle's
 reference direction; arc lengths are stress-free ones along the candidates of the contact. A region that is one point
-has one line. With both ends of a single file as arc lengths over a quantity that only grows (or falls), such as point,
-the region itself is tinted."""
+has one line. Where regions split or merge the ends between them begin or end. Contact without force, as of a rod that
+lies in its cavity before any load, is left out when the first load ends it. With both ends of a single file as arc
+lengths over a quantity that only grows (or falls), such as point, the region itself is tinted."""
 
 EXAMPLES = """\
 examples:
@@ -25,7 +28,7 @@ examples:
   plot_contact.py rigid.h5 winkler.h5 --against v --end start -o angles.pdf
 """
 
-MOST_NAMED = 6     # regions with a colour and a legend entry of their own
+MOST_COLOURS = 6   # more ends than this share one colour
 
 
 def main(argv=None) -> int:
@@ -46,42 +49,41 @@ def main(argv=None) -> int:
     everything = style.load(args)
 
     found = [histories(results, args.contact) for results in everything]
-    angle = choose_angle(everything, found, args.quantity)
-    ends = {"both": ("start", "end")}.get(args.end, (args.end,))
+    lines = [ends(group) for group in found]
+    angle = choose_angle(everything, lines, args.quantity)
+    sides = {"both": ("start", "end")}.get(args.end, (args.end,))
     figure, axes = style.new_figure(args, args.height)
     references = style.draw_references(axes, args)
-    texts, handles, unstable, label = [], [], False, None
+    texts, handles, used, unstable, label = [], [], set(), False, None
     for k, (results, name) in enumerate(zip(everything, style.names(args, everything))):
         against = style.numbers(results, args.against)
         label = label or style.column_label(against, args.x_scale)
-        breaks = against.name == "load_factor"
-        for m, history in enumerate(found[k]):
-            colour = style.COLOURS[colour_number(len(everything), k, len(found[k]), m, history) % len(style.COLOURS)]
-            rows = history.points - 1
-            x = args.x_scale * against.values[rows]
-            curves = [args.y_scale * curve(history, end, angle) for end in ends]
-            monotonic = np.all(np.diff(x) > 0.0) or np.all(np.diff(x) < 0.0)
-            if len(curves) == 2 and not angle and len(everything) == 1 and monotonic:
-                axes.fill_between(x, *curves, where=history.end >= history.start, color=colour, alpha=0.10,
-                                  linewidth=0, zorder=1)
-            if len(curves) == 2 and np.array_equal(*curves, equal_nan=True):
-                curves.pop()
-            for y in curves:
-                unstable |= style.draw_path(axes, results, x, y, colour, breaks, first=rows[0])
+        x = args.x_scale * against.values
+        drawn = [line for line in lines[k] if line.side in sides]
+        looks = {line: style.look(k) for line in lines[k]} if len(everything) > 1 else end_looks(drawn)
+        if len(everything) == 1 and not angle and len(sides) == 2:
+            for history in found[0]:
+                tint(axes, results, history, x, args.y_scale, looks)
+        for line in without_twins(drawn):
+            rows = line.points - 1
+            y = args.y_scale * curve(line, angle)
+            unstable |= style.draw_path(axes, results, x[rows], y, looks[line], against.name == "load_factor",
+                                        first=rows[0])
 
-                def place(critical, rows=rows, x=x, y=y):
-                    at = critical.point - 1 - rows[0]
-                    return (x[at], y[at]) if 0 <= at < len(rows) else (np.nan, np.nan)
+            def place(critical, rows=rows, y=y):
+                at = critical.point - 1 - rows[0]
+                return (x[rows[at]], y[at]) if 0 <= at < len(rows) else (np.nan, np.nan)
 
-                texts += style.draw_marks(axes, results, args.mark, place, colour)
-            if len(everything) == 1 and 1 < len(found[k]) <= MOST_NAMED:
-                handles.append(Line2D([], [], color=colour, label=f"region {m + 1}"))
+            texts += style.draw_marks(axes, results, args.mark, place, looks[line]["color"])
+        contacts = {line.contact: looks[line] for line in drawn}
+        used |= {looks[line]["color"] for line in drawn}
         if len(everything) > 1 or references:
-            handles.append(Line2D([], [], color=style.COLOURS[k % len(style.COLOURS)], label=name))
+            handles.append(Line2D([], [], label=name, **style.look(k)))
+        elif len(contacts) > 1:
+            handles += [Line2D([], [], label=contact_name(results, contact), **look) for contact, look in contacts.items()]
     if unstable:
-        alone = len(everything) == 1 and len(found[0]) == 1
-        colour = style.COLOURS[0] if alone else style.INK
-        if alone and not handles:
+        colour = style.COLOURS[0] if used == {style.COLOURS[0]} else style.INK
+        if not handles:
             handles.append(Line2D([], [], color=colour, label="stable"))
         handles.append(Line2D([], [], color=colour, linestyle=style.UNSTABLE, label="unstable"))
     what = "angle" if angle else "arc length"
@@ -89,12 +91,12 @@ def main(argv=None) -> int:
     quantity = Column(name, np.zeros(0), "degree" if angle else "length")
     style.finish_axes(axes, args, label, style.column_label(quantity, args.y_scale))
     style.legend(axes, handles + references, loc="best")
-    style.place_labels(axes, texts)
+    place_labels(axes, texts)
     return style.save(figure, args, everything, "contact")
 
 
 def histories(results, number):
-    """The histories to draw; an error when there are none."""
+    """The histories to draw, none without force; an error when there are none."""
     if results.contact is None:
         raise ResultsError(f"{results.filename}: the model has no contact")
     found = results.contact.histories()
@@ -105,31 +107,67 @@ def histories(results, number):
         found = [history for history in found if history.contact == number]
     if not found:
         raise ResultsError(f"{results.filename}: nothing is in contact at any point")
-    return found
+    pressed = presses(results.contact)
+    return [history for history in found if np.any(pressed[history.points - 1, history.contact - 1])] or found
 
 
-def choose_angle(everything, found, quantity) -> bool:
+def choose_angle(everything, lines, quantity) -> bool:
     """Whether angles are drawn, not arc lengths."""
-    with_angle = [any(np.any(np.isfinite(history.angle_start)) for history in group) for group in found]
+    with_angle = [any(np.any(np.isfinite(line.angle)) for line in group) for group in lines]
     if quantity == "angle" and not all(with_angle):
         name = everything[with_angle.index(False)].filename
         raise ResultsError(f"{name}: no contact angles, the obstacle has no centre (use --quantity arc)")
     return all(with_angle) if quantity is None else quantity == "angle"
 
 
-def colour_number(n_files, file, n_histories, number, history) -> int:
-    """Files differ in colour; in a single file regions do, or contacts when the regions are many."""
-    if n_files > 1:
-        return file
-    return number if n_histories <= MOST_NAMED else history.contact - 1
+def end_looks(drawn: list[End]) -> dict[End, dict]:
+    """In a single file contacts differ in colour; of a single contact the ends, when they are few."""
+    keys = [line.contact for line in drawn]
+    if len(set(keys)) == 1:
+        keys = [line.line for line in drawn]
+    numbers = {key: number for number, key in enumerate(dict.fromkeys(keys))}
+    if len(numbers) > MOST_COLOURS and len({line.contact for line in drawn}) == 1:
+        numbers = dict.fromkeys(numbers, 0)
+    return {line: style.look(numbers[key]) for line, key in zip(drawn, keys)}
 
 
-def curve(history, end, angle) -> np.ndarray:
-    """One end of a region; angles without jumps of a whole turn."""
-    values = getattr(history, f"angle_{end}" if angle else end)
-    if angle and np.all(np.isfinite(values)):
-        return np.unwrap(values, period=360.0)
-    return values
+def without_twins(drawn: list[End]) -> list[End]:
+    """Ends without those that are where the other end of the same region is: contact at one point."""
+    starts = {(line.contact, line.points[0], tuple(line.arc)) for line in drawn if line.side == "start"}
+    return [line for line in drawn if line.side == "start" or (line.contact, line.points[0], tuple(line.arc)) not in starts]
+
+
+def tint(axes, results, history, x, scale, looks):
+    """The region itself, when it is drawn over something that only grows or falls in a step.
+
+    Of steps that go over the same values the last one.
+    """
+    steps = results.path["step"].values if "step" in results.path else np.ones(results.n_points, dtype=int)
+    colour = next((look["color"] for line, look in looks.items() if line.contact == history.contact
+                   and line.line == history.start_line and line.side == "start"), style.COLOURS[0])
+    rows = history.points - 1
+    for step in np.unique(steps[rows]):
+        whole, later, part = x[steps == step], x[steps > step], rows[steps[rows] == step]
+        way = np.diff(whole)
+        again = later.size and min(later.max(), whole.max()) > max(later.min(), whole.min())
+        if (np.all(way > 0.0) or np.all(way < 0.0)) and not again:
+            start, end = (values[steps[rows] == step] for values in (history.start, history.end))
+            axes.fill_between(x[part], scale * start, scale * end, where=end >= start, color=colour, alpha=0.10,
+                              linewidth=0, zorder=1)
+
+
+def contact_name(results, contact: int) -> str:
+    """The obstacle of a contact, with the number of the contact when others have the same one."""
+    names = results.contact.obstacles
+    name = style.escape(names[contact - 1])
+    return name if names.count(names[contact - 1]) == 1 else f"{name} ({contact})"
+
+
+def curve(line: End, angle: bool) -> np.ndarray:
+    """One end of contact; angles without jumps of a whole turn."""
+    if not angle:
+        return line.arc
+    return np.unwrap(line.angle, period=360.0) if np.all(np.isfinite(line.angle)) else line.angle
 
 
 if __name__ == "__main__":

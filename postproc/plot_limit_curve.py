@@ -8,6 +8,7 @@ import numpy as np
 import plot_style as style  # before matplotlib's own modules: it chooses the backend
 from matplotlib.lines import Line2D
 
+from label_placing import place_labels
 from unilat_results import Column, LimitCurve, ResultsError
 
 DESCRIPTION = """\
@@ -59,23 +60,23 @@ def main(argv=None) -> int:
     names = [(name, curve) for group, name in zip(chosen, style.names(args, everything)) for curve in group]
     handles, texts, quantity = [], [], style.numbers(curves[0], args.y)
     for k, (name, curve) in enumerate(names):
-        colour = style.COLOURS[k % len(style.COLOURS)]
-        texts += draw_curve(axes, curve, args, colour)
+        look = style.look(k)
+        texts += draw_curve(axes, curve, args, look)
         several = len(chosen) < len(curves)
         title = style.escape(curve.name) if several else name
         if several and len(chosen) > 1:
             title = f"{name}, {title}"
-        handles.append(Line2D([], [], color=colour, label=title))
+        handles.append(Line2D([], [], label=title, **look))
         if np.any(curve.rigid):
             title = "rigid" if len(curves) == 1 else f"{title}, rigid"
-            handles.append(Line2D([], [], color=colour, label=title, **RIGID))
+            handles.append(Line2D([], [], label=title, **look, **RIGID))
     parameter = np.concatenate([args.x_scale * curve.column("parameter").values[~curve.rigid] for curve in curves])
     if logarithmic(parameter, args.axis, curves[0]):
         axes.set_xscale("log")
     style.finish_axes(axes, args, parameter_label(curves[0], args.x_scale),
                       style.column_label(quantity, args.y_scale))
     style.legend(axes, (handles if len(handles) > 1 or references else []) + references, loc="best")
-    style.place_labels(axes, texts)
+    place_labels(axes, texts)
     return style.save(figure, args, everything, "limit_curve")
 
 
@@ -97,19 +98,19 @@ def choose(results, wanted: list[str]) -> list[LimitCurve]:
     return found
 
 
-def draw_curve(axes, curve: LimitCurve, args, colour: str) -> list[tuple]:
+def draw_curve(axes, curve: LimitCurve, args, look: dict) -> list[tuple]:
     """The curve, and its rigid limit across the whole picture; labels to place: (x, y, text, colour)."""
     x = args.x_scale * curve.column("parameter").values
     y = args.y_scale * style.numbers(curve, args.y).values
     soft = ~curve.rigid
     alone = np.sum(soft) == 1
-    axes.plot(x[soft], y[soft], color=colour, marker="." if args.points or alone else None, markersize=2.6, zorder=3)
+    axes.plot(x[soft], y[soft], marker="." if args.points or alone else None, markersize=2.6, zorder=3, **look)
     for value in y[curve.rigid]:
-        axes.axhline(value, color=colour, zorder=2.5, **RIGID)
+        axes.axhline(value, zorder=2.5, **look, **RIGID)
     texts = []
     for row in np.flatnonzero(curve.columns["label"].values == "TP") if "label" in curve.columns else ():
-        axes.plot(x[row], y[row], marker=style.MARKERS["TP"], markersize=3.8, color=colour, linestyle="none", zorder=6)
-        texts.append((x[row], y[row], "TP", colour))
+        axes.plot(x[row], y[row], marker=style.MARKERS["TP"], markersize=3.8, color=look["color"], linestyle="none", zorder=6)
+        texts.append((x[row], y[row], "TP", look["color"]))
     return texts
 
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 import plot_style as style  # before matplotlib's own modules: it chooses the backend
 from matplotlib.lines import Line2D
 
+from label_placing import place_labels
 from unilat_results import Branch, Column, Path, Results
 
 DESCRIPTION = """\
@@ -25,7 +26,7 @@ examples:
   plot_path.py ring.h5 --list
 """
 
-MOST_NAMED = 6     # branches with a colour and a legend entry of their own
+MOST_NAMED = 8     # branches with a colour and a legend entry of their own
 
 
 def main(argv=None) -> int:
@@ -54,17 +55,17 @@ def main(argv=None) -> int:
     for k, (results, name) in enumerate(zip(everything, style.names(args, everything))):
         branches = list(results.branches.values()) if args.branches == "all" else []
         branches = [branch for branch in branches if branch.n_points > 0]
-        colours = colour_names(branches) if len(everything) == 1 else {}
-        colour = style.COLOURS[k % len(style.COLOURS)]
-        diagram.draw(results, results, colour)
+        looks = branch_looks(branches) if len(everything) == 1 else {}
+        look = style.look(k)
+        diagram.draw(results, results, look)
         for branch in branches:
-            other = style.COLOURS[1] if len(everything) == 1 else colour
-            diagram.draw(results, branch, colours.get(branch.name, other))
+            other = style.look(1) if len(everything) == 1 else look
+            diagram.draw(results, branch, looks.get(branch.name, other))
         alone = len(everything) == 1 and not references and not args.name
-        handles.append(Line2D([], [], color=colour, label="main path" if alone and branches else name))
-        handles += [Line2D([], [], color=shade, label=style.escape(title)) for title, shade in colours.items()]
-        if branches and len(everything) == 1 and not colours:
-            handles.append(Line2D([], [], color=style.COLOURS[1], label="branches"))
+        handles.append(Line2D([], [], label="main path" if alone and branches else name, **look))
+        handles += [Line2D([], [], label=style.escape(title), **other) for title, other in looks.items()]
+        if branches and len(everything) == 1 and not looks:
+            handles.append(Line2D([], [], label="branches", **style.look(1)))
     if len(handles) == 1 and not references:
         handles = [Line2D([], [], color=style.COLOURS[0], label="stable")] if diagram.unstable else []
     if diagram.unstable:
@@ -73,7 +74,7 @@ def main(argv=None) -> int:
     style.finish_axes(axes, args, style.column_label(diagram.x, args.x_scale),
                       style.column_label(diagram.y, args.y_scale))
     style.legend(axes, handles + references, loc="best")
-    style.place_labels(axes, diagram.texts)
+    place_labels(axes, diagram.texts)
     return style.save(figure, args, everything, "path")
 
 
@@ -85,7 +86,7 @@ class Diagram:
         self.x: Column | None = None       # of the first path drawn
         self.y: Column | None = None
 
-    def draw(self, results: Results, path: Path, colour: str):
+    def draw(self, results: Results, path: Path, look: dict):
         """The path of the steps of a file, or one of its branches, with marks."""
         args = self.args
         x_name = args.x or next(iter(results.monitors), "point")
@@ -97,10 +98,10 @@ class Diagram:
             if 0 <= row < parent.n_points and x.name != "point" and y.name != "point":
                 root = tuple(scale * style.numbers(parent, name).values[row]
                              for scale, name in ((args.x_scale, x_name), (args.y_scale, args.y)))
-        self.unstable |= style.draw_path(self.axes, path, args.x_scale * x.values, args.y_scale * y.values, colour,
+        self.unstable |= style.draw_path(self.axes, path, args.x_scale * x.values, args.y_scale * y.values, look,
                                          "load_factor" in (x.name, y.name), root=root)
         if args.points:
-            self.axes.plot(args.x_scale * x.values, args.y_scale * y.values, ".", color=colour, markersize=2.6,
+            self.axes.plot(args.x_scale * x.values, args.y_scale * y.values, ".", color=look["color"], markersize=2.6,
                            zorder=5)
 
         def place(critical):
@@ -115,15 +116,15 @@ class Diagram:
             factor = {x.name: args.x_scale, y.name: args.y_scale}.get("load_factor", 1.0)
             return factor * critical.load_factor
 
-        self.texts += style.draw_marks(self.axes, path, args.mark, place, colour, value)
+        self.texts += style.draw_marks(self.axes, path, args.mark, place, look["color"], value)
 
 
-def colour_names(branches: list[Branch]) -> dict[str, str]:
-    """A colour for every name of branches (both sides have the same); none at all when they are too many."""
+def branch_looks(branches: list[Branch]) -> dict[str, dict]:
+    """A look for every name of branches (both sides have the same); none at all when they are too many."""
     names = list(dict.fromkeys(branch.name for branch in branches))
     if len(names) > MOST_NAMED:
         return {}
-    return {name: style.COLOURS[(k + 1) % len(style.COLOURS)] for k, name in enumerate(names)}
+    return {name: style.look(k + 1) for k, name in enumerate(names)}
 
 
 def list_quantities(everything) -> int:

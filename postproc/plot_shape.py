@@ -12,6 +12,7 @@ import matplotlib.pyplot as plt
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
+from chosen_points import add_points, choose, names, shade
 from obstacle_drawing import draw_obstacle
 from rod_shape import Shape, contact_curves
 from unilat_results import Path, ResultsError
@@ -32,26 +33,13 @@ examples:
   plot_shape.py rigid.h5 winkler.h5 --label LP --width 180
 """
 
-# From pale to dark: the order of the shapes is seen without colour, too.
-PALE, DARK = np.array([0.64, 0.76, 0.87]), np.array([0.03, 0.15, 0.35])
 LEGEND_WIDTH = 27.0     # [mm] beside a panel
 
 
 def main(argv=None) -> int:
     parser = style.Parser(description=DESCRIPTION, epilog=EXAMPLES)
     style.add_files(parser)
-    parser.add_argument("--branch", type=branch_number, default=0, metavar="K",
-                        help="shapes of branch K instead of the path of the steps")
-    chosen = parser.add_argument_group("points to draw (together, when several are given; default --evenly 5)")
-    chosen.add_argument("--rows", type=row_list, default=[], metavar="N,N,...",
-                        help="numbers of points, from 1 as in the listing; -1 is the last stored one")
-    chosen.add_argument("--label", type=style.mark_list, default=[], metavar="LABELS",
-                        help=f"points with these labels: some of {','.join(style.MARKERS)}, or all")
-    chosen.add_argument("--evenly", type=count, metavar="N",
-                        help="N points evenly spaced along the path, first and last included")
-    parser.add_argument("--caption", metavar="NAME", default="load_factor",
-                        help="path quantity or monitor that names the shapes (default load_factor)")
-    parser.add_argument("--caption-scale", type=style.nonzero, default=1.0, metavar="F", help="factor on it")
+    add_points(parser, "shapes")
     parser.add_argument("--scale", type=style.nonzero, default=1.0, metavar="F",
                         help="magnify displacements (obstacles stay where they are; default 1)")
     parser.add_argument("--stretch-y", type=style.positive, default=1.0, metavar="F",
@@ -66,7 +54,7 @@ def main(argv=None) -> int:
     everything = style.load(args)
 
     paths = [results.path_number(args.branch) for results in everything]
-    pictures = [Picture(path, choose(path, args), args) for path in paths]
+    pictures = [Picture(path, choose(path, args, with_displacement(path), "displacements"), args) for path in paths]
     low = np.min([picture.low for picture in pictures], axis=0)
     high = np.max([picture.high for picture in pictures], axis=0)
     margin = 0.05 * max((high - low) * (1.0, args.stretch_y)) * np.array((1.0, 1.0 / args.stretch_y))
@@ -108,18 +96,18 @@ class Picture:
     def draw(self, axes, limits: np.ndarray):
         results, args = self.results, self.args
         moving = results.contact is not None and results.contact.obstacle_shift is not None
-        for point in self.points if moving else self.points[:1]:
+        n = len(self.points)
+        for k, point in enumerate(self.points if moving else self.points[:1]):
+            last = not moving or k == n - 1
             for obstacle in results.obstacles_at(point):
-                draw_obstacle(axes, obstacle, limits, args.stretch_y)
+                draw_obstacle(axes, obstacle, limits, args.stretch_y, style.INK if last else shade(k, n), last)
         if not args.no_stress_free:
             for curve in self._mirrored(self.stress_free.curves()):
                 axes.plot(*curve.T, zorder=2, **style.STRESS_FREE)
-        caption = style.numbers(results, args.caption)
-        labels = {critical.point: critical.label.replace("-", "\N{MINUS SIGN}") for critical in results.critical}
+        self.caption, texts = names(results, self.points, args)
         touching = False
         for k, (point, shape) in enumerate(zip(self.points, self.shapes)):
-            share = k / (len(self.points) - 1) if len(self.points) > 1 else 1.0
-            colour, layer = tuple(PALE + share * (DARK - PALE)), 4.0 + k / len(self.points)
+            colour, layer = shade(k, n), 4.0 + k / n
             for curve in self._mirrored(shape.curves()):
                 axes.plot(*curve.T, color=colour, linewidth=1.3, zorder=layer)
             lines, spots = contact_curves(results, point, shape)
@@ -128,14 +116,11 @@ class Picture:
             for spot in self._mirrored([spot[None, :] for spot in spots]):
                 axes.plot(*spot.T, color=style.CONTACT, marker="o", markersize=3.6, linestyle="none", zorder=6)
             touching = touching or bool(lines) or len(spots) > 0
-            value = args.caption_scale * caption.values[point - 1]
-            text = f"{value:.4g}" + (f"  {labels[point]}" if point in labels else "")
-            self.handles.append(Line2D([], [], color=colour, linewidth=1.3, label=text.replace("-", "\N{MINUS SIGN}")))
+            self.handles.append(Line2D([], [], color=colour, linewidth=1.3, label=texts[k]))
         if touching:
             self.handles.append(Line2D([], [], color=style.CONTACT, linewidth=1.9, label="contact"))
         if not args.no_stress_free:
             self.handles.append(Line2D([], [], label="stress-free", **style.STRESS_FREE))
-        self.caption = style.column_label(caption, args.caption_scale)
 
     def _mirrored(self, curves: list[np.ndarray]) -> list[np.ndarray]:
         if self.args.mirror is None:
@@ -147,33 +132,8 @@ class Picture:
         return list(curves) + images
 
 
-def choose(results: Path, args) -> list[int]:
-    """Numbers of the points to draw, in the order of the path."""
-    stored = results.points_with("displacement") if "displacement" in results.field_names else np.zeros(0, dtype=int)
-    if stored.size == 0:
-        raise ResultsError(f"{results.filename}: no displacements are stored (*FIELD OUTPUT, DISPLACEMENT)")
-    points = [int(stored[-1]) if row == -1 else row for row in args.rows]
-    if args.label:
-        labelled = {critical.point for critical in results.critical if critical.label in args.label}
-        found = sorted(labelled & set(stored.tolist()))
-        if not found:
-            why = "no displacements are stored there" if labelled else "no such point"
-            raise ResultsError(f"{results.filename}: label {', '.join(args.label)}: {why}")
-        points += found
-    for point in points:
-        if not 1 <= point <= results.n_points:
-            raise ResultsError(f"{results.filename}: no point {point} (they run from 1 to {results.n_points})")
-    if args.evenly or not points:
-        points += evenly(results, stored, args.evenly or 5)
-    return sorted(set(points))
-
-
-def evenly(results: Path, stored: np.ndarray, number: int) -> list[int]:
-    """Stored points at about equal distances of arc length (of the row, should the file have none)."""
-    arc = results.path["arc_length"].values[stored - 1] if "arc_length" in results.path else np.zeros(len(stored))
-    if len(stored) > 1 and not np.all(np.diff(arc) > 0.0):
-        arc = stored.astype(float)
-    return [int(stored[np.argmin(np.abs(arc - at))]) for at in np.linspace(arc[0], arc[-1], number)]
+def with_displacement(path: Path) -> np.ndarray:
+    return path.points_with("displacement") if "displacement" in path.field_names else np.zeros(0, dtype=int)
 
 
 class Layout:
@@ -196,6 +156,7 @@ class Layout:
                              (panels[0].get_window_extent, panels[0].get_tightbbox))
             millimetre = figure.dpi * style.MILLIMETRE
             self.left, self.below = (frame.x0 - around.x0) / millimetre + 1.0, (frame.y0 - around.y0) / millimetre + 1.0
+            self.above += max(0.0, (around.y1 - frame.y1) / millimetre - 1.0)    # a power of ten, a long label
             self._place(figure, panels)
 
     def _place(self, figure, panels):
@@ -229,34 +190,20 @@ def finish(axes, args, limits: np.ndarray, first: bool):
     """Limits, ticks and labels; equal scales get equal ticks. The panel has the shape that makes them equal."""
     axes.set_xlim(limits[:, 0])
     axes.set_ylim(limits[:, 1])
+    wide, tall = limits[1] - limits[0]
     if args.stretch_y == 1.0:
-        steps = MaxNLocator(5, steps=(1, 2, 2.5, 5, 10)).tick_values(*limits[:, np.argmax(limits[1] - limits[0])])
+        steps = MaxNLocator(5, steps=(1, 2, 2.5, 5, 10)).tick_values(*limits[:, 0 if wide > tall else 1])
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_locator(MultipleLocator(steps[1] - steps[0]))
+    for axis, (low, high) in zip((axes.xaxis, axes.yaxis), limits.T):
+        ticks = axis.get_major_locator().tick_values(low, high)
+        if np.sum((ticks >= low) & (ticks <= high)) < 2:      # across a slender picture
+            axis.set_major_locator(MaxNLocator(2, steps=(1, 2, 2.5, 5, 10)))
     axes.set_xlabel(args.x_label or "x (length)")
     axes.set_ylabel((args.y_label or "y (length)") if first else "")
     axes.tick_params(labelleft=first)
     if args.no_axes:
         axes.set_axis_off()
-
-
-def row_list(text: str) -> list[int]:
-    try:
-        return [int(word) for word in text.split(",") if word.strip()]
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a list of point numbers such as 1,20,57") from None
-
-
-def branch_number(text: str) -> int:
-    if not text.isdigit() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"'{text}' is not the number of a branch (from 1)")
-    return int(text)
-
-
-def count(text: str) -> int:
-    if not text.isdigit() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a number of shapes")
-    return int(text)
 
 
 def mirror_line(text: str) -> tuple[int, float]:

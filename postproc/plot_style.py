@@ -1,9 +1,10 @@
-"""What the plot scripts share: look, command line, output, placing of labels."""
+"""What the plot scripts share: look, command line, output, curves along a path and their marks."""
 
 from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
 
 import matplotlib
@@ -19,8 +20,9 @@ from matplotlib.mathtext import MathTextParser  # noqa: E402
 from reference_table import read_table  # noqa: E402
 from unilat_results import Column, Critical, LimitCurve, Path, Results, ResultsError, read_results  # noqa: E402
 
-# Okabe and Ito's colours, told apart with any colour vision; the pale ones are left out.
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+# Okabe and Ito's colours without the pale ones, and four dark ones that lie as far from them, as seen with normal vision
+# and without each of the three kinds of cones (CIEDE2000 difference of any two: 10 at least).
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#882200", "#0000AA", "#774466", "#441144")
 INK = "#1a1a1a"
 REFERENCE = "#9a9a9a"
 CONTACT = "#D55E00"
@@ -38,6 +40,7 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, **options):
         super().__init__(formatter_class=argparse.RawDescriptionHelpFormatter, **options)
+        self._negative_number_matcher = re.compile(r"^-\.?\d")     # lists such as -1,3 are no options
 
     def error(self, message):
         self.exit(2, f"{self.prog}: error: {message} (see --help)\n")
@@ -179,6 +182,15 @@ def critical_value(results: Path, critical: Critical, column: Column) -> float:
 # The picture
 
 
+def look(number: int) -> dict:
+    """How the curve with this number is drawn, from 0: a colour each; when they are used up, once more as hollow lines."""
+    colour = {"color": COLOURS[number % len(COLOURS)]}
+    if number % (2 * len(COLOURS)) < len(COLOURS):
+        return colour
+    return colour | {"path_effects": [patheffects.Stroke(linewidth=2.2),
+                                      patheffects.Stroke(linewidth=0.8, foreground="white")]}
+
+
 def set_look():
     """Serif text of paper size, thin lines; the same bytes for the same data."""
     plt.rcParams.update({
@@ -192,7 +204,7 @@ def set_look():
         "xtick.minor.size": 1.8, "ytick.minor.size": 1.8, "legend.facecolor": "white", "legend.edgecolor": "none",
         "legend.framealpha": 0.8, "legend.handlelength": 2.4, "legend.borderaxespad": 0.4, "legend.labelspacing": 0.35,
         "axes.xmargin": 0.03, "axes.ymargin": 0.05,
-        "axes.formatter.useoffset": False, "axes.formatter.limits": (-4, 5), "axes.formatter.use_mathtext": True,
+        "axes.formatter.useoffset": False, "axes.formatter.limits": (-3, 5), "axes.formatter.use_mathtext": True,
         "pdf.fonttype": 42, "svg.hashsalt": "unilat", "path.simplify_threshold": 0.05,
     })
 
@@ -274,19 +286,20 @@ def stretches(results: Path, breaks: bool) -> list[tuple[np.ndarray, bool]]:
     return [(np.array(rows), stable) for rows, stable in pieces]
 
 
-def draw_path(axes, results: Path, x: np.ndarray, y: np.ndarray, colour: str, breaks: bool, first: int = 0,
+def draw_path(axes, results: Path, x: np.ndarray, y: np.ndarray, line: dict, breaks: bool, first: int = 0,
               root: tuple[float, float] | None = None) -> bool:
     """A curve along the path, stable parts solid, unstable ones dashed; True when there is an unstable part.
 
-    `first` is the row of x[0]: the curve may be there for a part of the path only. `root` is where a branch leaves the
-    other path; what joins it to x[0] is as stable as the first part of the branch.
+    `line` says how it is drawn otherwise (see look). `first` is the row of x[0]: the curve may be there for a part of
+    the path only. `root` is where a branch leaves the other path; what joins it to x[0] is as stable as the first part
+    of the branch.
     """
     last, unstable = first + len(x) - 1, False
     if root is not None:
         pieces = stretches(results, breaks)
         stable = pieces[0][1] if pieces else "negative_pivots" not in results.path or \
             not results.path["negative_pivots"].values[0] > 0
-        axes.plot((root[0], x[0]), (root[1], y[0]), color=colour, linestyle="-" if stable else UNSTABLE, zorder=3,
+        axes.plot((root[0], x[0]), (root[1], y[0]), linestyle="-" if stable else UNSTABLE, zorder=3, **line,
                   solid_capstyle="round", dash_capstyle="butt")
         unstable = not stable
     for rows, stable in stretches(results, breaks):
@@ -294,10 +307,10 @@ def draw_path(axes, results: Path, x: np.ndarray, y: np.ndarray, colour: str, br
         if rows.size < 2 or not np.any(np.isfinite(x[rows] + y[rows])):
             continue
         unstable = unstable or not stable
-        axes.plot(x[rows], y[rows], color=colour, linestyle="-" if stable else UNSTABLE, zorder=3,
+        axes.plot(x[rows], y[rows], linestyle="-" if stable else UNSTABLE, zorder=3, **line,
                   solid_capstyle="round", dash_capstyle="butt")
     if len(x) == 1 and root is None:
-        axes.plot(x, y, color=colour, marker=".", zorder=3)
+        axes.plot(x, y, marker=".", zorder=3, **line)
     return unstable
 
 
@@ -353,64 +366,3 @@ def legend(axes, handles, **options):
     """A legend, when there is something to tell apart."""
     if handles:
         axes.legend(handles=handles, **options)
-
-
-def place_labels(axes, texts: list[tuple]):
-    """Write each (x, y, text, colour) beside its point, where it hides least of curves and other labels."""
-    figure = axes.figure
-    figure.canvas.draw()
-    renderer = figure.canvas.get_renderer()
-    inside = axes.get_window_extent(renderer)
-    curve = _curve_pixels(axes)
-    taken = [axes.get_legend().get_window_extent(renderer)] if axes.get_legend() else []
-    point = figure.dpi / 72.0
-    frames = []
-    for x, y, text, colour in dict.fromkeys(texts):
-        at = axes.transData.transform((x, y))
-        if not inside.contains(*at):
-            continue
-        note = axes.annotate(text, (x, y), xytext=(0, 0), textcoords="offset points", ha="center", va="center",
-                             fontsize=8.5, color=colour, zorder=7, annotation_clip=False)
-        note.set_path_effects([patheffects.withStroke(linewidth=1.8, foreground="white")])
-        note.set_in_layout(False)
-        box = note.get_window_extent(renderer)
-        best = None
-        for distance in (4.0, 9.0, 15.0):
-            for east, north in ((1, 1), (-1, 1), (1, -1), (-1, -1), (0, 1), (0, -1), (1, 0), (-1, 0)):
-                reach = distance * point * (0.75 if east and north else 1.0)
-                centre = at + np.array((east * (reach + box.width / 2), north * (reach + box.height / 2)))
-                frame = np.array((centre - (box.width / 2 + point, box.height / 2 + point),
-                                  centre + (box.width / 2 + point, box.height / 2 + point)))
-                cost = _cost(frame, curve, taken + frames, inside) + distance
-                if best is None or cost < best[0]:
-                    best = (cost, centre, frame)
-        note.set_position((best[1] - at) / point)
-        frames.append(matplotlib.transforms.Bbox(best[2]))
-
-
-def _curve_pixels(axes) -> np.ndarray:
-    """Points about two pixels apart along all lines of the axes, in pixels."""
-    pixels = [np.zeros((0, 2))]
-    for line in axes.get_lines():
-        vertices = line.get_transform().transform(np.column_stack(line.get_data(orig=False)))
-        vertices = vertices[np.all(np.isfinite(vertices), axis=1)]
-        if len(vertices) < 2:
-            pixels.append(np.repeat(vertices, 60, axis=0))     # a marker: not to be covered
-            continue
-        if line.get_linestyle() == "None":
-            pixels.append(np.repeat(vertices, 10, axis=0))
-            continue
-        lengths = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(vertices, axis=0).T))))
-        along = np.linspace(0.0, lengths[-1], int(min(lengths[-1] / 2.0, 20000)) + 2)
-        pixels.append(np.column_stack([np.interp(along, lengths, vertices[:, k]) for k in (0, 1)]))
-    return np.concatenate(pixels)
-
-
-def _cost(frame: np.ndarray, curve: np.ndarray, taken: list, inside) -> float:
-    (left, bottom), (right, top) = frame
-    hidden = np.sum((curve[:, 0] > left) & (curve[:, 0] < right) & (curve[:, 1] > bottom) & (curve[:, 1] < top))
-    overlaps = sum(left < other.x1 and right > other.x0 and bottom < other.y1 and top > other.y0 for other in taken)
-    rim = 0.01 * inside.width
-    outside = (left < inside.x0 + rim or right > inside.x1 - rim
-               or bottom < inside.y0 + rim or top > inside.y1 - rim)
-    return float(hidden) + 500.0 * overlaps + 2000.0 * outside

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import difflib
-from dataclasses import dataclass, replace, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from contact_history import History, follow
 from result_file import ResultsError, dataset, open_file
 
 FIELD_NAMES = ("displacement", "section_forces", "reaction", "reaction_density", "gap")
@@ -77,18 +78,6 @@ class Region:
     angle_end: float
 
 
-@dataclass
-class History:
-    """One stretch of contact followed along the path, as long as it exists."""
-
-    contact: int
-    points: np.ndarray        # numbers of the points, from 1, consecutive
-    start: np.ndarray
-    end: np.ndarray
-    angle_start: np.ndarray
-    angle_end: np.ndarray
-
-
 @dataclass(frozen=True)
 class Contact:
     """Contact regions: rows are points, columns regions in the order of the file, NaN where there is none."""
@@ -102,6 +91,9 @@ class Contact:
     reaction_total: np.ndarray       # (points, contacts)
     candidates: np.ndarray           # node rows (from 0) of the candidates, contact after contact
     candidate_contact: np.ndarray    # which *CONTACT (from 1) each belongs to
+    arc_length: np.ndarray           # (candidates) stress-free, along the candidates of each contact, which start and end count
+    chain_length: np.ndarray         # (contacts) once round a closed chain, 0: open
+    points: tuple[str, ...]          # of each contact, where reactions act: "nodes", "sliding" or "distributed"
     obstacles: tuple[str, ...] = ()  # name of the obstacle of each contact
     obstacle_shift: np.ndarray | None = None     # (points, obstacles, 2) how far they have moved; None: they never do
     obstacle_force: np.ndarray | None = None     # (points, obstacles, 2) of each on the structure; None: a file from before
@@ -113,32 +105,8 @@ class Contact:
                 for k in range(self.count[row])]
 
     def histories(self) -> list[History]:
-        """Every region followed from point to point, in order of appearance.
-
-        Regions open, close, split and merge, so that the same column of the file need not be the same region at
-        two points. A region is continued by the one of the same contact whose ends are nearest, each used once.
-        """
-        done: list[tuple[int, list[int], list[Region]]] = []
-        current: list[int] = []     # indices into done
-        for point in range(1, len(self.count) + 1):
-            regions = self.regions(point)
-            pairs = sorted((abs(done[i][2][-1].start - region.start) + abs(done[i][2][-1].end - region.end), i, k)
-                           for i in current for k, region in enumerate(regions) if done[i][0] == region.contact)
-            follows: dict[int, int] = {}
-            for _, i, k in pairs:
-                if k not in follows and i not in follows.values():
-                    follows[k] = i
-            current = []
-            for k, region in enumerate(regions):
-                if k not in follows:
-                    follows[k] = len(done)
-                    done.append((region.contact, [], []))
-                done[follows[k]][1].append(point)
-                done[follows[k]][2].append(region)
-                current.append(follows[k])
-        return [History(contact, np.array(points), *(np.array([getattr(region, name) for region in regions])
-                                                     for name in ("start", "end", "angle_start", "angle_end")))
-                for contact, points, regions in done]
+        """Every region followed from point to point until it ends, splits or merges, in order of appearance."""
+        return follow(self)
 
     def _spans(self) -> tuple[np.ndarray, ...]:
         return self.start, self.end, self.angle_start, self.angle_end

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from contact_history import presses
 from unilat_results import Contact, Mesh, Path, ResultsError
 
 CORNER = np.radians(35.0)      # elements that meet at more than this are not one smooth curve
@@ -94,65 +95,62 @@ def join(pieces: list[tuple[int, float, float]], shape: Shape) -> list[np.ndarra
 def contact_curves(results: Path, point: int, shape: Shape) -> tuple[list[np.ndarray], np.ndarray]:
     """The part in contact at a point of the path: polylines, and single points (n, 2).
 
-    From the reactions of the nodes where they are stored, else from the regions.
+    Of contacts with reactions at nodes from the reactions where they are stored, else from the regions. Contact without
+    force, as before any load, is left out.
     """
     contact = results.contact
     if contact is None:
         return [], np.zeros((0, 2))
+    reaction = None
     if "reaction" in results.field_names and point in results.points_with("reaction"):
-        pieces, spots = _from_reactions(contact, results.field("reaction", point), shape)
-    else:
-        pieces, spots = _from_regions(contact, point, results.mesh, shape)
+        reaction = results.field("reaction", point)
+        if len(reaction) != len(contact.candidates):
+            raise ResultsError(f"/fields/reaction has {len(reaction)} values for {len(contact.candidates)} candidates")
+    pieces, spots = set(), []
+    for number, points in enumerate(contact.points, start=1):
+        if not presses(contact)[point - 1, number - 1]:
+            continue
+        if reaction is not None and points != "distributed":
+            more, single = _from_reactions(contact, number, reaction, shape)
+        else:
+            more, single = _from_regions(contact, number, point, shape)
+        pieces |= set(more)
+        spots += single
     return join(sorted(pieces), shape), np.array(spots).reshape(-1, 2)
 
 
-def _from_reactions(contact: Contact, reaction: np.ndarray, shape: Shape):
-    if len(reaction) != len(contact.candidates):
-        raise ResultsError(f"/fields/reaction has {len(reaction)} values for {len(contact.candidates)} candidates")
-    pieces, spots = set(), []
-    for number in np.unique(contact.candidate_contact):
-        pressed = set(contact.candidates[(contact.candidate_contact == number) & (reaction > 0.0)])
-        lone = set(pressed)
-        for element, (a, b) in enumerate(shape.elements):
-            if a in pressed and b in pressed:
-                pieces.add((element, 0.0, 1.0))
-                lone -= {a, b}
-        spots += [shape.nodes[node] for node in sorted(lone)]
-    return list(pieces), spots
+def _from_reactions(contact: Contact, number: int, reaction: np.ndarray, shape: Shape):
+    """Elements between nodes that press, and nodes that press alone."""
+    pressed = set(contact.candidates[(contact.candidate_contact == number) & (reaction != 0.0)])
+    pieces = [(element, 0.0, 1.0) for element, (a, b) in enumerate(shape.elements) if a in pressed and b in pressed]
+    lone = pressed - set(shape.elements[[element for element, _, _ in pieces]].ravel())
+    return pieces, [shape.nodes[node] for node in sorted(lone)]
 
 
-def _from_regions(contact: Contact, point: int, mesh: Mesh, shape: Shape):
-    """Regions are given by the arc length along the candidates, which is measured here along their chords."""
+def _from_regions(contact: Contact, number: int, point: int, shape: Shape):
+    """Parts of elements between the ends of the regions."""
+    mine = contact.candidate_contact == number
+    along = dict(zip(contact.candidates[mine], contact.arc_length[mine]))
+    around = contact.chain_length[number - 1]       # 0: open
+    spans = []
+    for element, (a, b) in enumerate(shape.elements):
+        if a in along and b in along:
+            s, t = along[a], along[b]
+            if around > 0.0 and abs(t - s) > 0.5 * around:      # the element that closes a ring
+                s, t = (s, t + around) if t < s else (s + around, t)
+            spans.append((element, s, t))
     pieces, spots = [], []
     for region in contact.regions(point):
-        nodes = contact.candidates[contact.candidate_contact == region.contact]
-        along = dict(zip(nodes, np.concatenate(([0.0], np.cumsum(
-            np.hypot(*np.diff(mesh.coordinates[nodes], axis=0).T))))))
-        total = along[nodes[-1]]
-        spans = []
-        for element, (a, b) in enumerate(mesh.elements):
-            if a not in along or b not in along:
-                continue
-            s, t = along[a], along[b]
-            if len(nodes) > 2 and {a, b} == {nodes[0], nodes[-1]}:     # the element that closes a ring
-                closing = float(np.hypot(*(mesh.coordinates[b] - mesh.coordinates[a])))
-                s, t = (s or total + closing), (t or total + closing)
-                spans.append((element, s, t))
-            else:
-                spans.append((element, s, t))
-        around = max([max(s, t) for _, s, t in spans], default=total)
-        wanted = [(region.start, region.end)]
-        if region.end < region.start:                                  # over the seam of a ring
-            wanted = [(region.start, around), (0.0, region.end)]
-        elif region.end > around * (1.0 + 1e-3):
-            wanted = [(region.start, around), (0.0, region.end - around)]
-        for low, high in wanted:
+        if region.contact != number:
+            continue
+        end = region.end + (around if region.end < region.start else 0.0)
+        for turn in (0.0, around) if around > 0.0 else (0.0,):
+            low, high = region.start - turn, end - turn
             for element, s, t in spans:
                 first, last = max(low, min(s, t)), min(high, max(s, t))
-                if region.start == region.end and min(s, t) <= low <= max(s, t):
+                if low == high and first == last:
                     spots.append(shape.piece(element, np.array([(low - s) / (t - s)]))[0])
                     break
                 if last > first:
-                    ends = sorted(((first - s) / (t - s), (last - s) / (t - s)))
-                    pieces.append((element, *ends))
+                    pieces.append((element, *sorted(((first - s) / (t - s), (last - s) / (t - s)))))
     return pieces, spots

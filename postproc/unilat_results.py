@@ -31,6 +31,7 @@ by the point that was being written; all are cut to the shortest, so that rows a
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -150,6 +151,9 @@ def _contact(group: h5py.Group, filename: str, mesh: Mesh) -> tuple[Contact | No
     contact = Contact(np.minimum(count, width).astype(int), *(span[:, :width] for span in spans), reaction,
                       np.array([rows[label] for label in labels], dtype=int),
                       dataset(file, "contact/candidate_contact", filename)[()].astype(int),
+                      dataset(file, "contact/arc_length", filename)[()],
+                      dataset(file, "contact/chain_length", filename)[()],
+                      tuple(text(word) for word in dataset(file, "contact/points", filename)[()]),
                       tuple(text(name) for name in file["contact/obstacle"]) if "contact/obstacle" in file else (),
                       *(group[f"contact/{name}"][()] if f"contact/{name}" in group else None
                         for name in ("obstacle_shift", "obstacle_force")))
@@ -158,10 +162,10 @@ def _contact(group: h5py.Group, filename: str, mesh: Mesh) -> tuple[Contact | No
 
 
 def _cut(contact: Contact, n: int) -> Contact:
-    return Contact(contact.count[:n], contact.start[:n], contact.end[:n], contact.angle_start[:n],
-                   contact.angle_end[:n], contact.contact[:n].astype(int), contact.reaction_total[:n],
-                   contact.candidates, contact.candidate_contact, contact.obstacles,
-                   *(None if values is None else values[:n] for values in (contact.obstacle_shift, contact.obstacle_force)))
+    along = ("count", "start", "end", "angle_start", "angle_end", "contact", "reaction_total", "obstacle_shift",
+             "obstacle_force")
+    cut = {name: getattr(contact, name)[:n] for name in along if getattr(contact, name) is not None}
+    return replace(contact, **cut | {"contact": cut["contact"].astype(int)})
 
 
 def _fields(group: h5py.Group, n_points: int) -> tuple[np.ndarray, tuple[str, ...]]:

@@ -30,7 +30,7 @@ RING = np.array([
 
 
 def ring_shape(row, n_elements):
-    """Displacements (nodes, 3), reactions (nodes) and arc length of lift-off of the half ring, apex first."""
+    """Displacements (nodes, 3), reactions, gaps (nodes) and arc length of lift-off of the half ring, apex first."""
     v, p, phi, h0, kap0 = row
     s = np.linspace(0.0, np.pi, n_elements + 1)
 
@@ -63,7 +63,8 @@ def ring_shape(row, n_elements):
             nodes[i] = -np.sin(angle), np.cos(angle), np.pi + angle
     free = np.column_stack((-np.sin(s), np.cos(s), np.pi + s))
     reaction = np.where(s >= lift, 3.0 * p * np.pi / n_elements, 0.0)
-    return nodes - free, reaction, lift
+    gap = np.where(s >= lift, 0.0, 1.0 - np.hypot(nodes[:, 0], nodes[:, 1]))
+    return nodes - free, reaction, gap, lift
 
 
 def put(group, name, data, units="1", description="", **options):
@@ -80,8 +81,9 @@ def write_root(file, status):
         file.attrs[name] = np.bytes_(text)
 
 
-def write_ring(filename, ring=RING, n_elements=24, status="complete", fields=("displacement", "reaction"), every=1,
-               critical=True, shorter=(), reach=1.0):
+def write_ring(filename, ring=RING, n_elements=24, status="complete", every=1,
+               fields=("displacement", "reaction", "reaction_density", "gap"), critical=True, shorter=(), reach=1.0,
+               points="nodes"):
     """The half ring. `shorter` names datasets that lack the last row, as after a kill; `reach` is a factor on v."""
     ring = np.array(ring)
     n = len(ring)
@@ -120,7 +122,7 @@ def write_ring(filename, ring=RING, n_elements=24, status="complete", fields=("d
         contact = file.create_group("contact")
         grow(contact, "count", np.ones(n, dtype="i4"))
         nothing = np.full((n, 1), np.nan)
-        grow(contact, "start", np.column_stack(([shape[2] for shape in shapes], nothing)), "length")
+        grow(contact, "start", np.column_stack(([shape[3] for shape in shapes], nothing)), "length")
         grow(contact, "end", np.column_stack((np.full(n, np.pi), nothing)), "length")
         grow(contact, "angle_start", np.column_stack((ring[:, 2], nothing)), "degree")
         grow(contact, "angle_end", np.column_stack((np.full(n, 180.0), nothing)), "degree")
@@ -128,6 +130,9 @@ def write_ring(filename, ring=RING, n_elements=24, status="complete", fields=("d
         grow(contact, "reaction_total", np.array([[shape[1].sum()] for shape in shapes]), "force")
         put(contact, "candidates", np.arange(101, 102 + n_elements, dtype="i4"))
         put(contact, "candidate_contact", np.ones(n_elements + 1, dtype="i4"))
+        put(contact, "arc_length", s, "length")
+        put(contact, "chain_length", np.zeros(1), "length")
+        put(contact, "points", np.array((points,), dtype="S11"))
         put(contact, "obstacle", np.array(("cavity",), dtype="S8"))
         if fields:
             stored = np.arange(0, n, every)
@@ -135,7 +140,8 @@ def write_ring(filename, ring=RING, n_elements=24, status="complete", fields=("d
             grow(group, "point", (stored + 1).astype("i4"))
             values = {"displacement": [shapes[k][0] for k in stored], "reaction": [shapes[k][1] for k in stored],
                       "section_forces": np.ones((len(stored), n_elements, 2, 3)),
-                      "gap": np.zeros((len(stored), n_elements + 1))}
+                      "reaction_density": [shapes[k][1] * n_elements / np.pi for k in stored],
+                      "gap": [shapes[k][2] for k in stored]}
             for name in fields:
                 grow(group, name, np.array(values[name]), "length")
         if critical:
@@ -194,6 +200,9 @@ def write_column(filename, n=41, n_elements=30):
         put(file, "contact/reaction_total", touch.astype(float)[:, None], "force")
         put(file, "contact/candidates", np.arange(1, n_elements + 2))
         put(file, "contact/candidate_contact", np.ones(n_elements + 1, dtype=int))
+        put(file, "contact/arc_length", s, "length")
+        put(file, "contact/chain_length", np.zeros(1), "length")
+        put(file, "contact/points", np.array(("sliding",), dtype="S11"))
         bump = np.sin(np.pi * s ** (np.log(0.5) / np.log(centre))[:, None]) ** 2
         slope = np.gradient(bump, s, axis=1)
         put(file, "fields/point", np.arange(1, n + 1))

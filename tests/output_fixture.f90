@@ -3,7 +3,7 @@
 module output_fixture
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp, pi
-   use model, only: model_t, limit_curve_t, family_ge, family_ul2, method_load, quantity_reaction, parameter_modulus, &
+   use model, only: model_t, limit_curve_t, family_ge, family_ul2, method_load, quantity_reaction, parameter_modulus, new_load, &
       & obstacle_circle, &
       & parameter_constant_load
    use path_record, only: point_t, critical_t, region_t, buckling_t, limit_point_t
@@ -31,6 +31,8 @@ contains
       model%mesh%family = [family_ge, family_ul2]
       model%mesh%stages = [2, 0]
       model%mesh%section = [1, 1]
+      model%mesh%curve = [0, 0]
+      allocate (model%mesh%s(2, 2), source=0.0_wp)
       model%fixed = reshape([.true., .true., .true., .false., .false., .false., .false., .true., .false.], [3, 3])
       allocate (model%section(1), model%monitor(2), model%step(2))
       model%section(1)%name = 'rod'
@@ -49,6 +51,7 @@ contains
       do i = 1, size(model%step)
          allocate (model%step(i)%turning(0), model%step(i)%branch(0), model%step(i)%limit_curve(0), &
             & model%step(i)%mode_offset(0))
+         model%step(i)%load = new_load(3, 2, merge(2, 0, with_contact))
       end do
       allocate (model%obstacle(merge(2, 0, with_contact)), model%contact(merge(2, 0, with_contact)))
       if (.not. with_contact) return
@@ -65,6 +68,7 @@ contains
       model%contact(1)%node = [1, 2, 3]
       model%contact(2)%obstacle = 2
       model%contact(2)%node = [2]
+      model%contact(2)%distributed = .true.
    end function small_model
 
    !> Point n of the path: load factor n / 2, monitors n and -n, n_regions regions that start at 10 n + 1, 10 n + 2, ...

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import os
-import struct
 import subprocess
 import sys
-import warnings
 from pathlib import Path
 
 import h5py
@@ -20,13 +18,17 @@ sys.path[:0] = [str(TESTS), str(POSTPROC)]
 import make_result_file as make  # noqa: E402
 import plot_contact  # noqa: E402
 import plot_path  # noqa: E402
+import plot_reaction  # noqa: E402
 import plot_shape  # noqa: E402
 import plot_style  # noqa: E402
+import postproc_runner  # noqa: E402
 import rod_shape  # noqa: E402
+from label_placing import place_labels  # noqa: E402
+from postproc_runner import axes_of, drawn_share, png_size  # noqa: E402,F401
 from reference_table import read_table  # noqa: E402
 from unilat_results import Contact, Mesh, Obstacle, ResultsError, read_results  # noqa: E402
 
-SCRIPTS = {"path": plot_path, "contact": plot_contact, "shape": plot_shape}
+SCRIPTS = {"path": plot_path, "contact": plot_contact, "shape": plot_shape, "reaction": plot_reaction}
 LIMIT = 6       # the ring's limit point, counted from 1
 
 
@@ -97,7 +99,7 @@ def test_history_follows_regions_that_change_their_column():
     zero = np.zeros((3, 2))
     contact = Contact(
         np.array([1, 2, 1]), start, start + 0.5, zero, zero, np.ones((3, 2), dtype=int), zero[:, :1],
-        np.arange(2), np.ones(2, dtype=int))
+        np.arange(2), np.ones(2, dtype=int), np.array((0.0, 9.0)), np.zeros(1), ("nodes",))
     old, new = contact.histories()
     assert (old.points.tolist(), old.start.tolist()) == ([1, 2], [5.0, 5.1])
     assert (new.points.tolist(), new.start.tolist()) == ([2, 3], [1.0, 1.1])
@@ -126,10 +128,10 @@ def test_critical_points(files):
 def test_fields(files):
     ring = read_results(files / "ring.h5")
     u = ring.field("displacement", LIMIT)
-    assert ring.field_names == ("displacement", "reaction") and u.shape == (25, 3)
+    assert ring.field_names == ("displacement", "reaction", "reaction_density", "gap") and u.shape == (25, 3)
     np.testing.assert_allclose(u[0], (0.0, -make.RING[LIMIT - 1, 0], 0.0), atol=1e-14)
-    with pytest.raises(ResultsError, match="field 'gap' is not in the file"):
-        ring.field("gap", 1)
+    with pytest.raises(ResultsError, match="field 'section_forces' is not in the file"):
+        ring.field("section_forces", 1)
 
 
 def test_field_of_some_steps_only(files, tmp_path):
@@ -138,7 +140,8 @@ def test_field_of_some_steps_only(files, tmp_path):
     name.write_bytes((files / "ring.h5").read_bytes())
     with h5py.File(name, "a") as file:
         file["fields/displacement"][:10] = np.nan
-        file["fields/reaction"][:] = np.nan
+        for field in ("reaction", "reaction_density", "gap"):
+            file[f"fields/{field}"][:] = np.nan
     ring = read_results(name)
     assert ring.points_with("displacement").tolist() == [11, 12, 13, 14, 15]
     assert ring.points_with("reaction").size == 0
@@ -275,12 +278,13 @@ def test_point_contact_is_a_spot(files):
     assert spots[0, 0] == pytest.approx(column.contact.start[11, 0], abs=1e-12)
 
 
-def test_region_over_the_seam_of_a_closed_ring():
+@pytest.mark.parametrize("end", [0.5, 0.5 + 80 * np.sin(np.pi / 40)])
+def test_region_over_the_seam_of_a_closed_ring(end):
     mesh, _ = circle_mesh(40, closed=True)
     one = np.array([[1.0]])
     shape = rod_shape.Shape(mesh)
-    contact = one_region(mesh, start=5.5 * one, end=0.5 * one)
-    pieces, spots = rod_shape._from_regions(contact, 1, mesh, shape)
+    contact = one_region(mesh, start=5.5 * one, end=end * one)
+    pieces, spots = rod_shape._from_regions(contact, 1, 1, shape)
     assert spots == []
     length = sum(b - a for _, a, b in pieces) * 2 * np.sin(np.pi / 40)
     assert length == pytest.approx(80 * np.sin(np.pi / 40) - 5.0, abs=1e-9)     # perimeter of the polygon - 5.5 + 0.5
@@ -290,7 +294,7 @@ def one_region(mesh, start, end):
     n = len(mesh.coordinates)
     nan = np.full_like(start, np.nan)
     return Contact(np.array([1]), start, end, nan, nan, np.array([[1]]), np.ones((1, 1)), np.arange(n),
-                   np.ones(n, dtype=int))
+                   np.ones(n, dtype=int), np.arange(n) * 2 * np.sin(np.pi / n), np.array([2 * n * np.sin(np.pi / n)]), ("nodes",))
 
 
 def test_stability_changes_at_the_limit_point(files):
@@ -304,24 +308,7 @@ def test_stability_changes_at_the_limit_point(files):
 
 
 def draw(script, *arguments):
-    """Run a script's main as its command line would; warnings are errors. Its exit code."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        with pytest.raises(SystemExit) as ended:
-            plot_style.run(lambda: SCRIPTS[script].main([str(a) for a in arguments]))
-    return ended.value.code
-
-
-def png_size(name):
-    head = Path(name).read_bytes()[:24]
-    assert head[:8] == b"\x89PNG\r\n\x1a\n"
-    return struct.unpack(">II", head[16:24])
-
-
-def drawn_share(name):
-    """Share of pixels that are not white."""
-    import matplotlib.image
-    return float(np.mean(np.any(matplotlib.image.imread(name)[:, :, :3] < 0.99, axis=2)))
+    return postproc_runner.draw(SCRIPTS[script], *arguments)
 
 
 PICTURES = [
@@ -371,15 +358,12 @@ def test_size_in_millimetres(files, tmp_path):
     assert png_size(tmp_path / "a.png") == pytest.approx((500, 200), abs=1)     # whole pixels
 
 
-def test_shapes_have_equal_scales(files, monkeypatch, tmp_path):
-    seen = []
-    monkeypatch.setattr(plot_style, "save", lambda figure, *_: seen.extend(figure.axes) or 0)
-    assert draw("shape", files / "ring.h5") == 0
-    assert draw("shape", files / "column.h5", "--stretch-y", 10) == 0
+def test_shapes_have_equal_scales(files, axes_of):
     ratios = []
-    for axes in seen:
-        box, x, y = axes.get_window_extent(), axes.get_xlim(), axes.get_ylim()
-        ratios.append((box.height / (y[1] - y[0])) / (box.width / (x[1] - x[0])))
+    for arguments in ((files / "ring.h5",), (files / "column.h5", "--stretch-y", 10)):
+        for axes in axes_of(plot_shape, *arguments):
+            box, x, y = axes.get_window_extent(), axes.get_xlim(), axes.get_ylim()
+            ratios.append((box.height / (y[1] - y[0])) / (box.width / (x[1] - x[0])))
     assert ratios == pytest.approx([1.0, 10.0], rel=1e-6)
 
 
@@ -469,3 +453,98 @@ def test_command_line(files, tmp_path, script):
     assert png_size(tmp_path / f"ring-{script}.png")[0] > 1000
     wrong = command("none.h5")
     assert (wrong.returncode, wrong.stderr) == (2, f"plot_{script}.py: error: none.h5: no such file\n")
+
+
+# Curves that are told apart
+
+
+def test_twenty_curves_look_different(files, axes_of):
+    """Ten colours, then the same as hollow lines, solid or dashed as before."""
+    (axes,) = axes_of(plot_path, *[files / "ring.h5"] * 12)
+    seen = [(line.get_color(), len(line.get_path_effects()), line.get_linestyle()) for line in axes.get_lines()
+            if line.get_linestyle() != "None"]
+    assert len(seen) == 24 and len(set(seen)) == 24 and {style for _, _, style in seen} == {"-", "--"}
+    handles = axes.get_legend().get_lines()[:12]
+    assert len({(line.get_color(), len(line.get_path_effects())) for line in handles}) == 12
+    assert len(set(plot_style.COLOURS)) == 10
+
+
+def test_labels_of_marks_close_together_do_not_overlap():
+    figure, axes = plot_shape.plt.subplots(figsize=(3.5, 2.8), dpi=200)
+    x = np.linspace(0.0, 1.0, 50)
+    axes.plot(x, 1.0 - x ** 2)
+    marks = [(0.1, 0.99), (0.11, 0.97), (0.12, 0.96), (0.13, 0.93)]
+    place_labels(axes, [(*mark, f"LP {k}.2345", "k") for k, mark in enumerate(marks)])
+    written = [text for text in axes.texts if text.get_text()]
+    boxes = [text.get_window_extent(figure.canvas.get_renderer()) for text in written]
+    assert sorted(text.xy for text in written) == marks
+    assert not any(a.overlaps(b) for k, a in enumerate(boxes) for b in boxes[:k])
+    assert all(axes.get_window_extent().contains(*corner) for box in boxes for corner in box.corners())
+    joined = [text for text in axes.texts if not text.get_text()]
+    assert joined and all(line.xy in marks for line in joined)
+    plot_shape.plt.close(figure)
+
+
+def test_a_label_is_nearest_to_its_own_mark():
+    """The first mark's best place by itself, on its right, is just above the second one."""
+    figure, axes = plot_shape.plt.subplots(figsize=(3.5, 2.8), dpi=200)
+    axes.set_xlim(0.0, 1.0)
+    axes.set_ylim(0.0, 1.0)
+    marks = [(0.5, 0.55), (0.56, 0.5)]
+    place_labels(axes, [(*mark, f"BP {k}.2345", "k") for k, mark in enumerate(marks)])
+    for text in axes.texts:
+        box, at = text.get_window_extent(figure.canvas.get_renderer()), axes.transData.transform(marks)
+        away = np.hypot(*np.maximum(np.maximum(box.min - at, at - box.max), 0.0).T)
+        assert marks[int(np.argmin(away))] == text.xy
+    plot_shape.plt.close(figure)
+
+
+# What annoyed in pictures of shapes
+
+
+def test_nothing_of_a_slender_picture_is_cut_off(files, tmp_path, axes_of):
+    """Heights of 1e-5: a power of ten above the axis, an axis label that is longer than the axis."""
+    name = tmp_path / "flat.h5"
+    name.write_bytes((files / "column.h5").read_bytes())
+    with h5py.File(name, "a") as file:
+        file["fields/displacement"][...] *= 1e-3
+        file["obstacles/wall"].attrs["points"] = np.array(((1.0, 2e-5), (0.0, 2e-5)))
+    for stretch in (1, 2000):
+        axes = axes_of(plot_shape, name, "--stretch-y", stretch)[0]
+        figure = axes.figure
+        figure.canvas.draw()
+        around = axes.get_tightbbox(figure.canvas.get_renderer())
+        assert around.y1 <= figure.bbox.y1 and around.y0 >= 0.0 and around.x0 >= 0.0
+        assert sum(axes.get_ylim()[0] <= tick <= axes.get_ylim()[1] for tick in axes.get_yticks()) >= 2
+    assert axes.yaxis.get_offset_text().get_text() != ""
+
+
+def test_only_the_last_place_of_a_moving_obstacle_is_hatched(files, tmp_path, axes_of):
+    name = tmp_path / "moving.h5"
+    name.write_bytes((files / "column.h5").read_bytes())
+    with h5py.File(name, "a") as file:
+        file["obstacles/wall"].attrs["number"] = 1
+        make.put(file, "contact/obstacle_shift", np.linspace(0.0, -0.01, 41)[:, None, None] * np.array((0.0, 1.0)), "length")
+    axes = axes_of(plot_shape, name, "--rows", "1,21,41", "--stretch-y", 10)[0]
+    (strokes,) = axes.collections
+    np.testing.assert_allclose([stroke[0, 1] for stroke in strokes.get_segments()], 0.01)
+    assert [line.get_ydata()[0] for line in axes.get_lines()[:3]] == pytest.approx([0.02, 0.015, 0.01])
+
+
+def test_contact_without_force_is_not_coloured(files, tmp_path):
+    name = tmp_path / "rest.h5"
+    name.write_bytes((files / "regions.h5").read_bytes())
+    with h5py.File(name, "a") as file:
+        file["contact/reaction_total"][0] = 1e-9
+    ring = read_results(name)
+    shape = rod_shape.Shape(ring.mesh)
+    assert rod_shape.contact_curves(ring, 1, shape)[0] == []
+    assert len(rod_shape.contact_curves(ring, 2, shape)[0]) == 1
+
+
+def test_distributed_contact_is_coloured_to_its_end(files, tmp_path):
+    """The reactions are shares of the nodes there; the region ends inside an element."""
+    make.write_ring(tmp_path / "soft.h5", points="distributed")
+    ring = read_results(tmp_path / "soft.h5")
+    ((line,), spots) = rod_shape.contact_curves(ring, LIMIT, rod_shape.Shape(ring.mesh, ring.field("displacement", LIMIT)))
+    assert np.degrees(np.arctan2(-line[0, 0], line[0, 1])) == pytest.approx(make.RING[LIMIT - 1, 2], abs=0.1)

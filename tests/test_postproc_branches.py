@@ -5,7 +5,6 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
-import warnings
 from pathlib import Path
 
 import h5py
@@ -23,6 +22,7 @@ import plot_modes  # noqa: E402
 import plot_path  # noqa: E402
 import plot_shape  # noqa: E402
 import plot_style  # noqa: E402
+import postproc_runner  # noqa: E402
 from unilat_results import ResultsError, read_results  # noqa: E402
 
 SCRIPTS = {"path": plot_path, "shape": plot_shape, "limit_curve": plot_limit_curve, "modes": plot_modes}
@@ -50,12 +50,7 @@ def axes_of(rod, monkeypatch):
 
 
 def draw(script, *arguments):
-    """Run a script's main as its command line would; warnings are errors. Its exit code."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        with pytest.raises(SystemExit) as ended:
-            plot_style.run(lambda: SCRIPTS[script].main([str(a) for a in arguments]))
-    return ended.value.code
+    return postproc_runner.draw(SCRIPTS[script], *arguments)
 
 
 def curves(axes, dashed):

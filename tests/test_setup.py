@@ -14,6 +14,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "postproc")]
 
 import make_branch_file  # noqa: E402
+import make_result_file  # noqa: E402
 
 TOOLS = ("bash env dirname basename mkdir awk sed grep cat tail head rm tee nproc id find wc "
          "gfortran cmake ninja h5fc python3").split()
@@ -146,6 +147,16 @@ def test_pictures_of_what_the_results_have(machine, copied):
                                         "** plot_limit_curve: --curve dead\n** plot_modes: --modes 1\nrod\n")
     assert status == 2, text
     assert pictures == ["rod_limit_curve-2.png", "rod_limit_curve.png", "rod_modes.png", "rod_path.png", "rod_shape.png"]
+
+
+def test_reactions_are_drawn_when_the_deck_asks_and_others_left_out_when_it_says_none(machine, copied):
+    make_result_file.write_ring(machine.parent / "made.h5")
+    status, text, pictures = run_copied(machine, copied, "*HEADING\nrod\n")
+    assert pictures == ["rod_contact.png", "rod_path.png", "rod_shape.png"], text
+    status, text, pictures = run_copied(machine, copied, "*HEADING\n** plot_path: none\n** plot_reaction: --label LP\n"
+                                        "** plot_reaction: --quantity gap\nrod\n")
+    assert status == 2, text
+    assert pictures == ["rod_contact.png", "rod_reaction-2.png", "rod_reaction.png", "rod_shape.png"]
 
 
 def test_no_pictures_of_what_is_empty(machine, copied):

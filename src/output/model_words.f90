@@ -1,7 +1,7 @@
 !> Words for what the model holds, used by the result file and the listing.
 module model_words
    use kinds, only: wp
-   use model, only: model_t, monitor_t, obstacle_t, limit_curve_t, family_ul2, quantity_displacement, &
+   use model, only: model_t, monitor_t, obstacle_t, contact_t, limit_curve_t, family_ul2, quantity_displacement, &
       & quantity_reaction, quantity_contact, obstacle_line, obstacle_circle, &
       & obstacle_arc, obstacle_polyline, &
       & method_load, method_displacement, method_cylindrical, method_spherical, method_minimum_residual, &
@@ -10,7 +10,7 @@ module model_words
    use text, only: to_text
    implicit none
    private
-   public :: monitor_units, monitor_description, family_name, method_name, side_name, kind_name
+   public :: monitor_units, monitor_description, family_name, method_name, side_name, kind_name, points_name
    public :: parameter_name, parameter_units, parameter_object
 
 contains
@@ -128,6 +128,15 @@ contains
          name = 'outside'
       end if
    end function side_name
+
+   !> The deck's word for where the reactions of a contact act, in lower case: "nodes", "sliding" or "distributed".
+   elemental function points_name(contact) result(name)
+      type(contact_t), intent(in) :: contact
+      character(11) :: name
+      name = 'nodes'
+      if (contact%sliding) name = 'sliding'
+      if (contact%distributed) name = 'distributed'
+   end function points_name
 
    !> The deck's word for what a limit curve varies.
    pure function parameter_name(parameter) result(name)

@@ -8,7 +8,10 @@ module result_tables
       & ground_pasternak
    use obstacle_curve, only: curve_samples
    use obstacle_geometry, only: obstacle_gap
-   use model_words, only: side_name, kind_name
+   use gauss_tableau, only: tableau_t, max_stages, new_tableau
+   use rod_geometry, only: geometry_t, new_geometry
+   use candidates, only: candidates_t, new_candidates
+   use model_words, only: side_name, kind_name, points_name
    use path_record, only: accuracy_t, branch_start_t, buckling_t
    use columns, only: whole
    use hdf5_file, only: hdf5_file_t, hdf5_group
@@ -138,7 +141,9 @@ contains
    subroutine write_candidates(file, model)
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
+      real(wp), allocatable :: along(:), round(:)
       integer :: i, k
+      call measure_contacts(model, along, round)
       associate (contact => model%contact)
          call hdf5_write(file, '/contact/candidates', &
             & [(model%mesh%node_label(contact(i)%node), i=1, size(contact))], '1', &
@@ -147,8 +152,35 @@ contains
             & [((i, k=1, size(contact(i)%node)), i=1, size(contact))], '1', 'contact of each candidate, from 1')
          call hdf5_write(file, '/contact/obstacle', model%obstacle(contact%obstacle)%name, '1', &
             & 'name of the obstacle of each contact')
+         call hdf5_write(file, '/contact/points', points_name(contact), '1', 'where the reactions of each contact act: at ' &
+            & //'nodes, at points that slide along the elements (sliding), all along the elements (distributed)')
       end associate
+      call hdf5_write(file, '/contact/arc_length', along, 'length', 'stress-free arc length along the contact of each ' &
+         & //'candidate; of one that slides, where it is at home')
+      call hdf5_write(file, '/contact/chain_length', round, 'length', 'once round, of contacts whose candidates are a ' &
+         & //'closed chain; 0: open')
    end subroutine write_candidates
+
+   !> Where the candidates are along their contacts, in the order of the file.
+   subroutine measure_contacts(model, along, round)
+      type(model_t), intent(in) :: model
+      real(wp), allocatable, intent(out) :: along(:) !! (candidates) stress-free arc length from the start of the contact
+      real(wp), allocatable, intent(out) :: round(:) !! (contacts) length of a closed chain, 0: open
+      type(geometry_t) :: home
+      type(candidates_t) :: list
+      type(tableau_t) :: tableau(max_stages)
+      logical, parameter :: distributed(2) = [.false., .true.]
+      integer :: i
+      tableau = [(new_tableau(i), i=1, max_stages)]
+      home = new_geometry(model, tableau)
+      allocate (along(sum([(size(model%contact(i)%node), i=1, size(model%contact))])))
+      allocate (round(size(model%contact)), source=0.0_wp)
+      do i = 1, 2
+         list = new_candidates(model, home, distributed(i))
+         along(list%row) = list%s
+         round = round + list%chain_length
+      end do
+   end subroutine measure_contacts
 
    !> The group of a branch with its attributes; the group /branch must exist.
    subroutine write_branch(file, start)

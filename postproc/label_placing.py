@@ -1,0 +1,98 @@
+"""Writing labels beside marked points of a picture."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import matplotlib.patheffects as patheffects
+from matplotlib.transforms import Bbox
+
+DISTANCES = (4.0, 9.0, 15.0, 22.0, 30.0, 40.0, 50.0, 60.0)      # [pt] tried between a label and its mark
+DIRECTIONS = 16
+FAR = 12.0                                          # [pt] from here on a thin line joins them
+
+
+def place_labels(axes, texts: list[tuple]):
+    """Write each (x, y, text, colour) beside its point, where it hides least of curves and other labels.
+
+    A place that is nearer to the point of another label is bad, too.
+    """
+    figure = axes.figure
+    figure.canvas.draw()
+    renderer = figure.canvas.get_renderer()
+    inside = axes.get_window_extent(renderer)
+    curve = _curve_pixels(axes)
+    taken = [axes.get_legend().get_window_extent(renderer)] if axes.get_legend() else []
+    point = figure.dpi / 72.0
+    frames = []
+    texts = sorted(dict.fromkeys(texts), key=lambda text: -text[1])     # from the top downwards
+    marks = axes.transData.transform(np.array([text[:2] for text in texts]).reshape(-1, 2))
+    for x, y, text, colour in texts:
+        at = axes.transData.transform((x, y))
+        if not inside.contains(*at):
+            continue
+        note = axes.annotate(text, (x, y), xytext=(0, 0), textcoords="offset points", ha="center", va="center",
+                             fontsize=8.5, color=colour, zorder=7, annotation_clip=False)
+        note.set_path_effects([patheffects.withStroke(linewidth=1.8, foreground="white")])
+        note.set_in_layout(False)
+        box = note.get_window_extent(renderer)
+        best = None
+        for distance in DISTANCES:
+            for angle in np.linspace(0.0, 2.0 * np.pi, DIRECTIONS, endpoint=False):
+                away = np.array((np.cos(angle), np.sin(angle)))
+                beside = np.clip(1.5 * away, -1.0, 1.0) * (0.5 * box.width, 0.5 * box.height)
+                centre = at + distance * point * away + beside
+                frame = np.array((centre - (box.width / 2 + point, box.height / 2 + point),
+                                  centre + (box.width / 2 + point, box.height / 2 + point)))
+                cost = _cost(frame, curve, taken + frames, inside) + 3.0 * distance
+                cost += 100.0 * _misleading(frame, at, marks) + 1000.0 * _crossings(at, np.clip(at, *frame), frames)
+                if best is None or cost < best[0]:
+                    best = (cost, centre, frame)
+        note.set_position((best[1] - at) / point)
+        frames.append(Bbox(best[2]))
+        near = np.clip(at, *best[2])
+        if np.hypot(*(near - at)) > FAR * point:
+            axes.annotate("", (x, y), xytext=(near - at) / point, textcoords="offset points", annotation_clip=False, zorder=5,
+                          arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.4, "shrinkA": 0.0, "shrinkB": 2.0}
+                          ).set_in_layout(False)
+
+
+def _curve_pixels(axes) -> np.ndarray:
+    """Points about two pixels apart along all lines of the axes, in pixels."""
+    pixels = [np.zeros((0, 2))]
+    for line in axes.get_lines():
+        vertices = line.get_transform().transform(np.column_stack(line.get_data(orig=False)))
+        vertices = vertices[np.all(np.isfinite(vertices), axis=1)]
+        if len(vertices) < 2:
+            pixels.append(np.repeat(vertices, 60, axis=0))     # a marker: not to be covered
+            continue
+        if line.get_linestyle() == "None":
+            pixels.append(np.repeat(vertices, 10, axis=0))
+            continue
+        lengths = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(vertices, axis=0).T))))
+        along = np.linspace(0.0, lengths[-1], int(min(lengths[-1] / 2.0, 20000)) + 2)
+        pixels.append(np.column_stack([np.interp(along, lengths, vertices[:, k]) for k in (0, 1)]))
+    return np.concatenate(pixels)
+
+
+def _cost(frame: np.ndarray, curve: np.ndarray, taken: list, inside) -> float:
+    (left, bottom), (right, top) = frame
+    hidden = np.sum((curve[:, 0] > left) & (curve[:, 0] < right) & (curve[:, 1] > bottom) & (curve[:, 1] < top))
+    overlaps = sum(left < other.x1 and right > other.x0 and bottom < other.y1 and top > other.y0 for other in taken)
+    rim = 0.01 * inside.width
+    outside = (left < inside.x0 + rim or right > inside.x1 - rim
+               or bottom < inside.y0 + rim or top > inside.y1 - rim)
+    return float(hidden) + 5000.0 * overlaps + 8000.0 * outside
+
+
+def _misleading(frame: np.ndarray, at: np.ndarray, marks: np.ndarray) -> bool:
+    """Whether a mark at another place than `at` is as near to the frame."""
+    own, *others = np.hypot(*np.maximum(np.maximum(frame[0] - (at, *marks), (at, *marks) - frame[1]), 0.0).T)
+    elsewhere = np.any(np.abs(marks - at) > 1.0, axis=1)
+    return bool(np.any(np.array(others)[elsewhere] <= own + 0.2 * (frame[1, 1] - frame[0, 1])))
+
+
+def _crossings(start: np.ndarray, end: np.ndarray, frames: list) -> int:
+    """How many frames the line between two points crosses."""
+    line = start + np.linspace(0.0, 1.0, 30)[:, None] * (end - start)
+    return sum(bool(np.any(np.all((line >= frame.min) & (line <= frame.max), axis=1))) for frame in frames)
