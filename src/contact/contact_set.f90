@@ -532,7 +532,7 @@ contains
    !> Size of a reaction that is as good as none, over the force scale: what converged iterations leave.
    pure real(wp) function weak_reaction(problem)
       type(problem_t), intent(in) :: problem
-      weak_reaction = 30.0_wp * problem%model%step(problem%step)%tolerance
+      weak_reaction = 10.0_wp * problem%model%step(problem%step)%tolerance
    end function weak_reaction
 
    !> A support may take all that an obstacle could push (see may_react).

@@ -30,7 +30,7 @@ contains
       real(wp), intent(in) :: residual
       type(accuracy_t), intent(inout) :: accuracy
       real(wp), parameter :: negligible = 1.0e-6_wp !! of the force scale: where contact ends, all there is may be rounding
-      real(wp), parameter :: unsettled = 30.0_wp !! tolerances of the step, of the force scale: forces that are as good as none
+      real(wp), parameter :: unsettled = 10.0_wp !! tolerances of the step, of the force scale: forces that are as good as none
       real(wp), allocatable :: support(:, :), left(:, :)
       real(wp) :: total(3), scale, first(3), second(3), x(2), force(3), gap, normal(2), bend, size_, largest, noise, middle(2)
       real(wp) :: push, spring

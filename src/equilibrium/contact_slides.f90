@@ -237,19 +237,22 @@ contains
       integer, intent(in) :: candidate
       real(wp), intent(in) :: shift
       real(wp), parameter :: slack = 0.1_wp  ! beyond reach, so that few hand-overs fall into an increment
-      real(wp) :: home
+      real(wp) :: home, share
       integer :: side, e, next
       side = merge(2, 1, shift > 0.0_wp)
       e = problem%candidates%element(side, candidate)
       next = problem%candidates%neighbour(side, candidate)
-      most_ahead = state%geometry%element(e)%length - least_length * problem%candidates%tributary(candidate)
+      home = problem%model%mesh%s(2, e) - problem%model%mesh%s(1, e)
+      ! One that is free to come takes over before the element behind has become too long; none goes past its neighbour's home.
+      share = 1.0_wp - least_length
       if (next > 0) then
          if (problem%candidates%may_slide(next)) then
-            home = problem%model%mesh%s(2, e) - problem%model%mesh%s(1, e)
-            if (.not. abs(offset_from_home(problem, state, next)) > 0.0_wp) most_ahead = min(most_ahead, home * (slack + &
-               & reach(problem, state%active, candidate, side)) - sign(1.0_wp, shift) * offset_from_home(problem, state, candidate))
+            if (.not. abs(offset_from_home(problem, state, next)) > 0.0_wp) &
+               & share = min(share, slack + reach(problem, state%active, candidate, side))
          end if
       end if
+      most_ahead = min(state%geometry%element(e)%length - least_length * problem%candidates%tributary(candidate), &
+         & share * home - sign(1.0_wp, shift) * offset_from_home(problem, state, candidate))
       most_ahead = max(most_ahead, 0.0_wp)
    end function most_ahead
 

@@ -41,14 +41,14 @@ contains
       do c = 1, problem%candidates%n
          if (.not. problem%candidates%may_slide(c)) cycle
          associate (element => problem%candidates%element(:, c))
-            offset = offset_from_home(problem, state, c)
+            offset = offset_from_home(problem, moved, c)
             if (.not. abs(offset) > 0.0_wp) cycle
             ! It may slide on another obstacle.
-            if (touches_another(problem, state, c)) cycle
+            if (touches_another(problem, moved, c)) cycle
             side = merge(2, 1, offset > 0.0_wp)
             home = problem%model%mesh%s(2, element(side)) - problem%model%mesh%s(1, element(side))
-            if (ends_contact(problem, state%active, c)) then
-               if (abs(offset) < reach(problem, state%active, c, side) * home) cycle
+            if (ends_contact(problem, moved%active, c)) then
+               if (abs(offset) < reach(problem, moved%active, c, side) * home) cycle
                ! A node that does not slide would take the contact away from where it is.
                if (.not. problem%candidates%may_slide(problem%candidates%neighbour(side, c))) cycle
                call hand_over(problem, c, side, state, moved, done)

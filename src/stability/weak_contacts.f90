@@ -24,13 +24,15 @@ contains
       type(system_t), intent(in) :: system       !! assembled at `state`
       type(state_t), intent(out) :: released
       logical, intent(out) :: any_weak           !! false: there are none
+      real(wp), parameter :: margin = 10.0_wp    ! over what no contact may pull with
       logical :: weak
       integer :: c
       released = state
       any_weak = .false.
       do c = 1, problem%candidates%n
          if (.not. problem%model%obstacle(problem%candidates%obstacle(c))%rigid .or. problem%candidates%bilateral(c)) cycle
-         weak = inside_region(problem, state, c) .and. abs(state%reaction(c)) <= weak_reaction(problem) * system%force_scale
+         weak = inside_region(problem, state, c) .and. &
+            & abs(state%reaction(c)) <= margin * weak_reaction(problem) * system%force_scale
          if (.not. weak) cycle
          released%active(c) = .false.
          released%reaction(c) = 0.0_wp
