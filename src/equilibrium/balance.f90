@@ -29,7 +29,6 @@ contains
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: residual
       type(accuracy_t), intent(inout) :: accuracy
-      real(wp), parameter :: negligible = 1.0e-6_wp !! of the force scale: where contact ends, all there is may be rounding
       real(wp), parameter :: unsettled = 10.0_wp !! tolerances of the step, of the force scale: forces that are as good as none
       real(wp), allocatable :: support(:, :), left(:, :)
       real(wp) :: total(3), scale, first(3), second(3), x(2), force(3), gap, normal(2), bend, size_, largest, noise, middle(2)
@@ -113,7 +112,7 @@ contains
          end if
          if (.not. problem%candidates%bilateral(c)) &
             & accuracy%tension = max(accuracy%tension, (-state%reaction(c) - &
-            & unsettled * problem%model%step(problem%step)%tolerance * scale) / max(largest, negligible * scale))
+            & unsettled * problem%model%step(problem%step)%tolerance * scale) / largest)
       end do
       call look_between()
       if (problem%ground%chain%n > 0) call add_foundations()
