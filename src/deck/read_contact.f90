@@ -5,6 +5,7 @@ module read_contact
    use model, only: model_t, contact_t, family_ge, ground_independent, obstacle_line, obstacle_circle, obstacle_arc
    use obstacle_geometry, only: obstacle_gap
    use obstacle_curve, only: sharpest_turn
+   use initial_overlap, only: least_gap_of_nodes, least_gap_between
    use diagnostics, only: diagnostics_t
    use deck_cards, only: deck_t, complain
    use card_values, only: given, parameter_word, parameter_real, parameter_place, value_place
@@ -57,6 +58,7 @@ contains
                contact%distributed = reason == ''
                if (points == 'DISTRIBUTED' .and. reason /= '') &
                   call complain(deck, diagnostics, card, parameter_place(deck, card, 'POINTS'), 'DISTRIBUTED needs '//reason)
+               if (contact%distributed) call check_between(deck, model, diagnostics, card, contact)
             end if
          end if
          model%contact = [model%contact, contact]
@@ -108,21 +110,15 @@ contains
 
    contains
 
-      !> An imperfection must not push nodes into a rigid obstacle: nothing could be stress-free then.
+      !> An imperfection must not push nodes into an obstacle: nothing could be stress-free then.
       subroutine check_imperfect()
-         integer :: k, worst
+         integer :: worst
          real(wp) :: deepest_gap
-         if (.not. model%obstacle(contact%obstacle)%rigid .or. least < -penetration_tolerance * extent) return
-         deepest_gap = -penetration_tolerance * extent
-         worst = 0
-         do k = 1, size(contact%node)
-            call obstacle_gap(model%obstacle(contact%obstacle), model%mesh%x(:, contact%node(k)), gap, normal, bend)
-            if (gap + contact%gap >= deepest_gap) cycle
-            deepest_gap = gap + contact%gap
-            worst = contact%node(k)
-         end do
-         if (worst > 0) call wrong('the imperfection puts node '//label(worst)//' '//rounded(-deepest_gap)// &
-            ' behind the obstacle; leave it room with GAP, or push it out with *CONTACT INTERFERENCE, SHRINK')
+         if (least < -penetration_tolerance * extent) return
+         call least_gap_of_nodes(model, contact, deepest_gap, worst)
+         if (deepest_gap < -penetration_tolerance * extent) call wrong('the imperfection puts node '//label(worst)//' '// &
+            rounded(-deepest_gap)//' behind the obstacle; leave it room with GAP, or push it out with *CONTACT '// &
+            'INTERFERENCE, SHRINK')
       end subroutine check_imperfect
 
       !> Contact is looked for at nodes and along elements that see the obstacle: what bulges towards the structure must not
@@ -169,6 +165,27 @@ contains
          string = to_text(model%mesh%node_label(n))
       end function label
    end subroutine check_candidates
+
+   !> Where reactions are distributed, obstacles must not push between the nodes of the stress-free structure either.
+   subroutine check_between(deck, model, diagnostics, card, contact)
+      type(deck_t), intent(in) :: deck
+      type(model_t), intent(in) :: model
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer, intent(in) :: card
+      type(contact_t), intent(in) :: contact
+      real(wp) :: gap, nodes_gap, tolerance
+      integer :: element, node
+      associate (obstacle => model%obstacle(contact%obstacle), x => model%mesh%x_nominal)
+         if (obstacle%bilateral .or. pushes_out(deck, obstacle%name)) return
+         tolerance = penetration_tolerance * maxval(maxval(x, 2) - minval(x, 2))
+      end associate
+      call least_gap_of_nodes(model, contact, nodes_gap, node)
+      call least_gap_between(model, contact, gap, element)
+      if (gap >= -tolerance .or. nodes_gap < -tolerance) return
+      call complain(deck, diagnostics, card, parameter_place(deck, card, 'NSET'), 'element '// &
+         to_text(model%mesh%element_label(element))//' begins '//rounded(-gap)//' behind the obstacle, between its nodes; '// &
+         'leave it room with GAP')
+   end subroutine check_between
 
    !> A number with 3 digits, for messages.
    pure function rounded(x) result(string)

@@ -205,7 +205,7 @@ contains
          integer :: iteration, j
          a = first; b = second; fa = value_first; fb = value_second
          do iteration = 1, 100
-            x = b - fb * (b - a) / (fb - fa)
+            x = min(max(b - fb * (b - a) / (fb - fa), first), second)
             fx = gap_at(x) + level
             if ((fx < 0.0_wp) .neqv. (fb < 0.0_wp)) then
                a = b

@@ -28,7 +28,7 @@ contains
       type(region_t), intent(in) :: earlier(:), later(:)
       type(ground_event_t), allocatable, intent(out) :: events(:)
       type(region_t), allocatable :: a(:), b(:)
-      real(wp) :: reach, closed
+      real(wp) :: reach, closed, ends(2)
       integer, allocatable :: partner_a(:), partner_b(:)
       integer :: contact
       allocate (events(0))
@@ -38,10 +38,15 @@ contains
          b = pack(later, later%contact == contact)
          closed = problem%ground%chain%chain_length(contact)
          reach = 2.0_wp * maxval(problem%ground%chain%tributary, mask=problem%ground%chain%contact == contact)
-         if (closed > 0.0_wp) call unroll(a, b, closed)
+         ends = [minval(problem%ground%chain%s, mask=problem%ground%chain%contact == contact), &
+            & maxval(problem%ground%chain%s, mask=problem%ground%chain%contact == contact)]
+         if (closed > 0.0_wp) then
+            call unroll(a, b, closed)
+            ends = [-closed, 2.0_wp * closed]
+         end if
          call match(a, b, reach, partner_a, partner_b)
-         call tell(contact, a, b, partner_b, reach, closed, 'C+', 'C-', events)
-         call tell(contact, b, a, partner_a, reach, closed, 'C-', 'C+', events)
+         call tell(contact, a, b, partner_b, reach, closed, ends, 'C+', 'C-', events)
+         call tell(contact, b, a, partner_a, reach, closed, ends, 'C-', 'C+', events)
       end do
    end subroutine find_ground_events
 
@@ -154,12 +159,13 @@ contains
 
    !> Regions of `there` without a partner in `other`: they are new, or parts of a region that is whole in `other`. One that
    !> goes all round a closed chain opens without becoming two.
-   subroutine tell(contact, other, there, partner, reach, closed, new, divided, events)
+   subroutine tell(contact, other, there, partner, reach, closed, ends, new, divided, events)
       integer, intent(in) :: contact
       type(region_t), intent(in) :: other(:), there(:)
       integer, intent(in) :: partner(:)        !! of the regions of `there`
       real(wp), intent(in) :: reach            !! two elements
       real(wp), intent(in) :: closed           !! length of a closed chain, 0: open
+      real(wp), intent(in) :: ends(2)          !! of the chain
       character(2), intent(in) :: new, divided !! labels
       type(ground_event_t), allocatable, intent(inout) :: events(:)
       integer :: k, beside, last
@@ -206,17 +212,19 @@ contains
       !> Half way to the region before, of either list: a small region may move while it grows.
       real(wp) function free_from(region)
          type(region_t), intent(in) :: region
-         free_from = region%start - (region%end - region%start)
-         free_from = min(free_from, 0.5_wp * (region%start + max(maxval(there%end, mask=there%end < region%start), &
-            & maxval(other%end, mask=other%end < region%start), -huge(1.0_wp) * 0.25_wp)))
+         real(wp) :: neighbour
+         neighbour = max(ends(1), maxval(there%end, mask=there%end < region%start), &
+            & maxval(other%end, mask=other%end < region%start))
+         free_from = min(region%start - (region%end - region%start), 0.5_wp * (region%start + neighbour))
          if (closed > 0.0_wp) free_from = max(free_from, 0.5_wp * (region%start + region%end - closed))
       end function free_from
 
       real(wp) function free_to(region)
          type(region_t), intent(in) :: region
-         free_to = region%end + (region%end - region%start)
-         free_to = max(free_to, 0.5_wp * (region%end + min(minval(there%start, mask=there%start > region%end), &
-            & minval(other%start, mask=other%start > region%end), huge(1.0_wp) * 0.25_wp)))
+         real(wp) :: neighbour
+         neighbour = min(ends(2), minval(there%start, mask=there%start > region%end), &
+            & minval(other%start, mask=other%start > region%end))
+         free_to = max(region%end + (region%end - region%start), 0.5_wp * (region%end + neighbour))
          if (closed > 0.0_wp) free_to = min(free_to, 0.5_wp * (region%start + region%end + closed))
       end function free_to
    end subroutine tell
