@@ -13,12 +13,12 @@ import deck_runner as dr
 CRITICAL_LOAD = 81.557427564661
 CRITICAL_V = 0.0358697377
 WINKLER_LOAD = 80.35789295248      # k R^4/EI = 3.6E6
-ELEMENT = 180.0 / 160              # [degrees] of ring.inp
+GRADED = "0., 0., 160, 6."         # elements of ring.inp: 0.45 degrees at the apex, 2.7 at the bottom
 TOLERANCE = 1e-9                   # default of *CONTROLS, relative residual
 LOCATE = 1e-8                      # default of *CONTROLS, relative
-# The elements of order 4 leave errors of 1e-5 and less in angles at a given place of the lift-off point, which
-# slides in its element; 1 % of an element is 50 times better than an angle known to the nearest node.
-ANGLE_LIMIT = 0.01 * ELEMENT
+# Elements of order 4 and 0.7 degrees where the lift-off point travels: (h/R)^4 = 2e-8 times 30 from the loads of pR^3/EI = 80,
+# in radians; the place of the node that slides goes in with (p R^3/EI) (h/R)^4/12. One element is 5000 times as much.
+ANGLE_LIMIT = 1e-4
 ANGLES = dr.reference("ring_angles")
 
 
@@ -45,7 +45,7 @@ def ul2():
 @functools.cache
 def critical(elements, element="GE4", points="SLIDING"):
     """Limit point on a uniform mesh; the path ends soon after it."""
-    run = dr.run_deck(dr.changed(dr.example("ring"), ("160", str(elements)), ("TYPE=GE4", f"TYPE={element}"),
+    run = dr.run_deck(dr.changed(dr.example("ring"), (GRADED, f"0., 0., {elements}"), ("TYPE=GE4", f"TYPE={element}"),
                                  ("POINTS=SLIDING", f"POINTS={points}"), ("ABOVE, 0.6", "ABOVE, 0.045")))
     return run.only("LP")
 
@@ -83,15 +83,15 @@ def test_reference_interpolation_is_good_enough():
     for name in ("ring_rigid_Rh100", "ring_winkler_k3.6e06"):
         table = dr.reference(name)
         assert dr.interpolation_error(np.log(table["v"]), np.log(table["p"])) / 2**6 < 1e-6
-        assert dr.interpolation_error(np.log(table["v"]), table["phi_deg"]) / 2**6 < 0.02 * ANGLE_LIMIT
+        assert dr.interpolation_error(np.log(table["v"]), table["phi_deg"]) / 2**6 < 0.2 * ANGLE_LIMIT
 
 
 def test_critical_load():
-    dr.assert_close(ring().load("LP"), CRITICAL_LOAD, relative=1e-4)
+    dr.assert_close(ring().load("LP"), CRITICAL_LOAD, relative=1e-6)
 
 
 def test_displacement_at_the_critical_load():
-    dr.assert_close(ring().only("LP").monitors["v"], CRITICAL_V, relative=1e-3)
+    dr.assert_close(ring().only("LP").monitors["v"], CRITICAL_V, relative=1e-5)
 
 
 def test_limit_point_is_the_highest_of_the_path():
@@ -123,19 +123,20 @@ def test_limit_point_is_the_vertex_of_its_neighbourhood():
 def test_angles_of_the_table(load, rising, column):
     angle, v = the_angle(ring(), load, rising)
     dr.assert_close(angle, ANGLES[column][4], absolute=ANGLE_LIMIT)
-    dr.assert_close(v, ANGLES[column.replace("phi", "v")][4], relative=5e-4)
+    dr.assert_close(v, ANGLES[column.replace("phi", "v")][4], relative=1e-5)
 
 
 def test_angle_at_the_critical_load():
+    """Where the load is stationary v, and with it the angle, is known to the root of what the load is."""
     run = ring()
-    dr.assert_close(dr.regions(run, "angle_start")[run.only("LP").point - 1], ANGLES["phi_cr"][4], absolute=ANGLE_LIMIT)
+    dr.assert_close(dr.regions(run, "angle_start")[run.only("LP").point - 1], ANGLES["phi_cr"][4], absolute=10.0 * ANGLE_LIMIT)
 
 
 def test_path_is_exact_to_the_end():
     run, table = ring(), dr.reference("ring_rigid_Rh100")
     inside = on_table(run, table)
     v = run.column("v")[inside]
-    dr.assert_close(run.column("load_factor")[inside], load_of(table, v), relative=5e-4)
+    dr.assert_close(run.column("load_factor")[inside], load_of(table, v), relative=5e-6)
 
 
 def test_path_ends_at_the_asked_displacement():
@@ -155,20 +156,26 @@ def test_load_rises_to_the_limit_and_falls_after_it():
 
 
 def test_angle_history_is_smooth():
-    """Against the exact one: the same angles, and the same bends, to a hundredth of what one element would cause."""
+    """Against the exact one: the same angle at every point, the same difference from point to point, the same bends."""
     run, table = ring(), dr.reference("ring_rigid_Rh100")
     inside = on_table(run, table)
     v, angle = run.column("v")[inside], dr.regions(run, "angle_start")[inside]
     exact = angle_of(table, v)
     dr.assert_close(angle, exact, absolute=ANGLE_LIMIT)
-    dr.assert_close(dr.bends(v, angle), dr.bends(v, exact), absolute=0.2 * ANGLE_LIMIT)
+    dr.assert_close(dr.bends(v, angle), dr.bends(v, exact), absolute=ANGLE_LIMIT)
+    moving = np.abs(np.diff(exact)) > 100.0 * ANGLE_LIMIT
+    assert np.count_nonzero(moving) > len(v) - 8         # those at the least angle
+    dr.assert_close((np.diff(angle) / np.diff(exact))[moving], np.ones(np.count_nonzero(moving)), absolute=1e-2)
+    least = int(np.argmin(angle))
+    dr.assert_monotone(angle[:least + 1], rising=False)
+    dr.assert_monotone(angle[least:], rising=True)
 
 
 def test_load_history_is_smooth():
     run, table = ring(), dr.reference("ring_rigid_Rh100")
     inside = on_table(run, table)
     v, p = run.column("v")[inside], run.column("load_factor")[inside]
-    dr.assert_close(dr.bends(v, p), dr.bends(v, load_of(table, v)), absolute=1e-4 * CRITICAL_LOAD)
+    dr.assert_close(dr.bends(v, p), dr.bends(v, load_of(table, v)), absolute=5e-6 * CRITICAL_LOAD)
 
 
 def test_contact_reaches_the_bottom_at_every_point():
@@ -215,6 +222,53 @@ def test_accuracy_block(run):
     assert accuracy["moment_balance"] <= 10 * TOLERANCE
 
 
+# ---- meshes in pieces ----
+
+POINT = "3, -0.5, 0.86602540378443864676\n4, -0.90630778703664996324, 0.42261826174069943619\n"
+
+
+@functools.cache
+def pieces(monitored=False):
+    """Three arcs with elements of their own; the lift-off point, from 58 to 24 degrees and back, passes 30. With a monitor the
+    node there keeps its place."""
+    text = dr.changed(dr.example("ring"), ("2, 0., -1.\n", "2, 0., -1.\n" + POINT),
+                      ("1, 2, " + GRADED, "1, 3, 0., 0., 45\n3, 4, 0., 0., 60\n4, 2, 0., 0., 55"))
+    if monitored:
+        text = dr.changed(text, ("*STEP", "*MONITOR, NAME=at30\n3, U2\n*STEP"))
+    return dr.run_deck(text)
+
+
+def test_contact_slides_on_from_arc_to_arc():
+    run, table = pieces(), dr.reference("ring_rigid_Rh100")
+    dr.assert_close(run.load("LP"), CRITICAL_LOAD, relative=1e-6)
+    inside = on_table(run, table)
+    v, angle = run.column("v")[inside], dr.regions(run, "angle_start")[inside]
+    assert np.min(angle) < 30.0 < np.max(angle)
+    dr.assert_close(angle, angle_of(table, v), absolute=ANGLE_LIMIT)
+    dr.assert_close(dr.bends(v, angle), dr.bends(v, angle_of(table, v)), absolute=ANGLE_LIMIT)
+
+
+def test_arcs_of_one_mesh_are_one_arc():
+    """Cut in two or not, the same nodes."""
+    whole = critical(80)
+    text = dr.changed(dr.example("ring"), ("2, 0., -1.\n", "2, 0., -1.\n3, -0.70710678118654752440, 0.70710678118654752440\n"),
+                      ("1, 2, " + GRADED, "1, 3, 0., 0., 20\n3, 2, 0., 0., 60"), ("ABOVE, 0.6", "ABOVE, 0.045"))
+    cut = dr.run_deck(text).only("LP")
+    dr.assert_close([cut.load_factor, cut.monitors["v"]], [whole.load_factor, whole.monitors["v"]], relative=1e-9)
+
+
+def test_contact_passes_a_node_that_stays():
+    """The end of contact is no more than a fifth of an element from where it should be: (p R^3/EI) (h/R)^3 of an angle."""
+    run, table = pieces(monitored=True), dr.reference("ring_rigid_Rh100")
+    dr.assert_close(run.load("LP"), CRITICAL_LOAD, relative=1e-6)
+    assert [c.label for c in run.results.critical].count("LP") == 1
+    inside = on_table(run, table)
+    v, angle = run.column("v")[inside], dr.regions(run, "angle_start")[inside]
+    dr.assert_close(angle, angle_of(table, v), absolute=0.01)
+    far = np.abs(angle - 30.0) > 0.5
+    dr.assert_close(angle[far], angle_of(table, v)[far], absolute=ANGLE_LIMIT)
+
+
 # ---- convergence ----
 
 
@@ -236,6 +290,15 @@ def test_a_sliding_lift_off_point_restores_order_4():
     dr.assert_mean_order([c.load_factor - CRITICAL_LOAD for c in limits], 4, below=0.5)
     dr.assert_close(limits[-1].load_factor, CRITICAL_LOAD, relative=1e-6)
     dr.assert_close(limits[-1].monitors["v"], CRITICAL_V, relative=1e-5)
+
+
+@pytest.mark.parametrize("element", ["GE6", "GE8"])
+def test_higher_elements_have_order_4(element):
+    """Reactions at nodes: what lies in the cavity bends between them by r h^4/384 EI, whatever the element; GE4's own error has
+    the other sign. Uniform meshes."""
+    errors = [critical(n, element).load_factor - CRITICAL_LOAD for n in (40, 80, 160, 320)]
+    dr.assert_mean_order(errors, 4, below=0.5)
+    dr.assert_close(errors[2], 0.0, absolute=1e-5 * CRITICAL_LOAD)
 
 
 @pytest.mark.parametrize("element, elements", [("GE2", 640), ("GE6", 160), ("GE8", 160)])
