@@ -21,7 +21,7 @@ AT_50 = "-0.76604444311897804, 0.64278760968653933"
 def rigid(fine, coarse, stop="0.6"):
     """`fine` elements up to 45 degrees from the apex, `coarse` beyond."""
     return dr.run_deck(dr.changed(dr.example("ring"), ("2, 0., -1.", f"3, {AT_45}\n2, 0., -1."),
-                                  ("1, 2, 0., 0., 160", f"1, 3, 0., 0., {fine}\n3, 2, 0., 0., {coarse}"),
+                                  ("1, 2, 0., 0., 160, 6.", f"1, 3, 0., 0., {fine}\n3, 2, 0., 0., {coarse}"),
                                   ("v, ABOVE, 0.6", f"v, ABOVE, {stop}")))
 
 
@@ -29,7 +29,7 @@ def rigid(fine, coarse, stop="0.6"):
 def soft(modulus, factor=1.0, kind="GE4", counts=(16, 110, 34), stop="0.6"):
     """Elements up to 12 degrees, up to 50 degrees and beyond."""
     deck = dr.changed(dr.example("ring"), ("2, 0., -1.", f"3, {AT_12}\n4, {AT_50}\n2, 0., -1."),
-                      ("1, 2, 0., 0., 160", "\n".join(f"{a}, {b}, 0., 0., {int(factor * n)}" for (a, b), n in
+                      ("1, 2, 0., 0., 160, 6.", "\n".join(f"{a}, {b}, 0., 0., {int(factor * n)}" for (a, b), n in
                                                       zip(((1, 3), (3, 4), (4, 2)), counts))),
                       ("SIDE=INSIDE, REFERENCE=90.", f"SIDE=INSIDE, REFERENCE=90., FOUNDATION=WINKLER, MODULUS={modulus}"),
                       (", POINTS=SLIDING", ""), ("TYPE=GE4", f"TYPE={kind}"), ("LOAD, 34., 57., 62., 28.", "v, 0.03"),
