@@ -79,8 +79,8 @@ def test_polyline_with_corners_out_of_reach_is_a_line():
 def test_contact_angles_on_an_arc():
     run = dr.run_deck(dr.changed(dr.example("ring"), ("RING, NSET=RING, TYPE=GE4", "RING, NSET=RING, TYPE=GE4"),
                                  ("TYPE=CIRCLE, SIDE=INSIDE, REFERENCE=90.", "TYPE=ARC, REFERENCE=90."),
-                                 ("0., 0., 1.\n*CONTACT", "0., 0., 1., 90., 270.\n*CONTACT"), ("0., 160", "0., 40")))
-    circle = dr.run_deck(dr.changed(dr.example("ring"), ("0., 160", "0., 40")))
+                                 ("0., 0., 1.\n*CONTACT", "0., 0., 1., 90., 270.\n*CONTACT"), ("0., 160, 6.", "0., 40")))
+    circle = dr.run_deck(dr.changed(dr.example("ring"), ("0., 160, 6.", "0., 40")))
     dr.assert_close(run.load("LP"), circle.load("LP"), relative=1e-7)
     rows = run.labelled("LP")[0].point - 1, circle.labelled("LP")[0].point - 1
     dr.assert_close(dr.regions(run, "angle_start")[rows[0]], dr.regions(circle, "angle_start")[rows[1]], absolute=1e-4)

@@ -19,7 +19,7 @@ def ring(static="METHOD=CYLINDRICAL", data="1., 1E-9, 0.02", points="NODES", ele
          stop="v, ABOVE, 0.1"):
     text = dr.example("ring").replace("POINTS=SLIDING", f"POINTS={points}")
     return dr.run_deck(dr.changed(
-        dr.with_static(text, static, data), ("1, 2, 0., 0., 160", f"1, 2, 0., 0., {elements}"),
+        dr.with_static(text, static, data), ("1, 2, 0., 0., 160, 6.", f"1, 2, 0., 0., {elements}"),
         ("TYPE=GE4", f"TYPE={element}"),
         ("v, ABOVE, 0.6", stop),
         ("LOAD, 34., 57., 62., 28.", "v, " + ", ".join(str(place) for place in PLACES))), code=code)
