@@ -44,7 +44,7 @@ def place_labels(axes, texts: list[tuple]):
                 centre = at + distance * point * away + beside
                 frame = np.array((centre - (box.width / 2 + point, box.height / 2 + point),
                                   centre + (box.width / 2 + point, box.height / 2 + point)))
-                cost = _cost(frame, curve, taken + frames, inside) + 3.0 * distance
+                cost = _cost(frame, curve, taken + frames, inside) + 1.5 * distance
                 cost += 100.0 * _misleading(frame, at, marks) + 1000.0 * _crossings(at, np.clip(at, *frame), frames)
                 if best is None or cost < best[0]:
                     best = (cost, centre, frame)
@@ -86,10 +86,10 @@ def _cost(frame: np.ndarray, curve: np.ndarray, taken: list, inside) -> float:
 
 
 def _misleading(frame: np.ndarray, at: np.ndarray, marks: np.ndarray) -> bool:
-    """Whether a mark at another place than `at` is as near to the frame."""
+    """Whether a mark at another place than `at` is as near to the frame, or further by less than its height."""
     own, *others = np.hypot(*np.maximum(np.maximum(frame[0] - (at, *marks), (at, *marks) - frame[1]), 0.0).T)
     elsewhere = np.any(np.abs(marks - at) > 1.0, axis=1)
-    return bool(np.any(np.array(others)[elsewhere] <= own + 0.2 * (frame[1, 1] - frame[0, 1])))
+    return bool(np.any(np.array(others)[elsewhere] <= own + (frame[1, 1] - frame[0, 1])))
 
 
 def _crossings(start: np.ndarray, end: np.ndarray, frames: list) -> int:

@@ -59,7 +59,7 @@ def main(argv=None) -> int:
         against = style.numbers(results, args.against)
         label = label or style.column_label(against, args.x_scale)
         x = args.x_scale * against.values
-        drawn = [line for line in lines[k] if line.side in sides]
+        drawn = [line for line in lines[k] if line.side in sides and np.any(np.isfinite(curve(line, angle)))]
         looks = {line: style.look(k) for line in lines[k]} if len(everything) > 1 else end_looks(drawn)
         if len(everything) == 1 and not angle and len(sides) == 2:
             for history in found[0]:
@@ -145,15 +145,30 @@ def tint(axes, results, history, x, scale, looks):
     steps = results.path["step"].values if "step" in results.path else np.ones(results.n_points, dtype=int)
     colour = next((look["color"] for line, look in looks.items() if line.contact == history.contact
                    and line.line == history.start_line and line.side == "start"), style.COLOURS[0])
-    rows = history.points - 1
-    for step in np.unique(steps[rows]):
-        whole, later, part = x[steps == step], x[steps > step], rows[steps[rows] == step]
+    points, start, end = joined(history, [line for line in looks if line.contact == history.contact])
+    for step in np.unique(steps[points - 1]):
+        whole, later, part = x[steps == step], x[steps > step], steps[points - 1] == step
         way = np.diff(whole)
         again = later.size and min(later.max(), whole.max()) > max(later.min(), whole.min())
         if (np.all(way > 0.0) or np.all(way < 0.0)) and not again:
-            start, end = (values[steps[rows] == step] for values in (history.start, history.end))
-            axes.fill_between(x[part], scale * start, scale * end, where=end >= start, color=colour, alpha=0.10,
-                              linewidth=0, zorder=1)
+            axes.fill_between(x[points[part] - 1], scale * start[part], scale * end[part], where=(end >= start)[part],
+                              color=colour, alpha=0.10, linewidth=0, zorder=1)
+
+
+def joined(history, lines: list[End]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points, starts and ends of a stretch, and of the point before (after) it where one of its ends was (will be) there.
+
+    So the parts of a split begin where the whole ends: one end of theirs was there, the other one is new.
+    """
+    points, start, end = history.points, history.start, history.end
+    for beyond, own, place in ((points[-1] + 1, -1, len(points)), (points[0] - 1, 0, 0)):
+        there = {line.side: float(line.arc[line.points == beyond][0]) for line in lines if beyond in line.points
+                 and line.line == (history.start_line if line.side == "start" else history.end_line)}
+        if len(there) == 1:
+            start = np.insert(start, place, there.get("start", history.start[own]))
+            end = np.insert(end, place, there.get("end", history.end[own]))
+            points = np.insert(points, place, beyond)
+    return points, start, end
 
 
 def contact_name(results, contact: int) -> str:

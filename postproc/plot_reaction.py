@@ -34,7 +34,7 @@ examples:
 FIELDS = {"density": ("reaction_density", Column("reaction", np.zeros(0), "force/length"), "reactions"),
           "reaction": ("reaction", Column("reaction", np.zeros(0), "force"), "reactions"),
           "gap": ("gap", Column("gap", np.zeros(0), "length"), "gaps")}
-MOST_STEMS = 60      # nodes that press at one point of the path; more have markers only
+MOST_STEMS = 25      # nodes that press at one point of the path; of more those between two others have no stems
 BAR = 1.3            # [mm] of the picture's height
 LEGEND_ROW = 4.1
 
@@ -144,10 +144,11 @@ def draw_curve(axes, state: ChainState, quantity: str, colour, x_scale: float, y
     distributed = state.chain.points == "distributed"
     if quantity != "gap" and not (distributed and quantity == "density"):
         pressing = values != 0.0
-        x, y = x_scale * state.x[pressing], y_scale * values[pressing]
-        if len(x) <= MOST_STEMS:
-            axes.vlines(x, 0.0, y, color=colour, linewidth=0.6, zorder=3)
-        axes.plot(x, y, ".", color=colour, markersize=3.2, zorder=4)
+        x, y = x_scale * state.x, y_scale * values
+        between = np.convolve(pressing, (1, 1, 1), "same") == 3
+        stems = pressing & ~(between & (np.sum(pressing) > MOST_STEMS))
+        axes.vlines(x[stems], 0.0, y[stems], color=colour, linewidth=0.6, zorder=3)
+        axes.plot(x[pressing], y[pressing], ".", color=colour, markersize=3.2, zorder=4)
         return
     curves = state.within_regions(values) if quantity == "density" else [
         state.with_ends(values) if distributed else (state.arc, values)]

@@ -221,3 +221,15 @@ def test_several_contacts_have_their_obstacles_in_the_legend(ring, axes_of):
     legend = axes.get_legend()
     assert [text.get_text() for text in legend.get_texts()] == ["cavity (1)", "cavity (2)", "unstable"]
     assert len({line.get_color() for line in legend.get_lines()[:2]}) == 2
+
+
+def test_the_parts_of_a_split_are_tinted_from_where_the_whole_ends(ring, axes_of):
+    """Point 7 is the last one of the whole: the parts reach back to it, with the outer ends that it has there."""
+    split_ring(ring)
+    (axes,) = axes_of(plot_contact, ring, "--quantity", "arc", "--against", "point")
+    whole, *parts = ({tuple(vertex) for vertex in path.vertices.tolist()} for patch in axes.collections
+                     for path in patch.get_paths())
+    with h5py.File(ring) as file:
+        start, end = file["contact/start"][()], file["contact/end"][()]
+    assert (7.0, start[6, 0]) in whole and (7.0, end[6, 0]) in whole and max(vertex[0] for vertex in whole) == 7.0
+    assert {(7.0, start[6, 0]), (7.0, end[7, 0])} <= parts[0] and {(7.0, start[7, 1]), (7.0, end[6, 0])} <= parts[1]
