@@ -100,6 +100,17 @@ def test_limit_point_is_the_highest_of_the_path():
     assert np.max(run.column("load_factor")) <= run.load("LP") * (1.0 + LOCATE)
 
 
+@pytest.mark.parametrize("load", [81.5, 81.55])
+def test_a_load_just_below_the_limit_is_met_on_both_sides(load):
+    """However long the increments: that one passes it on the way up and on the way back."""
+    run = dr.run_deck(dr.changed(dr.example("ring"), ("LOAD, 34., 57., 62., 28.", f"LOAD, {load}"), ("ABOVE, 0.6", "ABOVE, 0.045")))
+    limit = run.only("LP").point
+    assert [c.point < limit for c in run.labelled("UZ")] == [True, False]
+    stopped = dr.run_deck(dr.changed(dr.example("ring"), ("v, ABOVE, 0.6", f"LOAD, ABOVE, {load}")))
+    dr.assert_close(stopped.load("EP"), load, relative=LOCATE)
+    assert not stopped.labelled("LP")
+
+
 def test_limit_point_is_the_vertex_of_its_neighbourhood():
     """The path around the limit point, walked with small increments, has its top where the LP says.
 
@@ -267,6 +278,24 @@ def test_contact_passes_a_node_that_stays():
     dr.assert_close(angle, angle_of(table, v), absolute=0.01)
     far = np.abs(angle - 30.0) > 0.5
     dr.assert_close(angle[far], angle_of(table, v)[far], absolute=ANGLE_LIMIT)
+
+
+def test_contact_slides_past_the_seam_of_a_ring():
+    """A whole ring whose first and last node is the one at 30 degrees: the same to the left and to the right."""
+    text = dr.example("ring-full")
+    start, end = text.index("*NODE"), text.index("*BEAM SECTION")
+    apex, bottom = 1 + 220, 1 + 100        # 1.5 degrees a label, anticlockwise from 30 degrees
+    text = text[:start] + "*NODE\n1, -0.5, 0.86602540378443864676\n*RING, ELSET=RING, NSET=RING\n1, 0., 0., 240\n" + text[end:]
+    run = dr.run_deck(dr.changed(text, ("*BOUNDARY\n2, 1", f"*BOUNDARY\n{bottom}, 1"), ("1, U2, -1.", f"{apex}, U2, -1."),
+                                 ("1, U1\n", f"{apex}, U1\n")))
+    dr.assert_close(run.load("LP"), CRITICAL_LOAD, relative=3e-5)
+    table = dr.reference("ring_rigid_Rh100")
+    inside = on_table(run, table)
+    exact = angle_of(table, run.column("v")[inside])
+    left, right = (dr.regions(run, name)[inside] % 360.0 for name in ("angle_start", "angle_end"))
+    dr.assert_close(left, exact, absolute=2e-3)
+    dr.assert_close((left + right + 180.0) % 360.0, np.full(len(left), 180.0), absolute=1e-5)
+    assert np.min(left) < 30.0 < np.max(left)
 
 
 # ---- convergence ----

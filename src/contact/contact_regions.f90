@@ -158,12 +158,27 @@ contains
          end do
          if (.not. state%active(k) .or. steps < 2 .or. k == c) cycle
          if (span > unresolved * widest) cycle
+         if (are_points(c, k)) cycle
          k = problem%candidates%neighbour(2, c)
          do while (.not. state%active(k))
             touching(k) = .true.
             k = problem%candidates%neighbour(2, k)
          end do
       end do
+
+   contains
+
+      !> Two points of a sliding contact, each alone: nothing waves between them.
+      logical function are_points(first, last)
+         integer, intent(in) :: first, last
+         integer :: before, after
+         are_points = problem%model%contact(problem%candidates%contact(first))%sliding
+         if (.not. are_points) return
+         before = problem%candidates%neighbour(1, first)
+         after = problem%candidates%neighbour(2, last)
+         if (before > 0) are_points = .not. state%active(before)
+         if (are_points .and. after > 0) are_points = .not. state%active(after)
+      end function are_points
    end function resolved_contact
 
    !> Arc length of a candidate along its chain, sliding included.

@@ -37,6 +37,7 @@ module corrector
    real(wp), parameter :: no_motion = 1.0e-10_wp !! arc length of rounding, where loads only stress what cannot move
    real(wp), parameter :: large_correction = 1.0e-4_wp !! of the increment
    character(*), parameter :: out_of_reach = 'a contact point moved further than its elements reach'
+   real(wp), parameter :: far_slide = 1.0e-3_wp !! of an element
    integer, parameter :: most_spreads = 3 !! in one increment
    integer, parameter :: max_contact_loops = 12 !! outer loops of the paper's scheme
 
@@ -174,6 +175,9 @@ contains
             & movable .and. iteration <= shifting_iterations, step, wanted, report, timers)
          if (allocated(report%message)) return
          refactor = iteration <= tangent_updates .or. any(step%active .neqv. state%active)
+         ! A contact point that slides takes lengths of elements along.
+         if (.not. step%flipped) refactor = refactor .or. any(abs(step%y(2:)) > far_slide * &
+            & problem%candidates%tributary(system%slide(:system%n_slides)))
          correction = 0.0_wp
          passed = .false.
          if (step%flipped) then

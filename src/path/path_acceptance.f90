@@ -83,7 +83,7 @@ contains
          call locate(problem, step, run, trial, events(i), places(i), reports(i), fraction(i), located(i), later(i), timers)
       end do
       if (present(hidden)) then
-         hidden = hidden .and. (any_hidden() .or. out_of_reach())
+         hidden = hidden .and. (any_hidden() .or. out_of_reach() .or. passed_twice())
          if (hidden) return
       end if
       limit_at = huge(1.0_wp)
@@ -224,6 +224,22 @@ contains
                & events(j)%pivots > max(run%probe%negative_pivots, probe%negative_pivots)
          end do
       end function any_hidden
+
+      !> True when the load passed a value that it is to stop at, or is asked for, on the way to a limit point and on the way back.
+      pure logical function passed_twice()
+         real(wp) :: top, near
+         integer :: j
+         passed_twice = .false.
+         do j = 1, size(events)
+            if (events(j)%kind /= event_limit .or. .not. located(j)) cycle
+            top = places(j)%load_factor
+            near = run%probe%load_factor
+            if (abs(probe%load_factor - top) < abs(near - top)) near = probe%load_factor
+            passed_twice = passed_twice .or. any(step%stop%monitor == 0 .and. (step%stop%value - near) * &
+               & (step%stop%value - top) < 0.0_wp) .or. any(step%locate%monitor == 0 .and. &
+               & (step%locate%value - near) * (step%locate%value - top) < 0.0_wp)
+         end do
+      end function passed_twice
 
       !> True when a contact event was not located and contact points slide: the nodes that its search holds reach only so far.
       pure logical function out_of_reach()
