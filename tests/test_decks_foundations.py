@@ -182,7 +182,7 @@ def test_rail_buckles_up_and_down():
 SOIL = ((0.0, 0.0), (0.1, 10.0), (0.3, 20.0), (0.4, 20.0), (0.5, 60.0))
 
 
-def sinking(step, bilateral=False, load=-50.0):
+def sinking(step, bilateral=False, load=-50.0, points_at="AUTO"):
     """A rod of length 1 and width 3 that only moves in y: one unknown."""
     points = "\n".join(f"{p}, {f}" for p, f in SOIL)
     return dr.run_deck(f"""*HEADING
@@ -202,7 +202,7 @@ A block on a multi-linear ground
 {points}
 *OBSTACLE, NAME=GROUND, TYPE=LINE, FOUNDATION=LAW, LAW=soil, WIDTH=3{", BILATERAL" if bilateral else ""}
 0, 0, 2, 0
-*CONTACT, OBSTACLE=GROUND, NSET=ROD
+*CONTACT, OBSTACLE=GROUND, NSET=ROD, POINTS={points_at}
 *MONITOR, NAME=W
 2, U2
 *MONITOR, NAME=R, OBSTACLE=GROUND
@@ -225,8 +225,9 @@ def law_force(penetration):
 
 
 def test_block_follows_the_law():
-    """Displacement control across all kinks and along the level stretch; reaction and gap are those of the law."""
-    run = sinking("*STATIC, METHOD=DISPLACEMENT, MONITOR=W\n-0.07, , 0.07\n*STOP\nW, BELOW, -0.63")
+    """Displacement control across all kinks and along the level stretch, where nothing but rounding makes the tangent regular
+    (so springs at the nodes; distributed, whether Newton's method gets along it is up to the rounding)."""
+    run = sinking("*STATIC, METHOD=DISPLACEMENT, MONITOR=W\n-0.07, , 0.07\n*STOP\nW, BELOW, -0.63", points_at="NODES")
     w = run.column("W")
     assert len(w) > 9 and w[-1] == pytest.approx(-0.63)
     dr.assert_close(run.column("R"), law_force(-w), absolute=1e-9)

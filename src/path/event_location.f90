@@ -89,11 +89,13 @@ contains
       above = trial
       ! A contact that is lost may leave no gap where something else holds the node; with it held its reaction tells.
       located = abs(bracket%f_high) <= step%locate_tolerance * bracket%scale .and. .not. held
-      if (branching .and. bracket%f_low * event%before <= 0.0_wp) then
-         ! It was passed next to the last point, which had the sign of rounding.
-         place = run%state
-         fraction = 0.0_wp
-         located = .true.
+      if (branching) then
+         if (bracket%f_low * event%before <= 0.0_wp) then
+            ! It was passed next to the last point, which had the sign of rounding.
+            place = run%state
+            fraction = 0.0_wp
+            located = .true.
+         end if
       end if
       search: do try = 1, max_tries
          if (located) exit search
