@@ -101,6 +101,7 @@ contains
       call widen_columns(listing%column, cell)
       call write_title(listing, point%step)
       call write_row(listing%unit, listing%column, cell)
+      if (allocated(point%warning)) write (listing%unit, '(a)') '        ! '//point%warning
       listing%rows = listing%rows + 1
       flush (listing%unit)
    end subroutine listing_point

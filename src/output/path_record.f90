@@ -26,6 +26,7 @@ module path_record
       integer :: free_pivots = 0              !! the same without contacts that carry no force
       integer :: active_contacts = 0
       integer :: lcp_size = 0, lcp_pivots = 0 !! largest LCP and all pivots of this increment
+      character(:), allocatable :: warning    !! something begins here that makes the answer doubtful: one sentence
       real(wp), allocatable :: monitor(:)
       type(region_t), allocatable :: region(:)        !! allocated only when the model has contacts
       real(wp), allocatable :: reaction_total(:)      !! (n_contacts) sum of the normal reactions

@@ -253,8 +253,10 @@ contains
          & 'largest force, or moment over the size, that is left at a node without its supports, over the force scale')
       call put('foundation', accuracy%foundation, &
          & 'largest difference between a reaction of a foundation at a node and that of its gap over the largest reaction')
-      call put('between', accuracy%between, &
-         & 'largest penetration of a rigid obstacle halfway between nodes in contact over the size of the structure')
+      call put('mesh', accuracy%mesh, &
+         & 'longest element beside or in contact: N h^2/EI, or the error that it makes, over what the mesh can carry')
+      call put('rounding', accuracy%rounding, &
+         & 'largest relative error that rounding makes in the slope of the path (and what is located by it)')
 
    contains
 

@@ -30,7 +30,9 @@ module run_accuracy
       type(worst_t) :: moment_balance         !! the same for moments about the structure's middle, over the size
       type(worst_t) :: node_balance           !! the same for each node without its supports
       type(worst_t) :: foundation             !! largest |reaction - that of the gap| of foundations at nodes, over the largest
-      type(worst_t) :: between                !! as penetration, halfway between nodes in contact
+      type(worst_t) :: mesh                   !! a measure of too long elements over its limit, see mesh_adequacy
+      type(worst_t) :: rounding               !! of what is taken from the tangent, over what that is
+      character(:), allocatable :: mesh_words !! which elements, why, what to do; allocated when it was above 1
       real(wp) :: force = 0.0_wp              !! largest force of the run so far: what balances are measured against
       real(wp) :: reaction = 0.0_wp           !! largest reaction at a node of the run so far
    end type accuracy_t

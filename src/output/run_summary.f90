@@ -27,8 +27,9 @@ contains
          call write_value('tension / largest reaction', accuracy%tension%value)
          call write_value('complementarity violation', accuracy%complementarity%value)
          call write_value('reactions and law of foundations', accuracy%foundation%value)
-         call write_value('penetration between nodes / size', accuracy%between%value)
+         call write_value('mesh: longest element / allowed', accuracy%mesh%value)
       end if
+      call write_value('rounding of the slope of the path', accuracy%rounding%value)
       call write_value('balance of forces', accuracy%force_balance%value)
       call write_value('balance of moments', accuracy%moment_balance%value)
       call write_value('balance of every node', accuracy%node_balance%value)
@@ -40,7 +41,7 @@ contains
       end subroutine write_value
    end subroutine write_accuracy
 
-   !> The measures that say the answer is wrong, in words; '' when all are good.
+   !> Why the answer is not to be trusted, in words; '' when all checks are good.
    pure function failed_checks(accuracy) result(text)
       type(accuracy_t), intent(in) :: accuracy
       character(:), allocatable :: text
@@ -52,6 +53,11 @@ contains
       call look('tension', accuracy%tension, unbalanced)
       call look('complementarity', accuracy%complementarity, misplaced)
       call look('reactions and law of foundations', accuracy%foundation, unbalanced)
+      if (text /= '') text = 'its own checks found it wrong: '//text
+      if (allocated(accuracy%mesh_words)) then
+         if (text /= '') text = text//'; '
+         text = text//'the mesh is too coarse: '//accuracy%mesh_words
+      end if
 
    contains
 

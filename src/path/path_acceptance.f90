@@ -20,7 +20,7 @@ module path_acceptance
    use contact_set, only: reaction_rate
    use sliding_nodes, only: rehome_nodes
    use point_report, only: report_point
-   use balance, only: measure_balance
+   use point_checks, only: check_point
    use path_record, only: recorder_t, point_t, critical_t
    use run_accuracy, only: accuracy_t, place_t
    use timing, only: timers_t, count_up, counter_points, counter_located
@@ -328,7 +328,7 @@ contains
       ! At the stress-free start there is no force to measure a residual against.
       if (is_stress_free(state)) point%residual = 0.0_wp
       run%points = run%points + 1
-      call measure_balance(problem, state, place_t(run%branch, problem%step, run%points, state%load_factor), point%residual, &
+      call check_point(problem, state, place_t(run%branch, problem%step, run%points, state%load_factor), point, &
          & outcome%accuracy)
       call count_up(timers, counter_points)
       call recorder%point(point, timers, error)
