@@ -35,6 +35,8 @@ module run_accuracy
       character(:), allocatable :: mesh_words !! which elements, why, what to do; allocated when it was above 1
       real(wp) :: force = 0.0_wp              !! largest force of the run so far: what balances are measured against
       real(wp) :: reaction = 0.0_wp           !! largest reaction at a node of the run so far
+      real(wp) :: slope = 0.0_wp              !! of the path at the point before
+      character(:), allocatable :: rounding_words !! as mesh_words
    end type accuracy_t
 
 contains

@@ -54,10 +54,8 @@ contains
       call look('complementarity', accuracy%complementarity, misplaced)
       call look('reactions and law of foundations', accuracy%foundation, unbalanced)
       if (text /= '') text = 'its own checks found it wrong: '//text
-      if (allocated(accuracy%mesh_words)) then
-         if (text /= '') text = text//'; '
-         text = text//'the mesh is too coarse: '//accuracy%mesh_words
-      end if
+      if (allocated(accuracy%mesh_words)) call add(accuracy%mesh_words)
+      if (allocated(accuracy%rounding_words)) call add(accuracy%rounding_words)
 
    contains
 
@@ -66,9 +64,14 @@ contains
          type(worst_t), intent(in) :: worst
          real(wp), intent(in) :: bound
          if (worst%value <= bound) return
-         if (text /= '') text = text//'; '
-         text = text//name//' '//scientific(worst%value, 2)//' '//place_in_words(worst%at)
+         call add(name//' '//scientific(worst%value, 2)//' '//place_in_words(worst%at))
       end subroutine look
+
+      pure subroutine add(words)
+         character(*), intent(in) :: words
+         if (text /= '') text = text//'; '
+         text = text//words
+      end subroutine add
    end function failed_checks
 
    !> "at point 12 (load factor 1.5), node 7"

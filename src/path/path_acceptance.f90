@@ -419,8 +419,8 @@ contains
       ! At the stress-free start there is no force to measure a residual against.
       if (is_stress_free(state)) point%residual = 0.0_wp
       run%points = run%points + 1
-      call check_point(problem, state, place_t(run%branch, problem%step, run%points, state%load_factor), point, &
-         & outcome%accuracy)
+      call check_point(problem, state, run%system, place_t(run%branch, problem%step, run%points, state%load_factor), point, &
+         & outcome%accuracy, timers)
       call count_up(timers, counter_points)
       call recorder%point(point, timers, error)
       if (allocated(error)) outcome%why = error%message
