@@ -15,7 +15,8 @@ module point_checks
    private
    public :: check_point
 
-   real(wp), parameter :: told_rounding = 0.01_wp !! of the slope
+   !> Of the slope: what it does to a limit load goes with its square, and may be 1 % of an increment.
+   real(wp), parameter :: told_rounding = 0.1_wp
 
 contains
 
