@@ -167,14 +167,20 @@ contains
       end associate
    end function is_what_it_says
 
-   !> Signs of the gaps and reactions of all but some candidates.
+   !> Signs of the gaps and reactions of all but some candidates; of these only that they do not work against each other.
    pure logical function holds_elsewhere(problem, system, marked, state) result(holds)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! assembled at `state`
-      logical, intent(in) :: marked(:)           !! (candidates) that do not count
+      logical, intent(in) :: marked(:)           !! (candidates) whose own signs do not count
       type(state_t), intent(in) :: state
       real(wp), parameter :: tolerance = 1.0e-8_wp
+      real(wp) :: least
+      least = tolerance * system%force_scale
+      ! Held, a region may pull at one node what it pushes at another: their sum vanishes where no contact is lost.
+      holds = .not. (any(marked .and. state%active .and. state%reaction < -least) .and. &
+         & any(marked .and. state%active .and. state%reaction > least))
+      if (.not. holds) return
       holds = .not. any(.not. marked .and. .not. problem%candidates%bilateral .and. &
-         & merge(state%reaction < -tolerance * system%force_scale, system%opening < -tolerance * problem%size, state%active))
+         & merge(state%reaction < -least, system%opening < -tolerance * problem%size, state%active))
    end function holds_elsewhere
 end module event_location
