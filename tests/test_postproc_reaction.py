@@ -207,7 +207,8 @@ def test_picture(files, tmp_path, arguments):
     (["nodes.h5", "--rows", "16"], "no point 16 (they run from 1 to 15)"),
     (["nodes.h5", "--at", "1,x"], "'1,x' is not a list of numbers"),
     (["nodes.h5", "--branch", "1"], "no branch 1 (it has none)"),
-    (["gaps.h5", "--against", "angle"], "angles need displacements (*FIELD OUTPUT, DISPLACEMENT), point 1 has none"),
+    (["gaps.h5", "--against", "angle"],
+     "angles need the contact points (they come with *FIELD OUTPUT, REACTION or GAP), point 1 has none"),
     (["nodes.h5", "--label", "BP"], "label BP: no such point")])
 def test_wrong_input_is_one_line(files, monkeypatch, capsys, arguments, message):
     monkeypatch.chdir(files)

@@ -8,8 +8,8 @@ module corrector
    use bordered_system, only: assemble_bordered, factor_system, linearise, apply_increment
    use contact_slides, only: slide_fraction, pass_on, drop_slides
    use contact_spread, only: spread_contacts, close_touching
-   use path_control, only: control_t, control_row, control_error, metric, is_arc_length, set_tangent, monitor_change, &
-      & path_length
+   use path_control, only: control_t, control_row, control_error, metric, is_arc_length, set_tangent, path_length
+   use monitor_rows, only: monitor_change
    use contact_set, only: contact_step_t, solve_contact_step, gap_tolerance, inside_region, weak_reaction
    use step_search, only: shorten_step, step_work
    use element_foundation, only: foundation_forces
@@ -106,7 +106,8 @@ contains
          call set_tangent(problem, system, 0.0_wp * start%u, 1.0_wp, tangent)
          length = abs(control%increment)
          if (control%method == method_displacement) &
-            & length = length / max(abs(monitor_change(problem, control%monitor, system, system%tangent)), tiny(1.0_wp))
+            & length = length / max(abs(monitor_change(problem, control%monitor, start, system, system%tangent, &
+            & [1.0_wp, system%slide_rate])), tiny(1.0_wp))
          ! Unit tangent: its load component is that per arc length.
          length = length / max(abs(tangent%tangent_load), tiny(1.0_wp))
       end subroutine predicted_length

@@ -7,6 +7,7 @@ module path_acceptance
    use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t
+   use linear_system, only: system_t
    use bordered_system, only: linearise
    use tangent_modes, only: modes_t, lowest_modes, nodal_mode
    use weak_contacts, only: release_weak, count_released, opening_sense
@@ -15,7 +16,7 @@ module path_acceptance
    use path_run, only: run_t, probe_at, keep_landmark
    use step_control, only: stop_met
    use path_events, only: probe_t, event_t, new_probe, detect_events, event_stop, event_bifurcation, event_release, event_limit, &
-      & event_contact, event_value_reached, event_turning
+      & event_contact
    use event_location, only: locate
    use contact_set, only: reaction_rate
    use sliding_nodes, only: rehome_nodes
@@ -61,6 +62,7 @@ contains
       type(critical_t) :: critical
       type(state_t), allocatable :: places(:)
       type(state_t) :: released
+      type(system_t), allocatable :: at_trial    ! that of the trial: looking at what happened before it changes nothing
       type(increment_t), allocatable :: reports(:)
       real(wp), allocatable :: fraction(:)
       real(wp) :: rate, limit_at, branching_at, part
@@ -77,6 +79,7 @@ contains
       if (run%step_points == 0) run%probe%load_rate = probe%load_rate
       if (run%step_points == 0) run%probe%monitor_rate = probe%monitor_rate
       call detect_events(problem, step, run%probe, probe, run%state, trial, events)
+      if (size(events) > 0) at_trial = run%system
       allocate (places(size(events)), reports(size(events)), fraction(size(events)), located(size(events)), &
          & later(size(events)))
       do i = 1, size(events)
@@ -163,7 +166,7 @@ contains
             return
          end if
       end do
-      if (size(events) > 0) call linearise(problem, trial, trial, run%system, timers)
+      if (allocated(at_trial)) run%system = at_trial
       probe = probe_at(problem, run, trial)
       probe%free_pivots = free_pivots
       probe%weak = weak_at_trial
@@ -206,15 +209,15 @@ contains
 
    contains
 
-      !> True when a point between has a pivot count that neither end has: eigenvalues went and came back. Where the contact
-      !> set changes on the way, a point before that counts differently from the start.
+      !> True when the end of the step, between, has a pivot count that neither end has: eigenvalues went and came back. Where
+      !> the contact set changes on the way, a point before that counts differently from the start.
       pure logical function any_hidden()
          integer :: j
          logical :: same_set
          any_hidden = .false.
          same_set = all(run%state%active .eqv. trial%active)
          do j = 1, size(events)
-            if (.not. located(j) .or. all(events(j)%kind /= [event_value_reached, event_stop, event_turning])) cycle
+            if (.not. located(j) .or. events(j)%kind /= event_stop) cycle
             if (.not. same_set) then
                if (all(run%state%active .eqv. places(j)%active)) &
                   & any_hidden = any_hidden .or. events(j)%pivots /= run%probe%negative_pivots

@@ -5,7 +5,8 @@ module path_run
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
-   use path_control, only: control_t, set_tangent, monitor_change
+   use path_control, only: control_t, set_tangent
+   use monitor_rows, only: monitor_change
    use path_events, only: probe_t, new_probe
    implicit none
    private
@@ -58,7 +59,8 @@ contains
       case (method_load)
          call set_tangent(problem, run%system, 0.0_wp * state%u, run%control%increment, control)
       case (method_displacement)
-         ahead = monitor_change(problem, run%control%monitor, run%system, run%system%tangent)
+         ahead = monitor_change(problem, run%control%monitor, state, run%system, run%system%tangent, &
+            & [1.0_wp, run%system%slide_rate])
          call set_tangent(problem, run%system, 0.0_wp * state%u, sign(1.0_wp, ahead * run%control%increment), control)
       case default
          call set_tangent(problem, run%system, state%u - run%state%u, state%load_factor - run%state%load_factor, control)
