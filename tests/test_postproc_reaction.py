@@ -48,7 +48,7 @@ def write_closed(name):
         make.put(file, "contact/arc_length", angle, "length")
         make.put(file, "contact/chain_length", np.array([2.0 * np.pi]), "length")
         file["contact/start"][:, 0], file["contact/end"][:, 0] = np.radians(305.0), np.radians(360.0 + 55.0)
-        file["fields/displacement"][...] = 0.0
+        file["fields/contact_point"][...] = file["mesh/coordinates"][()]
         file["fields/reaction_density"][...] = np.maximum(np.cos(angle), 0.5) - 0.5
         file["obstacles/cavity"].attrs["reference_angle"] = 0.0
 
