@@ -6,8 +6,8 @@ module deck_nodes
    use rod_state, only: state_t
    use rod_geometry, only: element_geometry_t, slid_pair
    use linear_system, only: system_t
-   use section_forces, only: local_forces
-   use rod_profile, only: profile_t, new_profile, profile_on, profile_displacement, profile_forces, profile_rate, element_place
+   use section_forces, only: local_forces, inner_local_forces
+   use rod_profile, only: profile_t, new_profile, profile_on, profile_displacement, profile_rate, element_place
    implicit none
    private
    public :: deck_node_displacement, deck_section_forces, node_gradient_t, deck_node_gradient
@@ -49,7 +49,7 @@ contains
       call local_forces(problem, state, e, local)
       do side = 1, 2
          call find_node(problem, state, problem%model%mesh%node(side, e), holder, s)
-         if (holder > 0) local(:, side) = profile_forces(problem, state, new_profile(problem, state, holder), &
+         if (holder > 0) local(:, side) = inner_local_forces(problem, state, holder, &
             & element_place(problem, state%geometry%element(holder), holder, s))
       end do
    end subroutine deck_section_forces

@@ -1,8 +1,8 @@
-!> Where the rod is between two nodes: place, rotation and forces at any place inside an element.
+!> Where the rod is between two nodes: place and rotation anywhere inside an element.
 !>
 !> GE elements with s stages: the collocation polynomial, of degree s in tau, 0 to 1 of the element's stress-free length. The
 !> stress-free axis is exact: what it deviates from its own collocation polynomial is added, turned and stretched with the rod.
-!> So a rigid motion is exact, and an error between nodes is that of what the deformation adds: O(h^(s+1)), the forces likewise.
+!> So a rigid motion is exact, and an error between nodes is that of what the deformation adds: O(h^(s+1)).
 !> At the nodes, where place and rotation are those of the state, it is O(h^(2 s)).
 !> UL2: the cubic through the ends of the deformed chord whose slopes there are the natural rotations; O(h^2).
 module rod_profile
@@ -13,18 +13,18 @@ module rod_profile
    use reference_curve, only: curve_point, curve_length, curve_abscissa
    use rod_state, only: state_t, element_displacement, element_load
    use gauss_tableau, only: max_stages, stage_basis
-   use ge_element, only: ge_load_t, ge_directions, ge_direction_rates, ge_interior
+   use ge_element, only: ge_load_t, ge_directions, ge_direction_rates
    use ground, only: home_deviation
-   use section_forces, only: local_forces
    implicit none
    private
-   public :: profile_t, new_profile, profile_on, profile_place, profile_displacement, profile_angle, profile_forces, &
+   public :: profile_t, new_profile, profile_on, profile_place, profile_displacement, profile_home, profile_angle, &
       & profile_rate, element_place
 
    !> One element of one state. Polynomials by their coefficients of tau^0, tau^1, ...
    type :: profile_t
       private
       integer :: element = 0
+      integer :: degree = 0
       real(wp) :: stretch = 1.0_wp              !! by heat, without stress
       real(wp) :: s = 0.0_wp, length = 0.0_wp   !! nominal coordinate of the first end; stress-free length
       logical :: curved = .false.               !! the stress-free axis may deviate from its polynomial
@@ -54,7 +54,7 @@ contains
       type(profile_t) :: profile
       type(ge_load_t) :: load
       real(wp) :: u(6), slope(2, max_stages), home(2, max_stages), turn(max_stages), phi(2), d(2), side(2)
-      integer :: s
+      integer :: s, j, k
       u = element_displacement(problem, state, e)
       load = element_load(problem, state, e)
       profile%element = e
@@ -66,15 +66,22 @@ contains
       profile%rotation(0) = u(3)
       if (problem%model%mesh%family(e) == family_ge) then
          s = problem%model%mesh%stages(e)
-         profile%curved = problem%model%mesh%curve(e) > 0
+         profile%degree = s
+         profile%curved = deviates(problem, e)
          associate (tab => problem%tableau(s), scaled => geometry%length * geometry%scale, z => state%z(:problem%z_size(e), e))
             call ge_directions(tab, geometry%length, geometry%angle, problem%compliance(e), load, u, z, slope(:, :s))
             home(1, :s) = cos(geometry%angle(:s))
             home(2, :s) = sin(geometry%angle(:s))
             turn(:s) = geometry%length * (problem%compliance(e)%bending * z(4:3 + s) + load%curvature)
-            profile%axis(:, 1:s) = scaled * matmul(home(:, :s), transpose(tab%integral(:s, :s)))
-            profile%moved(:, 1:s) = scaled * matmul(slope(:, :s) - home(:, :s), transpose(tab%integral(:s, :s)))
-            profile%rotation(1:s) = matmul(tab%integral(:s, :s), turn(:s))
+            home(:, :s) = scaled * home(:, :s)
+            slope(:, :s) = scaled * slope(:, :s) - home(:, :s)
+            do j = 1, s
+               do k = 1, s
+                  profile%axis(:, k) = profile%axis(:, k) + tab%integral(k, j) * home(:, j)
+                  profile%moved(:, k) = profile%moved(:, k) + tab%integral(k, j) * slope(:, j)
+                  profile%rotation(k) = profile%rotation(k) + tab%integral(k, j) * turn(j)
+               end do
+            end do
          end associate
       else
          ! Stored are M = EI/h (4 phi_1 + 2 phi_2) and EI/h (2 phi_1 + 4 phi_2).
@@ -82,6 +89,7 @@ contains
             & [2.0_wp * state%z(2, e) - state%z(3, e), 2.0_wp * state%z(3, e) - state%z(2, e)]
          d = geometry%chord + u(4:5) - u(1:2)
          side = [-d(2), d(1)]
+         profile%degree = 3
          profile%axis(:, 1) = geometry%chord
          profile%moved(:, 1) = d - geometry%chord + phi(1) * side
          profile%moved(:, 2) = -(2.0_wp * phi(1) + phi(2)) * side
@@ -96,9 +104,19 @@ contains
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau                   !! 0 to 1 of the stress-free length
       real(wp) :: x(2)
-      x = polynomial(profile%axis, tau) + polynomial(profile%moved, tau)
+      x = polynomial(profile%axis + profile%moved, profile%degree, tau)
       if (profile%curved) x = x + profile%stretch * turned(turning(profile, tau), deviation(problem, profile, tau))
    end function profile_place
+
+   !> Stress-free place.
+   pure function profile_home(problem, profile, tau) result(x)
+      type(problem_t), intent(in) :: problem
+      type(profile_t), intent(in) :: profile
+      real(wp), intent(in) :: tau
+      real(wp) :: x(2)
+      x = polynomial(profile%axis, profile%degree, tau)
+      if (profile%curved) x = x + deviation(problem, profile, tau)
+   end function profile_home
 
    !> Displacement and rotation of the material point.
    pure function profile_displacement(problem, profile, tau) result(u)
@@ -107,7 +125,7 @@ contains
       real(wp), intent(in) :: tau
       real(wp) :: u(3)
       real(wp) :: d(2)
-      u(1:2) = polynomial(profile%moved, tau)
+      u(1:2) = polynomial(profile%moved, profile%degree, tau)
       u(3) = turning(profile, tau)
       if (.not. profile%curved) return
       d = deviation(problem, profile, tau)
@@ -131,31 +149,6 @@ contains
       end if
       angle = angle + turning(profile, tau)
    end function profile_angle
-
-   !> N, Q, M as local_forces; forces of distributed foundations are not taken off: for elements without.
-   function profile_forces(problem, state, profile, tau) result(local)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state            !! that of the profile
-      type(profile_t), intent(in) :: profile
-      real(wp), intent(in) :: tau
-      real(wp) :: local(3)
-      real(wp) :: span(2), rotation, resultant(3), angle, ends(3, 2)
-      integer :: s
-      associate (e => profile%element, g => state%geometry%element(profile%element))
-         if (problem%model%mesh%family(e) == family_ge) then
-            s = problem%model%mesh%stages(e)
-            call ge_interior(problem%tableau(s), g%length, g%scale, g%angle, problem%compliance(e), &
-               & element_load(problem, state, e), element_displacement(problem, state, e), state%z(:problem%z_size(e), e), tau, &
-               & span, rotation, resultant)
-            angle = profile_angle(problem, state, profile, tau)
-            local(1:2) = turned(-angle, resultant(1:2))
-            local(3) = resultant(3)
-         else
-            call local_forces(problem, state, e, ends)
-            local = ends(:, 1) + tau * (ends(:, 2) - ends(:, 1))
-         end if
-      end associate
-   end function profile_forces
 
    !> Change of profile_displacement of a GE element, its stress-free geometry held.
    pure function profile_rate(problem, state, profile, tau, du, dz, load_change) result(rate)
@@ -195,6 +188,18 @@ contains
          & geometry%length
    end function element_place
 
+   !> True where the stress-free axis may deviate from its polynomial.
+   pure logical function deviates(problem, e)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: e
+      deviates = problem%model%mesh%curve(e) > 0
+      if (.not. deviates) return
+      associate (curve => problem%model%curve(problem%model%mesh%curve(e)))
+         deviates = abs(curve%curvature) > 0.0_wp .or. curve%imperfection > 0
+      end associate
+      if (problem%ground%founded(e)) deviates = problem%ground%curved(e)
+   end function deviates
+
    !> Stress-free axis less its polynomial.
    pure function deviation(problem, profile, tau) result(d)
       type(problem_t), intent(in) :: problem
@@ -205,12 +210,9 @@ contains
          ! Tabulated where the quadratures of foundations ask many times.
          d = home_deviation(problem%ground, profile%element, tau)
       else
-         associate (curve => problem%model%curve(problem%model%mesh%curve(profile%element)))
-            d = 0.0_wp
-            if (.not. abs(curve%curvature) > 0.0_wp .and. curve%imperfection == 0) return
-            call curve_point(curve, problem%model%imperfection, abscissa(problem, profile, tau), x, angle, speed)
-         end associate
-         d = x - polynomial(profile%axis, tau)
+         call curve_point(problem%model%curve(problem%model%mesh%curve(profile%element)), problem%model%imperfection, &
+            & abscissa(problem, profile, tau), x, angle, speed)
+         d = x - polynomial(profile%axis, profile%degree, tau)
       end if
    end function deviation
 
@@ -228,19 +230,21 @@ contains
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
       integer :: k
-      turning = profile%rotation(max_stages)
-      do k = max_stages - 1, 0, -1
+      turning = profile%rotation(profile%degree)
+      do k = profile%degree - 1, 0, -1
          turning = profile%rotation(k) + tau * turning
       end do
    end function turning
 
    !> Value of a polynomial in the plane.
-   pure function polynomial(coefficient, tau) result(x)
-      real(wp), intent(in) :: coefficient(2, 0:max_stages), tau
+   pure function polynomial(coefficient, degree, tau) result(x)
+      real(wp), intent(in) :: coefficient(2, 0:max_stages)
+      integer, intent(in) :: degree
+      real(wp), intent(in) :: tau
       real(wp) :: x(2)
       integer :: k
-      x = coefficient(:, max_stages)
-      do k = max_stages - 1, 0, -1
+      x = coefficient(:, degree)
+      do k = degree - 1, 0, -1
          x = coefficient(:, k) + tau * x
       end do
    end function polynomial
