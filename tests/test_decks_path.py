@@ -1,0 +1,424 @@
+"""The path follower stays on its path, never goes back over it, and locates what it reports.
+
+Shallow arches with all strategies are in test_decks_arches.py; what contact points cannot do yet, in test_decks_spans.py.
+"""
+import math
+
+import numpy as np
+import pytest
+
+import deck_runner as dr
+
+
+def assert_forward(run):
+    """The arc length rises from point to point, over all steps."""
+    dr.assert_monotone(run.column("arc_length"), rising=True)
+
+
+def assert_events_have_a_place(run):
+    """Each located point is at a load and arc length between its neighbours' arc lengths; a limit point is the highest or lowest of the three."""
+    length, load = run.column("arc_length"), run.column("load_factor")
+    for point in run.labelled("LP"):
+        row = point.point - 1
+        assert 0 < row < len(load) - 1 and length[row - 1] <= length[row] <= length[row + 1]
+        around = load[row - 1:row + 2]
+        room = 1e-9 * np.max(np.abs(around))
+        assert np.all(around <= load[row] + room) or np.all(around >= load[row] - room), f"{around} about a limit point"
+
+
+def changes_without_event(run, first=0):
+    """Rows from which on the number of negative pivots is another one, without a limit point or bifurcation there."""
+    pivots = run.column("negative_pivots")
+    special = {c.point - 1 for label in ("LP", "BP") for c in run.labelled(label)}
+    changes = first + np.flatnonzero(np.diff(pivots[first:]))
+    return [int(row) for row in changes if not special & {row, row + 1}]
+
+
+# Arc length --------------------------------------------------------------------------------------------------------
+
+def test_arc_length_rises_from_step_to_step():
+    """The second step's own length is that of the tip's way, in the metric of the path: as in one step of 1.1."""
+    head = """*HEADING
+cantilever
+*NODE
+1, 0, 0
+2, 1, 0
+*LINE, ELSET=E
+1, 2, 4
+*BEAM SECTION, ELSET=E, SECTION=STIFFNESS
+1000, 1
+*BOUNDARY
+1, ENCASTRE
+"""
+    step = "*STEP\n*STATIC, METHOD=LOAD\n{}\n*CLOAD\n2, 2, {}\n*END STEP\n"
+    two = dr.run_deck(head + step.format(1, -1) + step.format(0.1, -0.1))
+    assert_forward(two)
+    one = dr.run_deck(head + "*STEP\n*STATIC, METHOD=LOAD\n0.01, 1E-3, 0.01\n*CLOAD\n2, 2, -1.1\n*END STEP\n")
+    # chords of a curve that turns by some 0.1 rad in all
+    dr.assert_close(two.column("arc_length")[-1], one.column("arc_length")[-1], relative=1e-3)
+
+
+# First increments --------------------------------------------------------------------------------------------------
+
+@pytest.mark.parametrize("first", ["10.", "100."])
+def test_a_first_increment_far_beyond_buckling(first):
+    """10 and 100 Euler loads: the path is that of the deck's own 0.1."""
+    run = dr.run_deck(dr.changed(dr.example("column"), ("0.1, 1E-12, 0.003", f"{first}, 1E-12, 0.003")))
+    assert [c.label for c in run.results.critical] == ["C+", "LP", "C-", "LP", "EP"]
+    dr.assert_close([c.load_factor for c in run.labelled("LP")], [2.484036097, 1.025646944], relative=1e-7)
+    assert_forward(run)
+
+
+@pytest.mark.parametrize("first", ["1E3", "1E6"])
+def test_a_first_increment_far_beyond_the_limit_load(first):
+    """160 equal GE4: their critical load errs by 4E-6."""
+    run = dr.run_deck(dr.changed(dr.example("ring"), ("0., 0., 160, 6.", "0., 0., 160"), ("\n1., 1E-9, 0.02", f"\n{first}, 1E-9, 0.02"),
+                                 ("*LOCATE\nLOAD, 34., 57., 62., 28.\n", ""), ("ABOVE, 0.6", "ABOVE, 0.05")))
+    dr.assert_close(run.load("LP"), 81.557427564661, relative=1e-5)
+
+
+# Load control ------------------------------------------------------------------------------------------------------
+
+SHEET = """*HEADING
+Heavy sheet fed horizontally, drooping on a floor (w = 1, EI = 0.01): weight first, then the feeder comes down
+*NODE
+1, 0., 1.5
+2, 2., 1.5
+*LINE, ELSET=S, NSET=S, TYPE=GE6
+1, 2, 100
+*BEAM SECTION, ELSET=S, SECTION=STIFFNESS
+1e5, 0.01, , 1.
+*BOUNDARY
+1, ENCASTRE
+*OBSTACLE, NAME=FLOOR, TYPE=LINE
+0., -1., 1., -1.
+*CONTACT, OBSTACLE=FLOOR, NSET=S
+*MONITOR, NAME=V
+1, RF2
+*STEP, NAME=WEIGHT
+*STATIC, METHOD=LOAD
+0.02
+*DLOAD
+S, GRAV, 1., 0., -1.
+*END STEP
+*STEP, NAME=DOWN
+*STATIC, METHOD=LOAD
+{increments}
+*BOUNDARY
+1, 2, 2, -2.1
+*LOCATE
+LOAD, 0.5
+*STOP
+LOAD, ABOVE, 0.55
+*END STEP
+"""
+
+
+def sheet(increments):
+    """The run, whatever it ends with, and its reaction where the load factor of the second step is 0.5; None before."""
+    text = SHEET.format(increments=increments)
+    try:
+        run = dr.run_deck(text)
+    except AssertionError:
+        run = dr.run_deck(text, code=2)
+    found = [c.monitors["V"] for c in run.labelled("UZ")]
+    return run, found[0] if found else None
+
+
+@pytest.mark.parametrize("increments", ["0.02", "0.005, 1e-9, 0.01"])
+def test_load_control_gives_one_answer(increments):
+    """A long increment meets the path that short ones follow, or none: it does not land on another."""
+    run, reaction = sheet(increments)
+    _, slow = sheet("0.001, 1e-9, 0.002")
+    if reaction is None:
+        assert run.code == 2
+    else:
+        assert slow is not None
+        dr.assert_close(reaction, slow, relative=1e-6)
+    assert not changes_without_event(run), "the stability changes without an event"
+
+
+# Located or not ----------------------------------------------------------------------------------------------------
+
+DEEP = """*HEADING
+hinged arch of 215 degrees
+*NODE
+1, -0.9537169507482269, -0.3007057995042731
+2, 0., 1.
+3, 0.9537169507482269, -0.3007057995042731
+*ARC, ELSET=ARCH, DIRECTION=CLOCKWISE, TYPE={element}
+1, 2, 0., 0., {half}
+2, 3, 0., 0., {half}
+*BEAM SECTION, ELSET=ARCH, SECTION=STIFFNESS
+{ea}, 1.
+*BOUNDARY
+1, PINNED
+3, PINNED
+*MONITOR, NAME=v
+2, U2, -1.
+*STEP
+*STATIC
+0.1
+*CLOAD
+2, 2, -1.
+*STOP
+v, ABOVE, 1.3
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("element, half, ea", [("GE4", 20, "1e9"), ("GE8", 80, "1e8"), ("GE8", 20, "1e11")])
+def test_a_bifurcation_is_located_in_stiff_arches(element, half, ea):
+    """Exact for EA = inf: 3.27628214, 9.463109. GE4: c (2 k h)^4 k L of test_decks_arches with k = 1.8 is 9e-6."""
+    run = dr.run_deck(DEEP.format(element=element, half=half, ea=ea))
+    limit = 1e-5 if element == "GE4" else 1e-6
+    point, top = run.only("BP"), run.only("LP")
+    assert point.located and top.located
+    dr.assert_close(point.load_factor, 3.27628214, relative=limit)
+    dr.assert_close(top.load_factor, 9.463109, relative=2.0 * limit)
+    assert_events_have_a_place(run)
+
+
+def test_a_bifurcation_between_long_increments_is_located():
+    """Sway of a column whose head a stiff spring keeps upright; a strut from there to a roller does next to nothing.
+
+    cot(k L) = EI k/spring at P = EI k^2. GE4, 4 elements: c (2 k h)^4 k L is 1.4e-4. The path itself bends away there, by the
+    strut's reaction, which is 1e-7 of the load: to find that out takes a second point near.
+    """
+    side, young, spring, load = 0.0018731861874, 4.58823962439e+17, 3097904762.16, 670601.749603
+    run = dr.run_deck(f"""*HEADING
+column with a strut
+*NODE
+1, 0, 0
+2, 0, 1
+3, 0.60335828220972365, 0.57953147488339973
+*LINE, ELSET=E, NSET=N, TYPE=GE4
+1, 2, 4
+2, 3, 4
+*MATERIAL, NAME=M
+*ELASTIC
+{young}, 0.0773172143471
+*BEAM SECTION, ELSET=E, SECTION=RECT, MATERIAL=M, SHEAR=RIGID
+{side}, {side}
+*BOUNDARY
+1, PINNED
+3, 2
+*SPRING
+2, 6, {spring}
+*STEP
+*STATIC
+0.263015094622
+*CONTROLS, POINTS=34
+*CLOAD
+2, 2, {-load}
+*STOP
+LOAD, ABOVE, 5
+*END STEP
+""")
+    ei = young * side**4 / 12.0
+    low, high = 1.0, 0.5 * math.pi
+    for _ in range(60):
+        k = 0.5 * (low + high)
+        low, high = (k, high) if math.cos(k) > ei * k / spring * math.sin(k) else (low, k)
+    point = run.only("BP")
+    assert point.located
+    dr.assert_close(point.load_factor, ei * k**2 / load, relative=2e-4)
+
+
+def test_a_located_bifurcation_is_as_exact_as_asked():
+    """Euler's column, where the load tells the place: LOCATE is of the load, however long the increment."""
+    text = """*HEADING
+column
+*NODE
+1, 0., 0.
+2, 1., 0.
+*LINE, ELSET=E, TYPE=GE8
+1, 2, 16
+*BEAM SECTION, ELSET=E, SECTION=STIFFNESS
+1e6, 1.
+*BOUNDARY
+1, PINNED
+2, 2
+*STEP
+*STATIC
+{first}, 1e-12, {largest}
+*CONTROLS, LOCATE={locate}
+*CLOAD
+2, 1, -9.869604401089358
+*STOP
+LOAD, ABOVE, 1.8
+*END STEP
+"""
+    # P (1 - P/EA) = pi^2 EI/L^2
+    euler = math.pi**2
+    exact = 0.5e6 * (1.0 - math.sqrt(1.0 - 4.0 * euler / 1e6)) / euler
+    for locate in (1e-4, 1e-6, 1e-8, 1e-10):
+        for first, largest in ((0.3, 0.1), (0.7, 10.0)):
+            run = dr.run_deck(text.format(first=first, largest=largest, locate=locate))
+            # 1e-9: Newton's tolerance
+            dr.assert_close(run.load("BP"), exact, relative=locate + 1e-9)
+
+
+@pytest.mark.parametrize("increment", ["1.5e-05", "4.5e-06"])
+def test_a_limit_point_at_a_hand_over(increment):
+    """L/h = 100, d/L = 1e-4; 2.48626887 with 160 GE8 and any increments. 80 GE6: below 1e-7, as in test_decks_column."""
+    run = dr.run_deck(f"""*HEADING
+column beside a close wall
+*NODE
+1, 0., 0.
+2, 0.5, 0.
+3, 1.0, 0.
+*LINE, ELSET=COLUMN, NSET=COLUMN, TYPE=GE6
+1, 2, 40
+2, 3, 40
+*IMPERFECTION, ELSET=COLUMN, SHAPE=CLAMPED
+7.e-06, 5.25e-06
+*BEAM SECTION, ELSET=COLUMN, SECTION=STIFFNESS
+120000.0, 1.0
+*BOUNDARY
+1, ENCASTRE
+3, YSYMM
+*OBSTACLE, NAME=WALL, TYPE=LINE
+1.0, 0.0001, 0., 0.0001
+*CONTACT, OBSTACLE=WALL, NSET=COLUMN, POINTS=SLIDING
+*STEP
+*STATIC, METHOD=CYLINDRICAL
+0.1, 1E-12, {increment}
+*CONTROLS, POINTS=3000
+*CLOAD
+3, 1, -39.47841760435743
+*STOP
+LOAD, BELOW, 2.3
+*END STEP
+""")
+    limits = run.labelled("LP")
+    assert limits and all(c.located for c in limits)
+    dr.assert_close(limits[0].load_factor, 2.48626887, relative=2e-7)
+    assert_events_have_a_place(run)
+    assert_forward(run)
+
+
+@pytest.mark.parametrize("desired", [10, 15])
+def test_the_end_is_located_after_long_increments(desired):
+    """k R^4/EI = 1E6, 160 GE4: the limit load is 77.6460 with the 240 of ring-stiffness, errors as on the rigid cavity 4E-6."""
+    run = dr.run_deck(f"""*HEADING
+ring on a soft wall
+*NODE
+1, 0., 1.
+2, 0., -1.
+*ARC, ELSET=RING, NSET=RING, TYPE=GE4
+1, 2, 0., 0., 160
+*BEAM SECTION, ELSET=RING, SECTION=STIFFNESS
+120000., 1.
+*BOUNDARY
+1, XSYMM
+2, XSYMM
+*OBSTACLE, NAME=MEDIUM, TYPE=CIRCLE, SIDE=INSIDE, REFERENCE=90., FOUNDATION=WINKLER, MODULUS=1E6
+0., 0., 1.
+*CONTACT, OBSTACLE=MEDIUM, NSET=RING, POINTS=DISTRIBUTED
+*MONITOR, NAME=v
+1, U2, -1.
+*STEP
+*STATIC, METHOD=CYLINDRICAL
+1., 1E-9, 0.02
+*CONTROLS, DESIRED={desired}
+*DLOAD
+RING, PY, -1.
+*STOP
+v, ABOVE, 0.6
+*END STEP
+""")
+    dr.assert_close(run.load("LP"), 77.6460, relative=1e-5)
+    end = run.only("EP")
+    assert end.located
+    dr.assert_close(end.monitors["v"], 0.6, relative=1e-7)
+
+
+# No way back -------------------------------------------------------------------------------------------------------
+
+LINER = """*HEADING
+Liner in a rigid host, R/t = 50, one lobe (half), gap/R = 0.004
+*NODE
+1, 0., 1.
+2, -0.6427876096865393, 0.766044443118978
+3, 0., -1.
+*ARC, ELSET=LINER, NSET=LINER
+1, 2, 0., 0., 80
+2, 3, 0., 0., 60
+*BEAM SECTION, ELSET=LINER, SECTION=STIFFNESS
+30000, 1.
+*BOUNDARY
+1, XSYMM
+3, XSYMM
+*OBSTACLE, NAME=HOST, TYPE=CIRCLE, SIDE=INSIDE, REFERENCE=90.
+0., 0.004, 1.004
+*CONTACT, OBSTACLE=HOST, NSET=LINER, POINTS=AUTO
+*MONITOR, NAME=v
+1, U2, -1.
+*STEP
+*STATIC, METHOD=CYLINDRICAL
+0.5, 1E-9, 0.01
+*DLOAD
+LINER, P, 1.
+*CLOAD
+1, 2, -0.001
+*STOP
+v, ABOVE, 0.3
+*END STEP
+"""
+TUBE = """*HEADING
+Ring flattened between two rigid plates: quarter ring, plate moves down
+*NODE
+1, 1., 0.
+2, 0., 1.
+*ARC, ELSET=RING, NSET=RING, TYPE=GE6
+1, 2, 0., 0., 80
+*BEAM SECTION, ELSET=RING, SECTION=STIFFNESS
+1e7, 1.
+*BOUNDARY
+1, YSYMM
+2, XSYMM
+*OBSTACLE, NAME=PLATE, TYPE=LINE
+3., 1., -3., 1.
+*CONTACT, OBSTACLE=PLATE, NSET=RING
+*MONITOR, NAME=F, OBSTACLE=PLATE
+RF2, -2.
+*STEP
+*STATIC, METHOD=SPHERICAL
+0.02
+*OBSTACLE MOTION
+PLATE, 0., -1.
+*STOP
+LOAD, ABOVE, 0.95
+*LOCATE
+LOAD, 0.1, 0.3, 0.5, 0.7
+*END STEP
+"""
+
+
+def any_end(text):
+    """The run, which is complete or has stopped and says so."""
+    try:
+        return dr.run_deck(text)
+    except AssertionError:
+        run = dr.run_deck(text, code=2)
+        assert run.results.status.startswith("stopped: ")
+        return run
+
+
+def test_a_liner_does_not_go_back():
+    """Exact: one limit point, at 36.277501, nothing before. The crown moves inwards all along the path."""
+    run = any_end(LINER)
+    dr.assert_monotone(run.column("v"), rising=True)
+    dr.assert_close([c.load_factor for c in run.labelled("LP")][:1], [36.277501][:len(run.labelled("LP"))], relative=1e-3)
+    assert len(run.labelled("LP")) <= 1
+    assert_forward(run)
+
+
+def test_a_tube_does_not_go_back():
+    """Exact: the force rises with the plate's way, so there is no limit point."""
+    run = any_end(TUBE)
+    assert not run.labelled("LP")
+    dr.assert_monotone(run.column("load_factor"), rising=True)
+    dr.assert_monotone(run.column("F")[1:], rising=True)
+    assert_forward(run)
