@@ -36,26 +36,41 @@ def changes_without_event(run, first=0):
 
 # Arc length --------------------------------------------------------------------------------------------------------
 
-def test_arc_length_rises_from_step_to_step():
-    """The second step's own length is that of the tip's way, in the metric of the path: as in one step of 1.1."""
-    head = """*HEADING
-cantilever
+@pytest.mark.parametrize("method", ["LOAD", "CYLINDRICAL", "LARGEST DISPLACEMENT"])
+def test_arc_length_of_a_stretched_rod(method):
+    """u = x P/EA at every point of two steps: its norm over the size, with the length of rod at each node as weight."""
+    n, size, strain = 4, 2.0, 3e-3
+    step = """*STEP
+*STATIC, METHOD={method}
+{first}
+*CLOAD
+2, 1, {load}
+*LOCATE
+LOAD, 0.35, 0.55
+*STOP
+LOAD, ABOVE, {end}
+*END STEP
+"""
+    run = dr.run_deck(f"""*HEADING
+stretched rod
 *NODE
 1, 0, 0
-2, 1, 0
+2, {size}, 0
 *LINE, ELSET=E
-1, 2, 4
+1, 2, {n}
 *BEAM SECTION, ELSET=E, SECTION=STIFFNESS
 1000, 1
 *BOUNDARY
 1, ENCASTRE
-"""
-    step = "*STEP\n*STATIC, METHOD=LOAD\n{}\n*CLOAD\n2, 2, {}\n*END STEP\n"
-    two = dr.run_deck(head + step.format(1, -1) + step.format(0.1, -0.1))
-    assert_forward(two)
-    one = dr.run_deck(head + "*STEP\n*STATIC, METHOD=LOAD\n0.01, 1E-3, 0.01\n*CLOAD\n2, 2, -1.1\n*END STEP\n")
-    # chords of a curve that turns by some 0.1 rad in all
-    dr.assert_close(two.column("arc_length")[-1], one.column("arc_length")[-1], relative=1e-3)
+*MONITOR, NAME=u
+2, U1
+""" + step.format(method=method, first=0.1, load=1000 * strain, end=1) + step.format(method=method, first=0.3, load=200 * strain, end=1))
+    x = np.arange(n + 1) / n
+    weight = np.full(n + 1, 1.0 / n)
+    weight[[0, -1]] *= 0.5
+    assert len(run.labelled("EP")) == 2 and len(run.labelled("UZ")) == 4
+    dr.assert_close(run.column("u")[-1], 1.2 * strain * size, relative=1e-9)
+    dr.assert_close(run.column("arc_length"), run.column("u") / size * np.sqrt(np.sum(weight * x**2)), relative=1e-9, absolute=1e-15)
 
 
 # First increments --------------------------------------------------------------------------------------------------
