@@ -274,6 +274,137 @@ LOAD, ABOVE, 1.8
             dr.assert_close(run.load("BP"), exact, relative=locate + 1e-9)
 
 
+@pytest.mark.parametrize("method, first", [("LOAD", 1.0), ("LOAD", 0.25), ("CYLINDRICAL", 0.2), ("SPHERICAL", 1.0)])
+@pytest.mark.parametrize("locate", [1e-2, 1e-3, 1e-4, 1e-6])
+def test_a_value_is_located_as_exactly_as_asked(method, first, locate):
+    """The roller of a bent beam moves with the square of the load: at first it hardly does, and the load tells the place.
+
+    The deflection is 1e-3 of the span: the square holds to its square, 1e-6, a tenth of the smallest LOCATE on 0.1 of the load.
+    """
+    text = """*HEADING
+beam on a roller
+*NODE
+1, 0., 0.
+2, 1., 0.
+*LINE, ELSET=E, TYPE=GE8
+1, 2, 8
+*BEAM SECTION, ELSET=E, SECTION=STIFFNESS
+1e9, 1.
+*BOUNDARY
+1, PINNED
+2, 2
+*MONITOR, NAME=u
+2, U1, -1e6
+*STEP
+*STATIC, METHOD={method}
+{first}, 1e-9, 1.
+*CONTROLS, LOCATE={locate}
+*DLOAD
+E, PY, -0.05
+{asked}*STOP
+LOAD, ABOVE, 1.
+*END STEP
+"""
+    end = dr.run_deck(text.format(method="LOAD", first=1, locate=1e-8, asked="")).column("u")[-1]
+    shares = np.arange(1, 40) / 40.0
+    asked = "*LOCATE\nu, " + ", ".join(f"{end * share**2:.15g}" for share in shares) + "\n"
+    run = dr.run_deck(text.format(method=method, first=first, locate=locate, asked=asked))
+    # of the load, but not of less than the increment changes it by
+    dr.assert_close([c.load_factor for c in run.labelled("UZ")], shares, absolute=locate)
+
+
+def test_contacts_are_gained_each_at_its_own_load():
+    """Two stops under a beam, both passed within the first increment: w = q x (1 - 2 x^2 + x^3)/24 up to the first, and with its
+    spring's force up to the second. GE8 are exact on such a polynomial but for w^2.
+    """
+    run = dr.run_deck("""*HEADING
+beam above two stops
+*NODE
+1, 0., 0.
+2, 0.25, 0.
+3, 0.5, 0.
+4, 1., 0.
+*LINE, ELSET=E, TYPE=GE8
+1, 2, 2
+2, 3, 2
+3, 4, 4
+*BEAM SECTION, ELSET=E, SECTION=STIFFNESS
+1e6, 1.
+*BOUNDARY
+1, PINNED
+4, 2
+*GAP, NAME=MIDDLE, STIFFNESS=40
+3, 1e-6
+*GAP, NAME=QUARTER
+2, 2e-6
+*STEP
+*STATIC, METHOD=LOAD
+1.
+*DLOAD
+E, PY, -1e-3
+*END STEP
+""")
+
+    def by_force(x, a):
+        """Deflection at x by a unit force at a, x <= a."""
+        return x * (1.0 - a) * (1.0 - x**2 - (1.0 - a)**2) / 6.0
+
+    def by_load(x):
+        return 1e-3 * x * (1.0 - 2.0 * x**2 + x**3) / 24.0
+
+    spring, middle, quarter = 40.0, 1e-6, 2e-6
+    # force of the middle stop, F = spring (load w(1/2) - F b - middle), in 2e-6 = load w(1/4) - F by_force
+    share = spring / (1.0 + spring * by_force(0.5, 0.5))
+    rate = by_load(0.25) - share * by_load(0.5) * by_force(0.25, 0.5)
+    second = (quarter - share * middle * by_force(0.25, 0.5)) / rate
+    found = run.labelled("C+")
+    assert all(c.located for c in found)
+    dr.assert_close([c.load_factor for c in found], [middle / by_load(0.5), second], relative=1e-7)
+    assert_forward(run)
+
+
+@pytest.mark.parametrize("stiffness", [500, 1e5])
+def test_a_stop_turns_a_falling_path(stiffness):
+    """Half of an arch that snaps onto a stiff spring: the load is least where they touch, and nothing bifurcates.
+
+    One contact that is gained takes a negative pivot exactly where it turns the load: both go by the sign of the compliance at the stop.
+    """
+    x, y = math.sin(0.3), math.cos(0.3)
+    run = dr.run_deck(f"""*HEADING
+half an arch that snaps onto a stop
+*NODE
+1, {-x!r}, {y!r}
+2, 0., 1.
+*ARC, ELSET=ARCH, DIRECTION=CLOCKWISE, TYPE=GE6
+1, 2, 0., 0., 20
+*BEAM SECTION, ELSET=ARCH, SECTION=STIFFNESS
+7500., 1.
+*BOUNDARY
+1, PINNED
+2, XSYMM
+*GAP, NAME=STOP, STIFFNESS={stiffness}
+2, 0.045
+*MONITOR, NAME=v
+2, U2, -1.
+*STEP
+*STATIC
+0.1
+*CLOAD
+2, 2, -0.5
+*STOP
+LOAD, ABOVE, 25.
+*END STEP
+""")
+    assert not run.labelled("BP")
+    contact = run.only("C+")
+    assert contact.located
+    dr.assert_close(contact.monitors["v"], 0.045, relative=1e-8)
+    load, pivots = run.column("load_factor"), run.column("negative_pivots")
+    row = contact.point - 1
+    dr.assert_close(np.min(load[row - 3:]), load[row], relative=1e-6)
+    assert pivots[row - 1] == 1 and np.all(pivots[row + 2:] == 0)
+
+
 @pytest.mark.parametrize("increment", ["1.5e-05", "4.5e-06"])
 def test_a_limit_point_at_a_hand_over(increment):
     """L/h = 100, d/L = 1e-4; 2.48626887 with 160 GE8 and any increments. 80 GE6: below 1e-7, as in test_decks_column."""
