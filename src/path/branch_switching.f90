@@ -13,6 +13,7 @@ module branch_switching
    use bordered_system, only: linearise, apply_increment
    use tangent_modes, only: modes_t, lowest_modes, nodal_mode
    use path_control, only: control_t, metric, path_length, is_arc_length
+   use path_continuity, only: heading_at
    use path_events, only: new_probe
    use path_run, only: run_t, landmark_t
    use corrector, only: increment_t, correct
@@ -95,12 +96,11 @@ contains
 
       run%last_length = path_length(problem, run%state, trial)
       run%last_load = trial%load_factor - run%state%load_factor
-      run%direction = trial%u - run%state%u
-      run%direction_load = run%last_load
+      run%heading = heading_at(problem, run%system, trial%u - run%state%u, run%last_load)
       run%arc_length = landmark%arc_length + run%last_length
       call set_increment()
       run%state = trial
-      run%probe = new_probe(problem, run%state, run%system, run%last_load)
+      run%probe = new_probe(problem, run%state, run%system, run%heading%load)
 
    contains
 
