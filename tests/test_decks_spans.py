@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import deck_runner as dr
-from test_decks_path import LINER, TUBE, TUBE_FORCES, tube_forces
+from test_decks_path import LINER, TUBE
 
 pytestmark = pytest.mark.xfail(strict=True, reason="contact spans")
 
@@ -119,7 +119,12 @@ def test_liner_with_a_gap():
 
 
 def test_tube_between_plates():
-    dr.assert_close(tube_forces(dr.run_deck(TUBE)), TUBE_FORCES, relative=1e-5)
+    """Whether one mesh comes through is a matter of rounding today."""
+    for element, elements in (("GE4", 80), ("GE6", 40), ("GE6", 80), ("GE8", 40)):
+        for method in ("LOAD", "SPHERICAL"):
+            run = dr.run_deck(dr.changed(TUBE, ("TYPE=GE6", f"TYPE={element}"), ("0., 0., 80", f"0., 0., {elements}"),
+                                         ("SPHERICAL", method)))
+            dr.assert_close([c.monitors["F"] for c in run.labelled("UZ")][2:], (5.7421601, 15.950445), relative=1e-5)
 
 
 @pytest.mark.xfail(run=False, reason="contact spans: minutes for one increment, hundreds of sliding points in a dense border")
