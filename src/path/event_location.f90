@@ -140,9 +140,10 @@ contains
 
    contains
 
-      !> What is left to the zero, as a change of the load factor over its size.
+      !> What is left to the zero, as a change of the load factor over its size, by the flatter of the secants to both sides.
       real(wp) function load_error()
-         load_error = abs((above%load_factor - below%load_factor) * f / max(abs(bracket%f_high - bracket%f_low), tiny(f))) / &
+         load_error = abs(f) * max(abs(above%load_factor - here%load_factor) / max(abs(f_above - f), tiny(f)), &
+            & abs(here%load_factor - below%load_factor) / max(abs(f - f_below), tiny(f))) / &
             & max(abs(here%load_factor), abs(trial%load_factor - run%state%load_factor))
       end function load_error
    end subroutine bracket_zero

@@ -219,26 +219,31 @@ contains
    end subroutine find_events
 
    !> Changes of the pivot count that are no bifurcations of their own: a limit point's change of sign, further eigenvalues of
-   !> a multiple bifurcation, jumps where the contact set changes, and rounding at a point that is a bifurcation itself.
+   !> a multiple bifurcation, jumps where the contact set changes, and rounding at a point that is a bifurcation itself. And
+   !> loads that turn back at once where a contact is gained or lost: that is what is told.
    function told_otherwise(run, trial, label, seen) result(told)
       type(run_t), intent(in) :: run
       type(state_t), intent(in) :: trial
       character(2), intent(in) :: label
       type(sighting_t), intent(in) :: seen(:)
       logical :: told(size(seen))
-      logical :: set_changes, limit_told
+      logical :: set_changes, contact_located, limit_told
       integer :: i, k
       set_changes = label /= '' .or. any(run%state%active .neqv. trial%active) .or. any(seen%event%kind == event_contact)
+      contact_located = any(seen%event%kind == event_contact .and. seen%located)
       limit_told = .false.
       told = .false.
       do i = 1, size(seen)
+         if (seen(i)%event%kind == event_limit .and. .not. seen(i)%located) told(i) = contact_located
          if (seen(i)%event%kind /= event_bifurcation) cycle
          if (seen(i)%later) then
             told(i) = .true.
          else if (.not. seen(i)%located) then
             told(i) = set_changes
          else
-            told(i) = run%on_bifurcation .and. seen(i)%fraction <= same_place
+            ! Where a contact begins or ends its reaction is zero, and a count means nothing.
+            told(i) = (run%on_bifurcation .or. set_changes) .and. seen(i)%fraction <= same_place
+            told(i) = told(i) .or. (set_changes .and. seen(i)%fraction >= 1.0_wp - same_place)
             do k = 1, size(seen)
                if (k == i .or. told(i) .or. .not. seen(k)%located) cycle
                if (abs(seen(k)%fraction - seen(i)%fraction) > same_place) cycle
