@@ -256,7 +256,7 @@ contains
       call put('mesh', accuracy%mesh, &
          & 'longest element beside or in contact: N h^2/EI, or the error that it makes, over what the mesh can carry')
       call put('rounding', accuracy%rounding, &
-         & 'largest relative error that rounding makes in the slope of the path (and what is located by it)')
+         & 'largest part of the stiffness along the path that is rounding')
 
    contains
 

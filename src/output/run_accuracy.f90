@@ -31,11 +31,11 @@ module run_accuracy
       type(worst_t) :: node_balance           !! the same for each node without its supports
       type(worst_t) :: foundation             !! largest |reaction - that of the gap| of foundations at nodes, over the largest
       type(worst_t) :: mesh                   !! a measure of too long elements over its limit, see mesh_adequacy
-      type(worst_t) :: rounding               !! of what is taken from the tangent, over what that is
+      type(worst_t) :: rounding               !! part of the stiffness along the path, see tangent_rounding
       character(:), allocatable :: mesh_words !! which elements, why, what to do; allocated when it was above 1
       real(wp) :: force = 0.0_wp              !! largest force of the run so far: what balances are measured against
       real(wp) :: reaction = 0.0_wp           !! largest reaction at a node of the run so far
-      real(wp) :: slope = 0.0_wp              !! of the path at the point before
+      real(wp) :: stiffness = 0.0_wp          !! along the path, at the last point without a label
       character(:), allocatable :: rounding_words !! as mesh_words
    end type accuracy_t
 

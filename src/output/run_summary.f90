@@ -29,7 +29,7 @@ contains
          call write_value('reactions and law of foundations', accuracy%foundation%value)
          call write_value('mesh: longest element / allowed', accuracy%mesh%value)
       end if
-      call write_value('rounding of the slope of the path', accuracy%rounding%value)
+      call write_value('rounding / stiffness along the path', accuracy%rounding%value)
       call write_value('balance of forces', accuracy%force_balance%value)
       call write_value('balance of moments', accuracy%moment_balance%value)
       call write_value('balance of every node', accuracy%node_balance%value)

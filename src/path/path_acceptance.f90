@@ -429,7 +429,7 @@ contains
       if (is_stress_free(state)) point%residual = 0.0_wp
       run%points = run%points + 1
       call check_point(problem, state, run%system, place_t(run%branch, problem%step, run%points, state%load_factor), point, &
-         & outcome%accuracy, timers)
+         & outcome%accuracy)
       call count_up(timers, counter_points)
       call recorder%point(point, timers, error)
       if (allocated(error)) outcome%why = error%message

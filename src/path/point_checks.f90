@@ -9,26 +9,24 @@ module point_checks
    use path_record, only: point_t
    use columns, only: whole, brief, scientific
    use linear_system, only: system_t
-   use tangent_rounding, only: slope_error, rounding_cure
-   use timing, only: timers_t
+   use tangent_rounding, only: path_stiffness, rounding_cure
    implicit none
    private
    public :: check_point
 
-   !> Of the slope: what it does to a limit load goes with its square, and may be 1 % of an increment.
+   !> Of the stiffness along the path: that much of an increment limit points move, their loads by its square.
    real(wp), parameter :: told_rounding = 0.1_wp
 
 contains
 
    !> Raises the worst values by those of a point, which gets a warning where mesh or numbers begin to carry too little.
-   subroutine check_point(problem, state, system, at, point, accuracy, timers)
+   subroutine check_point(problem, state, system, at, point, accuracy)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
       type(system_t), intent(in) :: system       !! assembled and factored there
       type(place_t), intent(in) :: at            !! the point
       type(point_t), intent(inout) :: point      !! gives its residual
       type(accuracy_t), intent(inout) :: accuracy
-      type(timers_t), intent(inout) :: timers
       type(verdict_t) :: verdict
       call measure_balance(problem, state, at, point%residual, accuracy)
       call judge_mesh(problem, state, verdict)
@@ -38,17 +36,18 @@ contains
 
    contains
 
-      !> The slope at a limit point is zero: its error counts beside the slope before.
+      !> At a limit point the stiffness is zero: what rounding does to it counts beside that of the point before.
       subroutine check_rounding()
-         real(wp) :: slope, error
-         call slope_error(problem, state, system, slope, error, timers)
-         if (slope > 0.0_wp) then
-            call note_worst(accuracy%rounding, error / max(slope, accuracy%slope), at)
-            if (error > told_rounding * max(slope, accuracy%slope)) call warn('rounding spoils limit points and stability', &
-               & 'the slope of the path is wrong by '//scientific(error / max(slope, accuracy%slope), 2)// &
-               & ' of itself: '//rounding_cure(problem, state), accuracy%rounding_words)
-         end if
-         accuracy%slope = slope
+         real(wp) :: stiffness, rounding, scale
+         call path_stiffness(problem, state, system, stiffness, rounding)
+         scale = max(stiffness, accuracy%stiffness)
+         ! Points that were looked for because something vanishes there are no scale for the next ones.
+         if (point%label == '') accuracy%stiffness = stiffness
+         if (.not. scale > 0.0_wp) return
+         call note_worst(accuracy%rounding, rounding / scale, at)
+         if (rounding > told_rounding * scale) call warn('rounding spoils limit points and stability', &
+            & 'it makes '//scientific(rounding / scale, 2)//' of the stiffness along the path: '// &
+            & rounding_cure(problem, state), accuracy%rounding_words)
       end subroutine check_rounding
 
       !> The first time, at the point too.
