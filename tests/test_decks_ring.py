@@ -43,10 +43,10 @@ def ul2():
 
 
 @functools.cache
-def critical(elements, element="GE4", points="SLIDING"):
+def critical(elements, element="GE4", points="SLIDING", code=0):
     """Limit point on a uniform mesh; the path ends soon after it."""
     run = dr.run_deck(dr.changed(dr.example("ring"), (GRADED, f"0., 0., {elements}"), ("TYPE=GE4", f"TYPE={element}"),
-                                 ("POINTS=SLIDING", f"POINTS={points}"), ("ABOVE, 0.6", "ABOVE, 0.045")))
+                                 ("POINTS=SLIDING", f"POINTS={points}"), ("ABOVE, 0.6", "ABOVE, 0.045")), code=code)
     return run.only("LP")
 
 
@@ -301,7 +301,8 @@ def test_contact_slides_past_the_seam_of_a_ring():
 
 
 def test_ul2_converges_at_second_order():
-    errors = [critical(n, "UL2", "NODES").load_factor - CRITICAL_LOAD for n in (80, 160, 320, 640)]
+    # 80 elements are 1 % off, and it says so
+    errors = [critical(n, "UL2", "NODES", 2 if n == 80 else 0).load_factor - CRITICAL_LOAD for n in (80, 160, 320, 640)]
     dr.assert_mean_order(errors, 2)
     assert abs(errors[-1]) < 2.5e-4 * CRITICAL_LOAD
 

@@ -6,7 +6,7 @@ module path_acceptance
    use text, only: to_text
    use model, only: step_t
    use problem, only: problem_t
-   use rod_state, only: state_t
+   use rod_state, only: state_t, is_stress_free
    use linear_system, only: system_t
    use bordered_system, only: linearise
    use tangent_modes, only: modes_t, lowest_modes, nodal_mode
@@ -22,9 +22,9 @@ module path_acceptance
    use event_location, only: locate
    use sliding_nodes, only: rehome_nodes
    use point_report, only: report_point
-   use element_foundation, only: rounding_gap
-   use balance, only: measure_balance
-   use path_record, only: recorder_t, point_t, critical_t, accuracy_t
+   use point_checks, only: check_point
+   use path_record, only: recorder_t, point_t, critical_t
+   use run_accuracy, only: accuracy_t, place_t
    use timing, only: timers_t, count_up, counter_points, counter_located
    implicit none
    private
@@ -421,10 +421,10 @@ contains
       point%arc_length = run%arc_length + path_length(problem, run%state, state)
       call count_released(problem, state, run%system, point%free_pivots, weak, timers)
       ! At the stress-free start there is no force to measure a residual against.
-      if (report%iterations == 0 .and. run%system%force_scale <= max(problem%force_floor, &
-         & problem%ground%stiffest * rounding_gap(problem))) point%residual = 0.0_wp
-      call measure_balance(problem, state, point%residual, outcome%accuracy)
+      if (is_stress_free(state)) point%residual = 0.0_wp
       run%points = run%points + 1
+      call check_point(problem, state, run%system, place_t(run%branch, problem%step, run%points, state%load_factor), point, &
+         & outcome%accuracy, timers)
       call count_up(timers, counter_points)
       call recorder%point(point, timers, error)
       if (allocated(error)) outcome%why = error%message

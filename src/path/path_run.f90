@@ -33,6 +33,7 @@ module path_run
       type(control_t) :: control
       type(probe_t) :: probe
       real(wp) :: arc_length = 0.0_wp            !! travelled since the start of the run
+      integer :: branch = 0                      !! number in the result file; 0: the path of the steps
       integer :: points = 0                      !! recorded so far, all steps
       integer :: step_points = 0                 !! accepted in this step
       logical :: on_bifurcation = .false.        !! the last point is one that was recorded: its pivots have the sign of rounding
