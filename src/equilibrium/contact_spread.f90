@@ -96,7 +96,7 @@ contains
          bend = 0.0_wp
          do side = 1, 2
             if (problem%candidates%neighbour(side, c) == 0) return
-            call gap_and_slope(problem, state, problem%candidates, c, problem%candidates%element(side, c), 3 - side, gap, slope)
+            call gap_and_slope(problem, state, c, problem%candidates%element(side, c), 3 - side, gap, slope)
             bend = bend + 0.5_wp * gap_bend(problem, state, c, problem%candidates%element(side, c), 3 - side)
          end do
          if (bend > 0.0_wp) then
