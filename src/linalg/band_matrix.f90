@@ -20,6 +20,7 @@ module band_matrix
       real(wp), allocatable :: cholesky(:, :) !! (kd + 1, n)
       real(wp), allocatable :: lu(:, :)       !! (3 kd + 1, n), allocated at the first indefinite matrix
       integer, allocatable :: pivot(:)
+      real(wp), allocatable :: unit(:)        !! (n) LU: the matrix with rows and columns times these is what is factored
    end type factor_t
 
 contains
@@ -58,6 +59,7 @@ contains
       if (factor%positive) return
       if (.not. allocated(factor%lu)) allocate (factor%lu(3 * band%kd + 1, band%n), factor%pivot(band%n))
       call copy_masked(band, fixed, factor%cholesky)
+      call measure_unknowns(factor)
       call to_general(factor)
       factor%negative_pivots = count_negative(factor)
       call dgbtrf(band%n, band%n, band%kd, band%kd, factor%lu, 3 * band%kd + 1, factor%pivot, info)
@@ -96,16 +98,39 @@ contains
       end do
    end subroutine copy_masked
 
+   !> Units for the unknowns in which the diagonal is about 1, powers of two: which pivots are large then does not depend on
+   !> the units of displacements and rotations. (Cholesky has no choice of pivots.)
+   subroutine measure_unknowns(factor)
+      type(factor_t), intent(inout) :: factor  !! its masked matrix is multiplied by the units
+      integer :: i, j
+      if (.not. allocated(factor%unit)) allocate (factor%unit(factor%n))
+      do i = 1, factor%n
+         factor%unit(i) = 1.0_wp
+         if (abs(factor%cholesky(1, i)) > 0.0_wp) factor%unit(i) = scale(1.0_wp, -exponent(factor%cholesky(1, i)) / 2)
+      end do
+      do j = 1, factor%n
+         do i = j, min(factor%n, j + factor%kd)
+            factor%cholesky(1 + i - j, j) = factor%unit(i) * factor%cholesky(1 + i - j, j) * factor%unit(j)
+         end do
+      end do
+   end subroutine measure_unknowns
+
    !> Solves A X = B in place.
    subroutine solve_factored(factor, b)
       type(factor_t), intent(in) :: factor
       real(wp), intent(inout) :: b(:, :)  !! (n, right-hand sides)
-      integer :: info
+      integer :: info, j
       if (factor%positive) then
          call dpbtrs('L', factor%n, factor%kd, size(b, 2), factor%cholesky, factor%kd + 1, b, factor%n, info)
       else
+         do j = 1, size(b, 2)
+            b(:, j) = factor%unit * b(:, j)
+         end do
          call dgbtrs('N', factor%n, factor%kd, factor%kd, size(b, 2), factor%lu, 3 * factor%kd + 1, &
             & factor%pivot, b, factor%n, info)
+         do j = 1, size(b, 2)
+            b(:, j) = factor%unit * b(:, j)
+         end do
       end if
    end subroutine solve_factored
 
