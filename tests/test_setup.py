@@ -1,4 +1,4 @@
-"""The two commands: what they say when something is missing, and what they refuse. Nothing is installed or built here."""
+"""The commands: what they say when something is missing, and what they refuse. Nothing is installed or built here."""
 
 import os
 import shutil
@@ -55,7 +55,7 @@ def deck():
     return decks[0]
 
 
-@pytest.mark.parametrize("command", ["input/run", "tests/run"])
+@pytest.mark.parametrize("command", ["input/run", "tests/run", "tests/processors"])
 def test_without_apt_the_exact_command_is_printed(machine, command, deck):
     for tool in ("gfortran", "ninja"):
         (machine / tool).unlink()

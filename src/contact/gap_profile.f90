@@ -1,16 +1,15 @@
-!> The gap between the nodes: a quintic through gap, slope and curvature at both ends of an element.
+!> The gap between nodes that may come into rigid contact: a quintic through gap, slope and curvature at both ends of an element.
+!> At the nodes these have the full order of the element; the rod's profile between them has order s + 1 only.
 module gap_profile
    use kinds, only: wp
    use problem, only: problem_t
-   use candidates, only: candidates_t
-   use rod_state, only: state_t, candidate_opening, chain_gap, element_load
+   use rod_state, only: state_t, candidate_opening, candidate_gap, element_load
    use ge_element, only: ge_load_t
    use rod_geometry, only: element_geometry_t
    use section_forces, only: local_forces, rod_direction
    implicit none
    private
    public :: least_gap_after, smallest_gap, gap_and_slope, gap_bend, natural_curvature
-   public :: profile_t, element_profile, profile_value, profile_least, profile_parts
 
    !> Gap along one element, tau from 0 to 1.
    type :: profile_t
@@ -19,22 +18,21 @@ module gap_profile
 
 contains
 
-   !> Profile on the element after a candidate of either list.
-   function element_profile(problem, state, list, candidate) result(profile)
+   !> Profile on the element after a candidate.
+   function element_profile(problem, state, candidate) result(profile)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(candidates_t), intent(in) :: list
       integer, intent(in) :: candidate     !! with a neighbour after it
       type(profile_t) :: profile
       real(wp) :: local(3, 2), h
       integer :: e, side, c
-      e = list%element(2, candidate)
+      e = problem%candidates%element(2, candidate)
       h = state%geometry%element(e)%length
       call local_forces(problem, state, e, local)
       do side = 1, 2
          c = candidate
-         if (side == 2) c = list%neighbour(2, candidate)
-         call end_derivatives(problem, state, list, c, e, side, local(:, side), (local(1:2, 2) - local(1:2, 1)) / h, &
+         if (side == 2) c = problem%candidates%neighbour(2, candidate)
+         call end_derivatives(problem, state, c, e, side, local(:, side), (local(1:2, 2) - local(1:2, 1)) / h, &
             & profile%value(side), profile%slope(side), profile%bend(side))
       end do
       profile%slope = profile%slope * h
@@ -43,10 +41,9 @@ contains
 
    !> Gap, its slope and its second derivative along the rod at one end of an element, by the stress-free length: the rod
    !> goes on as r' = (1 + e + N/EA) t + (Q/GA) nu, e from heat.
-   subroutine end_derivatives(problem, state, list, candidate, e, side, local, change, gap, slope, second)
+   subroutine end_derivatives(problem, state, candidate, e, side, local, change, gap, slope, second)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(candidates_t), intent(in) :: list
       integer, intent(in) :: candidate, e, side
       real(wp), intent(in) :: local(3)     !! N, Q, M at that end
       real(wp), intent(in) :: change(2)    !! of N and Q per length
@@ -54,7 +51,7 @@ contains
       real(wp) :: normal(2), bend, angle, t(2), nu(2), curvature, along, sliding, shear, d(2)
       type(ge_load_t) :: load
       load = element_load(problem, state, e)
-      call chain_gap(problem, state, list, candidate, gap, normal, bend)
+      call candidate_gap(problem, state, candidate, gap, normal, bend)
       angle = rod_direction(problem, state, e, side)
       t = [cos(angle), sin(angle)]
       nu = [-t(2), t(1)]
@@ -76,83 +73,35 @@ contains
       profile_value = quintic(profile%value, profile%slope, profile%bend, tau)
    end function profile_value
 
-   !> Smallest value between two places, ends included.
-   pure subroutine profile_least(profile, from, to, least, tau)
+   !> Smallest value, ends included.
+   pure subroutine profile_least(profile, least, tau)
       type(profile_t), intent(in) :: profile
-      real(wp), intent(in) :: from, to     !! 0 <= from <= to <= 1
       real(wp), intent(out) :: least, tau
       integer, parameter :: samples = 8
-      real(wp) :: step, value, f(3), curvature
+      real(wp) :: step, f(3), curvature
       integer :: i
       least = huge(1.0_wp)
-      tau = from
+      tau = 0.0_wp
       do i = 0, samples
-         value = profile_value(profile, from + (to - from) * i / samples)
-         if (value >= least) cycle
-         least = value
-         tau = from + (to - from) * i / samples
+         if (profile_value(profile, real(i, wp) / samples) >= least) cycle
+         tau = real(i, wp) / samples
+         least = profile_value(profile, tau)
       end do
-      step = 0.5_wp * (to - from) / samples
+      step = 0.5_wp / samples
       do i = 1, 40
-         f(1) = profile_value(profile, max(tau - step, from))
+         f(1) = profile_value(profile, max(tau - step, 0.0_wp))
          f(2) = profile_value(profile, tau)
-         f(3) = profile_value(profile, min(tau + step, to))
+         f(3) = profile_value(profile, min(tau + step, 1.0_wp))
          curvature = f(1) - 2.0_wp * f(2) + f(3)
          if (curvature > 0.0_wp) tau = tau + min(max(0.5_wp * step * (f(1) - f(3)) / curvature, -step), step)
-         tau = min(max(tau, from), to)
-         step = max(0.5_wp * step, 1.0e-4_wp * (to - from))
+         tau = min(max(tau, 0.0_wp), 1.0_wp)
+         step = max(0.5_wp * step, 1.0e-4_wp)
       end do
-      value = profile_value(profile, tau)
-      if (value < least) least = value
-      if (profile_value(profile, from) <= least) tau = from
-      if (profile_value(profile, to) < least) tau = to
+      least = min(least, profile_value(profile, tau))
+      if (profile%value(1) <= least) tau = 0.0_wp
+      if (profile%value(2) < least) tau = 1.0_wp
       least = profile_value(profile, tau)
    end subroutine profile_least
-
-   !> The parts of an element on which the gap is below a level.
-   pure subroutine profile_parts(profile, level, n, part)
-      type(profile_t), intent(in) :: profile
-      real(wp), intent(in) :: level
-      integer, intent(out) :: n
-      real(wp), intent(out) :: part(:, :)  !! (2, 3) from, to; a quintic has no more
-      integer, parameter :: samples = 12
-      real(wp) :: low, high, middle, mark(2)
-      logical :: inside, now
-      integer :: i, iteration
-      n = 0
-      part = 0.0_wp
-      inside = profile%value(1) < level
-      if (inside) then
-         n = 1
-         part(1, 1) = 0.0_wp
-      end if
-      do i = 1, samples
-         mark = [real(i - 1, wp), real(i, wp)] / samples
-         now = profile_value(profile, mark(2)) < level
-         if (i == samples) now = profile%value(2) < level
-         if (now .neqv. inside) then
-            low = mark(1)
-            high = mark(2)
-            do iteration = 1, 50
-               middle = 0.5_wp * (low + high)
-               if ((profile_value(profile, middle) < level) .eqv. inside) then
-                  low = middle
-               else
-                  high = middle
-               end if
-            end do
-            if (now) then
-               if (n == size(part, 2)) return
-               n = n + 1
-               part(1, n) = 0.5_wp * (low + high)
-            else
-               part(2, n) = 0.5_wp * (low + high)
-            end if
-         end if
-         inside = now
-      end do
-      if (inside) part(2, n) = 1.0_wp
-   end subroutine profile_parts
 
    !> Smallest gap on the element from a candidate to its next neighbour, ends included.
    subroutine least_gap_after(problem, state, candidate, least, tau)
@@ -161,7 +110,7 @@ contains
       integer, intent(in) :: candidate     !! with a neighbour after it
       real(wp), intent(out) :: least
       real(wp), intent(out) :: tau         !! where, 0 to 1 from the candidate to its neighbour
-      call profile_least(element_profile(problem, state, problem%candidates, candidate), 0.0_wp, 1.0_wp, least, tau)
+      call profile_least(element_profile(problem, state, candidate), least, tau)
    end subroutine least_gap_after
 
    !> Smallest gap along the elements that touch a set of candidates; at the nodes where the ground between them settles.
@@ -185,15 +134,14 @@ contains
       end do
    end function smallest_gap
 
-   !> Gap of a candidate of either list and its derivative by the stress-free arc length, seen from one end of an element.
-   subroutine gap_and_slope(problem, state, list, candidate, e, side, gap, slope)
+   !> Gap of a candidate and its derivative by the stress-free arc length, seen from one end of an element.
+   subroutine gap_and_slope(problem, state, candidate, e, side, gap, slope)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(candidates_t), intent(in) :: list
       integer, intent(in) :: candidate, e, side
       real(wp), intent(out) :: gap, slope
       real(wp) :: normal(2), bend, angle, local(3, 2)
-      call chain_gap(problem, state, list, candidate, gap, normal, bend)
+      call candidate_gap(problem, state, candidate, gap, normal, bend)
       call local_forces(problem, state, e, local)
       angle = rod_direction(problem, state, e, side)
       slope = stretch(problem, state, e, local(1, side)) * (normal(1) * cos(angle) + normal(2) * sin(angle)) + &
@@ -218,7 +166,7 @@ contains
       integer, intent(in) :: candidate, e, side
       real(wp) :: local(3, 2), gap, slope
       call local_forces(problem, state, e, local)
-      call end_derivatives(problem, state, problem%candidates, candidate, e, side, local(:, side), &
+      call end_derivatives(problem, state, candidate, e, side, local(:, side), &
          & (local(1:2, 2) - local(1:2, 1)) / state%geometry%element(e)%length, gap, slope, second)
    end function gap_bend
 

@@ -2,7 +2,7 @@
 !>
 !> A contact point is a point as long as the rod curves away from the obstacle there. Where its curvature becomes the
 !> obstacle's, contact spreads to both sides: two nodes are needed for its ends. And a node that does not slide (it has a
-!> support, a load or a monitor, or its elements differ) holds a contact that came along the rod only while it is near: the
+!> support or a load, or its elements differ) holds a contact that came along the rod only while it is near: the
 !> next node goes to where the rod really touches, or lets go.
 module contact_spread
    use kinds, only: wp
@@ -96,7 +96,7 @@ contains
          bend = 0.0_wp
          do side = 1, 2
             if (problem%candidates%neighbour(side, c) == 0) return
-            call gap_and_slope(problem, state, problem%candidates, c, problem%candidates%element(side, c), 3 - side, gap, slope)
+            call gap_and_slope(problem, state, c, problem%candidates%element(side, c), 3 - side, gap, slope)
             bend = bend + 0.5_wp * gap_bend(problem, state, c, problem%candidates%element(side, c), 3 - side)
          end do
          if (bend > 0.0_wp) then

@@ -67,6 +67,7 @@ module linear_system
       real(wp), allocatable :: tangent(:)       !! (n) derivative along the path by the load factor, tangency kept
       real(wp), allocatable :: path_row(:)      !! (n) node axes
       real(wp) :: path_corner = 0.0_wp
+      real(wp), allocatable :: path_slide(:)    !! (n_slides)
       real(wp), allocatable :: slide_rate(:)    !! (n_slides) the same of the sliding coordinates
       integer :: negative_pivots = 0            !! of the tangent on the null space of the active constraints
       ! Measures of the state itself.

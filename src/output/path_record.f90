@@ -38,6 +38,7 @@ module path_record
       real(wp), allocatable :: reaction(:)            !! (nodes of all contacts, in the deck's order) share of the node
       real(wp), allocatable :: reaction_density(:)    !! (the same) [force/length]
       real(wp), allocatable :: gap(:)                 !! (the same)
+      real(wp), allocatable :: contact_point(:, :)    !! (2, the same) where reaction and gap are: contact nodes move along the rod
    end type point_t
 
    !> A located critical point.

@@ -7,7 +7,7 @@ module event_location
    use linear_system, only: system_t
    use bordered_system, only: linearise
    use path_control, only: path_length
-   use path_continuity, only: heading_t, lies_between, alike
+   use path_continuity, only: heading_t, lies_between, alike, largest_distance
    use increment_points, only: division_t, new_division, point_within, chord_fraction
    use path_events, only: event_value, event_bifurcation, event_release, event_contact, event_limit, event_turning
    use sightings, only: sighting_t
@@ -43,9 +43,11 @@ contains
          call bracket_zero(problem, step, run, trial, ahead, division, sighting, timers)
       end if
       if (.not. sighting%located) return
-      if (division%smooth) sighting%located = is_what_it_says(problem, step, run, trial, ahead, sighting)
-      if (sighting%located .and. division%length > 0.0_wp) &
-         & sighting%fraction = chord_fraction(problem, run, ahead, division, sighting%place)
+      if (division%smooth) then
+         sighting%located = is_what_it_says(problem, step, run, trial, ahead, sighting)
+      else if (division%length > 0.0_wp) then
+         sighting%fraction = chord_fraction(problem, run, ahead, division, sighting%place)
+      end if
    end subroutine locate
 
    !> The zero of the event's function by the Illinois rule.
@@ -123,10 +125,9 @@ contains
                sighting%heading = heading_above
                sighting%fraction = bracket%high
                ! What is continuous shrinks with its bracket, what jumps does not, and is no event. The force of a contact may
-               ! begin with any slope, but the structure does not jump.
+               ! begin with any slope, and the structure may give way by what a node more or less in contact makes.
                if (event%kind == event_contact) then
-                  located = path_length(problem, below, above) <= sqrt(step%locate_tolerance) * &
-                     & path_length(problem, run%state, trial)
+                  located = path_length(problem, below, above) <= largest_distance * path_length(problem, run%state, trial)
                else
                   located = abs(f_above - f_below) <= sqrt(step%locate_tolerance) * bracket%scale
                end if
@@ -139,9 +140,10 @@ contains
 
    contains
 
-      !> What is left to the zero, as a change of the load factor over its size.
+      !> What is left to the zero, as a change of the load factor over its size, by the flatter of the secants to both sides.
       real(wp) function load_error()
-         load_error = abs((above%load_factor - below%load_factor) * f / max(abs(bracket%f_high - bracket%f_low), tiny(f))) / &
+         load_error = abs(f) * max(abs(above%load_factor - here%load_factor) / max(abs(f_above - f), tiny(f)), &
+            & abs(here%load_factor - below%load_factor) / max(abs(f - f_below), tiny(f))) / &
             & max(abs(here%load_factor), abs(trial%load_factor - run%state%load_factor))
       end function load_error
    end subroutine bracket_zero

@@ -7,6 +7,7 @@ module path_acceptance
    use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t, is_stress_free
+   use linear_system, only: system_t
    use bordered_system, only: linearise
    use tangent_modes, only: modes_t, lowest_modes, nodal_mode
    use weak_contacts, only: release_weak, count_released, opening_sense
@@ -60,6 +61,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
       type(sighting_t), allocatable :: seen(:)
+      type(system_t), allocatable :: at_trial    ! what is looked at on the way changes nothing of it
       type(probe_t) :: probe
       logical, allocatable :: told(:)
       integer, allocatable :: order(:)
@@ -72,7 +74,7 @@ contains
          run%probe%load_rate = probe%load_rate
          run%probe%monitor_rate = probe%monitor_rate
       end if
-      call find_events(problem, step, run, trial, ahead, probe, seen, timers)
+      call find_events(problem, step, run, trial, ahead, probe, seen, at_trial, timers)
       told = told_otherwise(run, trial, label, seen)
       ! Values that are only looked for change nothing.
       shorter = can_cut .and. (one_sided(run, trial, probe) .or. any(.not. (told .or. seen%located .or. &
@@ -86,7 +88,7 @@ contains
          end associate
          if (finished .or. allocated(outcome%why)) return
       end do
-      if (size(seen) > 0) call linearise(problem, trial, trial, run%system, timers)
+      if (allocated(at_trial)) run%system = at_trial
       finished = stop_met(step, run%probe, probe)
       call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers)
       if (allocated(outcome%why)) return
@@ -139,7 +141,7 @@ contains
 
    !> All events between the last point and the trial, looked for. A load that is passed on the way to a limit point, and
    !> again on the way back, does not show at the ends: to values such an increment is two.
-   subroutine find_events(problem, step, run, trial, ahead, probe, seen, timers)
+   subroutine find_events(problem, step, run, trial, ahead, probe, seen, at_trial, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
@@ -147,6 +149,7 @@ contains
       type(heading_t), intent(in) :: ahead
       type(probe_t), intent(in) :: probe
       type(sighting_t), allocatable, intent(out) :: seen(:)
+      type(system_t), allocatable, intent(out) :: at_trial !! the run's system as it was; allocated where something was seen
       type(timers_t), intent(inout) :: timers
       type(event_t), allocatable :: events(:)
       type(probe_t) :: top
@@ -154,6 +157,7 @@ contains
       real(wp) :: part
       integer :: i, limit, n
       call detect_events(problem, step, run%probe, probe, run%state, trial, events)
+      if (size(events) > 0) at_trial = run%system
       call look(run, trial, ahead, events)
       limit = 0
       do i = 1, size(seen)
@@ -215,26 +219,31 @@ contains
    end subroutine find_events
 
    !> Changes of the pivot count that are no bifurcations of their own: a limit point's change of sign, further eigenvalues of
-   !> a multiple bifurcation, jumps where the contact set changes, and rounding at a point that is a bifurcation itself.
+   !> a multiple bifurcation, jumps where the contact set changes, and rounding at a point that is a bifurcation itself. And
+   !> loads that turn back at once where a contact is gained or lost: that is what is told.
    function told_otherwise(run, trial, label, seen) result(told)
       type(run_t), intent(in) :: run
       type(state_t), intent(in) :: trial
       character(2), intent(in) :: label
       type(sighting_t), intent(in) :: seen(:)
       logical :: told(size(seen))
-      logical :: set_changes, limit_told
+      logical :: set_changes, contact_located, limit_told
       integer :: i, k
       set_changes = label /= '' .or. any(run%state%active .neqv. trial%active) .or. any(seen%event%kind == event_contact)
+      contact_located = any(seen%event%kind == event_contact .and. seen%located)
       limit_told = .false.
       told = .false.
       do i = 1, size(seen)
+         if (seen(i)%event%kind == event_limit .and. .not. seen(i)%located) told(i) = contact_located
          if (seen(i)%event%kind /= event_bifurcation) cycle
          if (seen(i)%later) then
             told(i) = .true.
          else if (.not. seen(i)%located) then
             told(i) = set_changes
          else
-            told(i) = run%on_bifurcation .and. seen(i)%fraction <= same_place
+            ! Where a contact begins or ends its reaction is zero, and a count means nothing.
+            told(i) = (run%on_bifurcation .or. set_changes) .and. seen(i)%fraction <= same_place
+            told(i) = told(i) .or. (set_changes .and. seen(i)%fraction >= 1.0_wp - same_place)
             do k = 1, size(seen)
                if (k == i .or. told(i) .or. .not. seen(k)%located) cycle
                if (abs(seen(k)%fraction - seen(i)%fraction) > same_place) cycle
