@@ -36,14 +36,14 @@ contains
 
    contains
 
-      !> At a limit point the stiffness is zero: what rounding does to it counts beside that of the point before.
+      !> At a limit point the stiffness is zero, and nearly so on a plateau: what rounding does to it counts beside that of the
+      !> point before, or beside bending.
       subroutine check_rounding()
          real(wp) :: stiffness, rounding, scale
          call path_stiffness(problem, state, system, stiffness, rounding)
-         scale = max(stiffness, accuracy%stiffness)
+         scale = max(stiffness, accuracy%stiffness, bending_stiffness(problem))
          ! Points that were looked for because something vanishes there are no scale for the next ones.
          if (point%label == '') accuracy%stiffness = stiffness
-         if (.not. scale > 0.0_wp) return
          call note_worst(accuracy%rounding, rounding / scale, at)
          if (rounding > told_rounding * scale) call warn('rounding spoils limit points and stability', &
             & 'it makes '//scientific(rounding / scale, 2)//' of the stiffness along the path: '// &
@@ -63,4 +63,10 @@ contains
          end if
       end subroutine warn
    end subroutine check_point
+
+   !> EI/size of the softest section: a stiffness along paths that bend, but for a factor of pi^4 at least.
+   pure real(wp) function bending_stiffness(problem)
+      type(problem_t), intent(in) :: problem
+      bending_stiffness = minval(1.0_wp / problem%compliance%bending) / problem%size
+   end function bending_stiffness
 end module point_checks
