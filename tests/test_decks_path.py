@@ -576,3 +576,53 @@ def test_a_tube_does_not_go_back(method):
     dr.assert_monotone(run.column("load_factor"), rising=True)
     dr.assert_monotone(run.column("F")[1:], rising=True)
     assert_forward(run)
+
+
+# A line on a wall -----------------------------------------------------------------------------------------------------
+
+PINNED = """*HEADING
+Pinned imperfect column beside a wall, a2/d = 0.02
+*NODE
+1, 0., 0.
+{middle}3, 1.0, 0.
+*LINE, ELSET=COLUMN, NSET=COLUMN, TYPE=GE4
+{lines}
+*IMPERFECTION, ELSET=COLUMN, SHAPE=SINE
+0.0014, 1
+0.0004, 2
+*BEAM SECTION, ELSET=COLUMN, SECTION=STIFFNESS
+480000.0, 1.0
+*BOUNDARY
+1, PINNED
+3, 2
+*OBSTACLE, NAME=WALL, TYPE=LINE
+1.0, 0.02, 0., 0.02
+*CONTACT, OBSTACLE=WALL, NSET=COLUMN
+*MONITOR, NAME=shortening
+3, U1, -1.0
+{monitor}*STEP
+*STATIC
+0.1
+*CLOAD
+3, 1, -9.869604401089358
+*STOP
+shortening, ABOVE, {end}
+*END STEP
+"""
+
+
+def test_a_line_contact_passes_a_node_with_a_monitor():
+    """Exact: line contact from P/Pcr = 3.974122318, one line up to 4.804326 (shortening 0.001413); its end passes midspan on the way.
+
+    The load at a shortening of 0.0014 then converges with the fourth order.
+    """
+    def at_the_end(half):
+        run = dr.run_deck(PINNED.format(middle="2, 0.5, 0.\n", lines=f"1, 2, {half}\n2, 3, {half}", monitor="*MONITOR, NAME=mid\n2, U2\n",
+                                        end=0.0014))
+        assert [c.label for c in run.results.critical] == ["C+", "EP"]
+        assert np.max(run.results.contact.count) == 1
+        return run.load("EP")
+
+    loads = np.array([at_the_end(half) for half in (20, 40, 80)])
+    assert 4.7 < loads[-1] < 4.804326
+    dr.assert_order(np.diff(loads), 4.0, below=0.5)
