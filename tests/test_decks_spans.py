@@ -1,4 +1,4 @@
-"""Known failures of contact points that live at nodes: what contact spans are to mend. Strict: whoever mends one takes its mark away.
+"""Known failures of contact points that live at nodes: what contact spans are to mend. Whoever mends one takes its mark away.
 
 Each run stops early and says so today, which test_decks_path.py asks for where it once did not.
 """
@@ -47,14 +47,14 @@ d, ABOVE, 0.6
 
 def test_half_of_a_strip_between_walls():
     """Point contact to P = 155.482, then line contact; d = 0.0313907 at P = 160."""
-    run = dr.run_deck(WALLS.format(title="half of a strip", length=0.5, elements=60, guide="2, 6", factor=-2, trigger="2, 2, 1e-5\n",
-                                   end=240, branch=""))
+    run = dr.run_deck(WALLS.format(title="half of a strip", length=0.5, elements=60, guide="2, 6", factor=-2,
+                                   trigger="2, 2, 1e-5\n", end=240, branch=""))
     point, = [c for c in run.labelled("UZ") if abs(c.load_factor - 160.0) < 1e-6]
     dr.assert_close(point.monitors["d"], 0.0313907, relative=1e-5)
 
 
 def test_strip_between_walls():
-    """The same without symmetry, on the branch of the perfect strip; on the line contact it may shift along itself: no bifurcations."""
+    """The same without symmetry, on the branch of the perfect strip; in line contact it may shift along itself: no BP."""
     run = dr.run_deck(WALLS.format(title="strip", length=1.0, elements=120, guide="2, 2\n2, 6", factor=-1, trigger="", end=45,
                                    branch="*BRANCH, SIDE=PLUS\nLOAD, ABOVE, 240.\n"))
     branch = run.results.branches[1]
@@ -72,7 +72,8 @@ def test_a_line_contact_opens_inside():
 @pytest.mark.parametrize("disturbance", ["1e-5", "2e-4", "5e-3"])
 def test_liner_without_a_gap(disturbance):
     """R/t = 25: 35.1 with the disturbances 1e-3 and 2e-3 (Glock 34.3)."""
-    run = dr.run_deck(dr.changed(LINER, ("0., 0.004, 1.004", "0., 0., 1."), ("30000, 1.", "7500, 1."), ("1, 2, -0.001", f"1, 2, -{disturbance}")))
+    run = dr.run_deck(dr.changed(LINER, ("0., 0.004, 1.004", "0., 0., 1."), ("30000, 1.", "7500, 1."),
+                                 ("1, 2, -0.001", f"1, 2, -{disturbance}")))
     dr.assert_close(run.load("LP"), 35.1, relative=3e-3)
 
 
