@@ -192,8 +192,9 @@ def table() -> dict[tuple[float, int], list[SpecialPoint]]:
 def main():
     worst = 0.0
     with open(TABLE, "w", newline="", encoding="utf-8") as file:
-        file.write("# Special points of the symmetric path of shallow hinged arches, load P R^2/EI at the crown, EA R^2/EI = 12 (R/h)^2;\n"
-                   "# label LP: limit point, BP: asymmetric bifurcation; v: crown displacement over R, H: thrust. Written by tests/arch_reference.py\n")
+        file.write("# Special points of the symmetric path of shallow hinged arches, load P R^2/EI at the crown,\n"
+                   "# EA R^2/EI = 12 (R/h)^2; label LP: limit point, BP: asymmetric bifurcation; v: crown displacement over R,\n"
+                   "# H: thrust. Written by tests/arch_reference.py\n")
         rows = csv.writer(file, lineterminator="\n")
         rows.writerow(["half_angle", "R_h", "label", "P", "v", "H"])
         for half_angle in HALF_ANGLES:

@@ -5,12 +5,12 @@
 
 Half angle 0.2 to 0.35, R/h 50 and 100, full and half model, GE4 to GE8, 10 to 320 elements, seven strategies, largest increment
 0.005 to the default: 8064 combinations, of which every 13th is run (13 is prime to all the numbers of choices, so that every
-choice and every pair of choices comes up equally often), without meshes too coarse to have these points (error bound above 5 %). The special
-points are compared, in their order, with those of arch_reference.py.
+choice and every pair of choices comes up equally often), without meshes too coarse to have these points (error bound above
+5 %). The special points are compared, in their order, with those of arch_reference.py.
 
 wrong:    a located LP or BP that is none of the reference, or comes again or too early
-missing:  one of the reference that the run passed by without a word: not among its points although a later one is, or the run is complete
-open:     labelled, but not located. Fine when the exit code says so
+missing:  one of the reference that the run passed by: not among its points although a later one is, or the run is complete
+open:     labelled, but not located; not silent when the exit code says so
 silent:   runs with one of these, or an arc length that falls, and exit code 0
 stopped:  runs with another exit code
 """
@@ -167,7 +167,8 @@ def compare(case: Case, found: list, complete: bool, outcome: Outcome):
     passed = m if complete else max(hit_expected, default=-1) + 1
     outcome.missing = [expected[j] for j in range(passed) if j not in hit_expected]
     outcome.limits = sum(p.label == "LP" for p in expected[:passed])
-    outcome.error = max((abs(found[i].load_factor - expected[j].load) / allowance(case, expected[j]) for i, j in pairs), default=0.0)
+    outcome.error = max((abs(found[i].load_factor - expected[j].load) / allowance(case, expected[j]) for i, j in pairs),
+                        default=0.0)
 
 
 def run(case: Case, keep: str | None = None) -> Outcome:
@@ -196,7 +197,8 @@ def run(case: Case, keep: str | None = None) -> Outcome:
 
 def table(outcomes: list[Outcome]) -> str:
     """One row for all, then one for each choice of each quantity."""
-    head = f"{'':<26}{'runs':>6}{'LPs':>6}{'wrong':>7}{'missing':>9}{'open':>6}{'runs bad':>10}{'silent':>8}{'stopped':>9}{'points':>8}"
+    head = (f"{'':<26}{'runs':>6}{'LPs':>6}{'wrong':>7}{'missing':>9}{'open':>6}{'runs bad':>10}{'silent':>8}{'stopped':>9}"
+            f"{'points':>8}")
     rows = [head]
 
     def row(name, chosen):
@@ -212,7 +214,8 @@ def table(outcomes: list[Outcome]) -> str:
         rows.append("")
         for choice in choices:
             name = "default" if choice is None else str(choice)
-            row(name if quantity == "method" else f"{quantity} {name}", [o for o in outcomes if getattr(o.case, quantity) == choice])
+            row(name if quantity == "method" else f"{quantity} {name}",
+                [o for o in outcomes if getattr(o.case, quantity) == choice])
     return "\n".join(rows)
 
 

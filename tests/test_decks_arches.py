@@ -1,7 +1,7 @@
 """Shallow hinged arches by every strategy: each finds all special points of the path, in their order, and no others.
 
-The reference is arch_reference.py, a boundary-value solver of its own, the whole study arch_study.py; here are one of its combinations in
-401 and those that once went wrong, each in its own way.
+The reference is arch_reference.py, a boundary-value solver of its own, the whole study arch_study.py; here are one of its
+combinations in 401 and those that once went wrong, each in its own way.
 """
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def test_reference_is_that_of_another_polynomial(half_angle, slenderness):
 
 
 def test_reference_agrees_with_other_solvers():
-    """Limit loads by another boundary-value solver, 12 digits; limit points and bifurcations by Taylor series, 10 digits after the point.
+    """Limit loads by another boundary-value solver, 12 digits; limit points and bifurcations by Taylor series, 1e-10.
 
     The latter are those of arch-shallow-hinged: span 1, radius 1.3, EA L^2/EI = 3600.
     """

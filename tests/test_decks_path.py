@@ -16,7 +16,7 @@ def assert_forward(run):
 
 
 def assert_events_have_a_place(run):
-    """Each located point is at a load and arc length between its neighbours' arc lengths; a limit point is the highest or lowest of the three."""
+    """A limit point lies between its neighbours, by the arc length, and is the highest or lowest of the three."""
     length, load = run.column("arc_length"), run.column("load_factor")
     for point in run.labelled("LP"):
         row = point.point - 1
@@ -64,13 +64,15 @@ stretched rod
 1, ENCASTRE
 *MONITOR, NAME=u
 2, U1
-""" + step.format(method=method, first=0.1, load=1000 * strain, end=1) + step.format(method=method, first=0.3, load=200 * strain, end=1))
+""" + step.format(method=method, first=0.1, load=1000 * strain, end=1) +
+                      step.format(method=method, first=0.3, load=200 * strain, end=1))
     x = np.arange(n + 1) / n
     weight = np.full(n + 1, 1.0 / n)
     weight[[0, -1]] *= 0.5
     assert len(run.labelled("EP")) == 2 and len(run.labelled("UZ")) == 4
     dr.assert_close(run.column("u")[-1], 1.2 * strain * size, relative=1e-9)
-    dr.assert_close(run.column("arc_length"), run.column("u") / size * np.sqrt(np.sum(weight * x**2)), relative=1e-9, absolute=1e-15)
+    norm = np.sqrt(np.sum(weight * x**2)) / size
+    dr.assert_close(run.column("arc_length"), norm * run.column("u"), relative=1e-9, absolute=1e-15)
 
 
 # First increments --------------------------------------------------------------------------------------------------
@@ -87,7 +89,8 @@ def test_a_first_increment_far_beyond_buckling(first):
 @pytest.mark.parametrize("first", ["1E3", "1E6"])
 def test_a_first_increment_far_beyond_the_limit_load(first):
     """160 equal GE4: their critical load errs by 4E-6."""
-    run = dr.run_deck(dr.changed(dr.example("ring"), ("0., 0., 160, 6.", "0., 0., 160"), ("\n1., 1E-9, 0.02", f"\n{first}, 1E-9, 0.02"),
+    run = dr.run_deck(dr.changed(dr.example("ring"), ("0., 0., 160, 6.", "0., 0., 160"),
+                                 ("\n1., 1E-9, 0.02", f"\n{first}, 1E-9, 0.02"),
                                  ("*LOCATE\nLOAD, 34., 57., 62., 28.\n", ""), ("ABOVE, 0.6", "ABOVE, 0.05")))
     dr.assert_close(run.load("LP"), 81.557427564661, relative=1e-5)
 
@@ -368,7 +371,8 @@ E, PY, -1e-3
 def test_a_stop_turns_a_falling_path(stiffness):
     """Half of an arch that snaps onto a stiff spring: the load is least where they touch, and nothing bifurcates.
 
-    One contact that is gained takes a negative pivot exactly where it turns the load: both go by the sign of the compliance at the stop.
+    One contact that is gained takes a negative pivot exactly where it turns the load: both go by the sign of the compliance
+    at the stop.
     """
     x, y = math.sin(0.3), math.cos(0.3)
     run = dr.run_deck(f"""*HEADING
@@ -576,3 +580,53 @@ def test_a_tube_does_not_go_back(method):
     dr.assert_monotone(run.column("load_factor"), rising=True)
     dr.assert_monotone(run.column("F")[1:], rising=True)
     assert_forward(run)
+
+
+# A line on a wall -----------------------------------------------------------------------------------------------------
+
+PINNED = """*HEADING
+Pinned imperfect column beside a wall, a2/d = 0.02
+*NODE
+1, 0., 0.
+{middle}3, 1.0, 0.
+*LINE, ELSET=COLUMN, NSET=COLUMN, TYPE=GE4
+{lines}
+*IMPERFECTION, ELSET=COLUMN, SHAPE=SINE
+0.0014, 1
+0.0004, 2
+*BEAM SECTION, ELSET=COLUMN, SECTION=STIFFNESS
+480000.0, 1.0
+*BOUNDARY
+1, PINNED
+3, 2
+*OBSTACLE, NAME=WALL, TYPE=LINE
+1.0, 0.02, 0., 0.02
+*CONTACT, OBSTACLE=WALL, NSET=COLUMN
+*MONITOR, NAME=shortening
+3, U1, -1.0
+{monitor}*STEP
+*STATIC
+0.1
+*CLOAD
+3, 1, -9.869604401089358
+*STOP
+shortening, ABOVE, {end}
+*END STEP
+"""
+
+
+def test_a_line_contact_passes_a_node_with_a_monitor():
+    """Exact: line contact from P/Pcr = 3.974122318, one line up to 4.804326 (shortening 0.001413); its end passes midspan.
+
+    The load at a shortening of 0.0014 then converges with the fourth order.
+    """
+    def at_the_end(half):
+        run = dr.run_deck(PINNED.format(middle="2, 0.5, 0.\n", lines=f"1, 2, {half}\n2, 3, {half}",
+                                        monitor="*MONITOR, NAME=mid\n2, U2\n", end=0.0014))
+        assert [c.label for c in run.results.critical] == ["C+", "EP"]
+        assert np.max(run.results.contact.count) == 1
+        return run.load("EP")
+
+    loads = np.array([at_the_end(half) for half in (20, 40, 80)])
+    assert 4.7 < loads[-1] < 4.804326
+    dr.assert_order(np.diff(loads), 4.0, below=0.5)

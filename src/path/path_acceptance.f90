@@ -14,7 +14,7 @@ module path_acceptance
    use path_control, only: path_length
    use path_continuity, only: heading_t, heading_at
    use corrector, only: increment_t
-   use path_run, only: run_t, probe_at, keep_landmark
+   use path_run, only: run_t, probe_at, keep_landmark, leave_trail
    use step_control, only: stop_met
    use path_events, only: probe_t, event_t, new_probe, detect_events, value_events, event_stop, event_bifurcation, event_release, &
       & event_limit, event_contact, event_value_reached, event_turning
@@ -131,6 +131,7 @@ contains
       type(state_t), intent(in) :: place
       type(heading_t), intent(in) :: heading
       type(probe_t), intent(in) :: probe
+      call leave_trail(run, place, heading)
       run%last_length = path_length(problem, run%state, place)
       run%arc_length = run%arc_length + run%last_length
       run%state = place

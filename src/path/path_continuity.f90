@@ -19,7 +19,7 @@ module path_continuity
    implicit none
    private
    public :: heading_t, relation_t, heading_at, relate, same_path, at_corner, chord_between, between, part_at, lies_between, &
-      & alike, largest_turn, largest_distance
+      & goes_back, alike, largest_turn, largest_distance
 
    !> Unit tangent of a path at a point.
    type :: heading_t
@@ -209,6 +209,40 @@ contains
          end if
       end do
    end function part_at
+
+   !> True for a point that lies on a stretch of the path between two others and goes the other way: a path that has turned
+   !> round without an event runs back over its own points. The two arms of a hairpin are told apart by shorter increments.
+   pure logical function goes_back(problem, from, to, before, after, place, heading)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, to, place
+      type(heading_t), intent(in) :: before, after, heading !! at these
+      real(wp), parameter :: same = 0.04_wp * largest_turn**2 !! of the stretch; a cubic is good to a fourth of its square
+      real(wp), dimension(3, size(from%u, 2)) :: chord, way, first, last
+      real(wp) :: length, along, weight(3), load
+      integer :: node
+      goes_back = .false.
+      chord = chord_between(from, to, before, after)
+      way = chord_between(from, place, before, heading)
+      first = before%u
+      last = after%u
+      do node = 1, size(chord, 2)
+         if (same_material(from, to, before, after, node) .and. same_material(from, place, before, heading, node)) cycle
+         chord(:, node) = 0.0_wp
+         way(:, node) = 0.0_wp
+         first(:, node) = 0.0_wp
+         last(:, node) = 0.0_wp
+      end do
+      length = sqrt(metric(problem, chord, chord))
+      if (length <= no_motion) return
+      along = metric(problem, way, chord) / length**2
+      if (along <= 0.0_wp .or. along >= 1.0_wp .or. metric(problem, chord, heading%u) >= 0.0_wp) return
+      weight = hermite(along)
+      way = way - weight(1) * length * first - weight(2) * chord - weight(3) * length * last
+      load = place%load_factor - from%load_factor - weight(2) * (to%load_factor - from%load_factor) - &
+         & length * (weight(1) * before%load + weight(3) * after%load)
+      goes_back = sqrt(metric(problem, way, way)) <= same * length .and. &
+         & abs(load) <= same * length * max(abs(before%load), abs(after%load))
+   end function goes_back
 
    !> True for a state that lies where the path between two others of its points must pass; no tangent is needed there.
    pure logical function lies_between(problem, from, to, before, after, place) result(lies)

@@ -8,7 +8,7 @@ module path_follower
    use path_control, only: is_arc_length, set_tangent
    use path_continuity, only: heading_t, relation_t, relate, same_path, at_corner
    use corrector, only: increment_t, take_increment
-   use path_run, only: run_t, heading_of
+   use path_run, only: run_t, heading_of, turned_round
    use step_control, only: begin_arc_length, next_increment, smallest, shorten_to_stop, shorten_to_reach
    use path_events, only: new_probe
    use path_acceptance, only: accept, outcome_t
@@ -70,6 +70,10 @@ contains
             if (astray .and. cuts > 0) then
                if (at_corner(before, relation)) &
                   & astray = .not. same_path(relate(problem, run%state, trial, run%heading, ahead, .true.))
+            end if
+            if (.not. astray) then
+               astray = turned_round(problem, run, trial, ahead)
+               if (astray) report%message = 'the path turns round and leads back over the points that it has passed'
             end if
             if (astray) report%message = 'what equilibrium there is ahead lies on another path, or behind a loop of this one'
          end if

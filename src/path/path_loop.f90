@@ -85,6 +85,8 @@ contains
       character(:), allocatable :: part
       real(wp) :: stiffness, rounding
       run%step_points = 0
+      ! Other loads may well take the structure back.
+      if (allocated(run%trail)) deallocate (run%trail)
       run%keep_landmarks = size(problem%model%step(problem%step)%branch) > 0 .or. &
          & size(problem%model%step(problem%step)%limit_curve) > 0
       if (allocated(run%landmark)) deallocate (run%landmark)

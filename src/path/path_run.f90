@@ -7,11 +7,11 @@ module path_run
    use linear_system, only: system_t
    use path_control, only: control_t
    use monitor_rows, only: monitor_change
-   use path_continuity, only: heading_t, heading_at
+   use path_continuity, only: heading_t, heading_at, goes_back
    use path_events, only: probe_t, new_probe
    implicit none
    private
-   public :: run_t, landmark_t, heading_of, probe_at, keep_landmark
+   public :: run_t, landmark_t, heading_of, probe_at, keep_landmark, leave_trail, turned_round
 
    !> A critical point that a branch or a limit curve may start at.
    type :: landmark_t
@@ -26,6 +26,14 @@ module path_run
       type(control_t) :: control
    end type landmark_t
 
+   !> A stretch of the path between two neighbouring points, with the tangents at its ends.
+   type :: stretch_t
+      type(state_t) :: from, to
+      type(heading_t) :: first, last
+   end type stretch_t
+
+   integer, parameter :: trail_length = 3        !! stretches kept: a path that turns round meets the last ones first
+
    !> Kept together so that the procedures of the path loop have short argument lists.
    type :: run_t
       type(state_t) :: state                     !! the last accepted point
@@ -38,6 +46,7 @@ module path_run
       integer :: step_points = 0                 !! accepted in this step
       logical :: on_bifurcation = .false.        !! the last point is one that was recorded: its pivots have the sign of rounding
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! of the last increment: arc length, load factor
+      type(stretch_t), allocatable :: trail(:)   !! the way up to the last accepted point, the latest first
       type(heading_t) :: heading                 !! tangent at the last accepted point, in the sense of the run
       logical :: fresh = .false.                 !! that point is a start whose contacts carry nothing: its tangent takes them for held
       type(landmark_t), allocatable :: home(:)   !! branch: the bifurcations of the path that it left
@@ -75,6 +84,41 @@ contains
       type(heading_t), intent(in) :: heading     !! tangent there
       probe = new_probe(problem, state, run%system, heading%load)
    end function probe_at
+
+   !> Adds the stretch from the run's last point to a new one. A corner turns the path there: the tangents are those inside.
+   subroutine leave_trail(run, place, heading)
+      type(run_t), intent(inout) :: run
+      type(state_t), intent(in) :: place
+      type(heading_t), intent(in) :: heading     !! of the path that arrives there
+      type(stretch_t), allocatable :: longer(:)
+      integer :: kept
+      kept = 0
+      if (allocated(run%trail)) kept = min(size(run%trail), trail_length - 1)
+      allocate (longer(1 + kept))
+      longer(1)%from = run%state
+      longer(1)%first = run%heading
+      longer(1)%to = place
+      longer(1)%last = heading
+      if (kept > 0) longer(2:) = run%trail(:kept)
+      call move_alloc(longer, run%trail)
+   end subroutine leave_trail
+
+   !> True for a trial point on the way that the run has come.
+   logical function turned_round(problem, run, trial, ahead)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      type(state_t), intent(in) :: trial
+      type(heading_t), intent(in) :: ahead       !! tangent there
+      integer :: k
+      turned_round = .false.
+      if (.not. allocated(run%trail)) return
+      do k = 1, size(run%trail)
+         if (turned_round) return
+         associate (way => run%trail(k))
+            turned_round = goes_back(problem, way%from, way%to, way%first, way%last, trial, ahead)
+         end associate
+      end do
+   end function turned_round
 
    !> Keeps the critical point recorded last.
    subroutine keep_landmark(run, label, state, trial, part, arc_length, multiplicity)
