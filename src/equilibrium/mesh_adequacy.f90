@@ -19,7 +19,7 @@ module mesh_adequacy
    use kinds, only: wp, pi
    use model, only: family_ge
    use problem, only: problem_t
-   use rod_state, only: state_t
+   use rod_state, only: state_t, candidate_gap
    use section_forces, only: local_forces, rod_direction
    use columns, only: scientific, whole
    implicit none
@@ -123,13 +123,18 @@ contains
          & 720.0_wp
    end function slack_energy
 
-   !> Strain energy of the structure, times two, each element's force and moment linear between its ends.
+   !> Strain energy of the structure and of what its nodes lean on, times two, each element's force and moment linear between
+   !> its ends.
    real(wp) function strain_energy(problem, state) result(energy)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp) :: local(3, 2)
-      integer :: e
-      energy = 0.0_wp
+      real(wp) :: local(3, 2), gap, normal(2), bend
+      integer :: e, c
+      energy = sum(problem%spring * state%u**2)
+      do c = 1, problem%candidates%n
+         call candidate_gap(problem, state, c, gap, normal, bend)
+         energy = energy + abs(state%reaction(c) * gap)
+      end do
       do e = 1, problem%model%mesh%n_elements
          call local_forces(problem, state, e, local)
          associate (h => state%geometry%element(e)%length)
