@@ -365,13 +365,19 @@ def test_indenter_beam_and_ground(ground):
 
 def test_the_ground_moves_instead():
     """Lifting the ground by 0.02 is lowering the disc by as much, but for where everything ends up."""
-    lowered = dr.run_deck(INDENTER.format(ground=half_space(0.5)))
-    lifted = dr.run_deck(dr.changed(INDENTER.format(ground=half_space(0.5)), ("DISC, 0., -0.02", "GROUND, 0., 0.02")))
-    dr.assert_close(lifted.column("load_factor"), lowered.column("load_factor"))
-    dr.assert_close(lifted.column("UP"), lowered.column("UP"), absolute=1e-8 * np.max(lowered.column("UP")))
-    dr.assert_close(lifted.column("active_contacts"), lowered.column("active_contacts"))
-    motion = np.where(lifted.column("step") == 2, 0.02 * lifted.column("load_factor"), 0.0)
-    dr.assert_close(lifted.column("W"), lowered.column("W") - motion, absolute=1e-9)
+    text = dr.changed(INDENTER.format(ground=half_space(0.5)), ("DISC, 0., -0.02\n", "DISC, 0., -0.02\n*LOCATE\nLOAD, 0.2, 0.4, 0.6, 0.8\n"))
+    lowered = dr.run_deck(text)
+    lifted = dr.run_deck(dr.changed(text, ("DISC, 0., -0.02", "GROUND, 0., 0.02")))
+    # The path is another one, and so are the points between.
+    rows = [[c.point - 1 for c in run.results.critical if c.label in ("UZ", "EP")] for run in (lowered, lifted)]
+    assert [len(found) for found in rows] == [6, 6]
+    load, up, contacts, w = ([run.column(name)[found] for run, found in zip((lowered, lifted), rows)]
+                             for name in ("load_factor", "UP", "active_contacts", "W"))
+    dr.assert_close(load[1], load[0], absolute=1e-9)
+    dr.assert_close(up[1], up[0], absolute=1e-8 * np.max(up[0]))
+    dr.assert_close(contacts[1], contacts[0])
+    motion = np.where(np.arange(6) == 0, 0.0, 0.02 * load[1])
+    dr.assert_close(w[1], w[0] - motion, absolute=1e-9)
 
 
 # Stability ---------------------------------------------------------------------------------------------------------------

@@ -46,7 +46,7 @@ contains
       type(state_t) :: sample(n_samples)
       type(modes_t) :: modes, near_zero(n_samples)
       type(bracket_t) :: bracket
-      real(wp) :: at(n_samples), mu(n_samples), f, centre, h, near
+      real(wp) :: at(n_samples), mu(n_samples), f, centre, guess, h, near
       integer :: try, k
       logical :: low_moved, branching
 
@@ -71,17 +71,19 @@ contains
          centre = bracket_guess(bracket)
       end do
       do try = 1, max_centres
-         ! Four equal intervals around it, the whole of them inside the increment.
-         near = min(h, 0.25_wp)
-         centre = min(max(centre, 2.0_wp * near), 1.0_wp - 2.0_wp * near)
+         ! Two on each side of it; where the increment ends all on one side, so that none comes near it.
+         near = min(h, 0.125_wp)
          at = centre + near * [-2.0_wp, -1.0_wp, 1.0_wp, 2.0_wp]
+         if (at(1) < 0.0_wp) at = max(centre, 0.0_wp) + near * [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp]
+         if (at(n_samples) > 1.0_wp) at = min(centre, 1.0_wp) - near * [4.0_wp, 3.0_wp, 2.0_wp, 1.0_wp]
+         guess = centre
          do k = 1, n_samples
             if (.not. sampled(at(k), sample(k), mu(k))) return
             if (branching) near_zero(k) = modes
          end do
          if (branching) call follow_through_zero(near_zero, sighting%event, mu)
          centre = zero_of_cubic(at, mu)
-         if (abs(centre - 0.5_wp * (at(2) + at(3))) <= 2.0_wp * near) exit
+         if (abs(centre - guess) <= 2.0_wp * near) exit
       end do
       sighting%fraction = centre
       call place_there()
@@ -93,8 +95,10 @@ contains
       ! mean nothing there where it is zero, too: of these the samples tell.
       sighting%located = centre >= -near .and. centre <= 1.0_wp + near .and. &
          & sighting%report%residual <= max(step%tolerance, run%system%round_off)
-      if (branching .and. sighting%located) sighting%located = abs(zero_eigenvalue(problem, run, sighting%event, sighting%place, &
-         & timers)) <= sqrt(step%locate_tolerance) * bracket%scale
+      if (.not. (branching .and. sighting%located)) return
+      ! The numbers that tell eigenvalues apart are rounding there.
+      f = zero_eigenvalue(problem, run, sighting%event, sighting%place, timers, modes)
+      sighting%located = minval(abs(modes%mu)) <= sqrt(step%locate_tolerance) * bracket%scale
 
    contains
 
