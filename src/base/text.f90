@@ -174,13 +174,16 @@ contains
    pure function nearest_word(list, word) result(nearest)
       character(*), intent(in) :: list !! words between bars
       character(*), intent(in) :: word !! the word as typed
-      character(:), allocatable :: nearest
+      character(:), allocatable :: nearest, key
       integer :: i, distance, least
       nearest = ''
+      key = squeeze(word)
       least = len_trim(word) / 3 + 1 ! one wrong letter in three; words shorter than that are not guessed
       do i = 1, word_count(list)
-         distance = edit_distance(squeeze(word_at(list, i)), squeeze(word))
-         if (len_trim(word) > 2 .and. index(squeeze(word_at(list, i)), squeeze(word)) == 1) distance = 0
+         ! No fewer than the letters that one has more than the other.
+         distance = abs(len(squeeze(word_at(list, i))) - len(key))
+         if (distance < least) distance = edit_distance(squeeze(word_at(list, i)), key)
+         if (len_trim(word) > 2 .and. index(squeeze(word_at(list, i)), key) == 1) distance = 0
          if (distance >= least) cycle
          least = distance
          nearest = word_at(list, i)
