@@ -3,7 +3,7 @@ module text
    use kinds, only: wp, i8
    implicit none
    private
-   public :: upper, squeeze, same_name, is_blank, to_text, join, nearest_word, plural
+   public :: upper, squeeze, same_name, is_blank, to_text, rounded, join, nearest_word, plural
    public :: parse_integer, parse_real, word_count, word_at, word_index
 
    !> The shortest text of an integer, or of a real that reads back as the same number.
@@ -108,6 +108,17 @@ contains
          string = string//digit(:exponent + 1)//'.'//digit(exponent + 2:n)
       end if
    end function real_to_text
+
+   !> A number with 3 digits, for messages.
+   pure function rounded(x) result(string)
+      real(wp), intent(in) :: x !! any real
+      character(:), allocatable :: string
+      character(12) :: buffer
+      real(wp) :: short
+      write (buffer, '(es12.2e3)') x
+      read (buffer, *) short
+      string = to_text(short)
+   end function rounded
 
    !> "1 error", "2 errors".
    pure function plural(number, noun) result(string)

@@ -32,6 +32,7 @@ module path_acceptance
    type :: outcome_t
       logical :: complete = .false.
       character(:), allocatable :: why           !! the run cannot go on: the reason, one sentence
+      integer :: deck_line = 0                   !! and the deck is at fault: the line of the card; 0: it is not
       character(:), allocatable :: trouble       !! what could not be done beside the path of the steps: branches, limit curves
       type(accuracy_t) :: accuracy
    end type outcome_t
