@@ -150,10 +150,10 @@ contains
       type(state_t) :: origin, from
       type(contact_step_t) :: step
       real(wp), allocatable :: before(:, :), spring(:), wanted(:)
-      real(wp) :: rhs, tolerance, best, correction, travelled, work, worse, previous
+      real(wp) :: rhs, tolerance, best, correction, travelled, work, worse, previous, last_residual
       logical :: refactor, settled, passed, moving, searching
       integer, allocatable :: grip(:)
-      integer :: iteration, spreads, most, last_change
+      integer :: iteration, spreads, most, last_change, same_tangent
 
       tolerance = problem%model%step(problem%step)%tolerance
       origin = start
@@ -165,6 +165,7 @@ contains
       if (present(moved)) moving = moved
       most = problem%model%step(problem%step)%max_iterations
       last_change = 0
+      same_tangent = 0
       searching = any(problem%ground%founded)
       previous = 0.0_wp
       ! Foundations find out where they touch while Newton goes on; the limit counts from then on.
@@ -220,6 +221,7 @@ contains
             report%message = 'an element has become singular'
             return
          end if
+         last_residual = report%residual
          report%residual = max(system%force_residual, system%defect_residual, constraint_residual(problem, state, system))
          if (.not. report%residual < 1.0e8_wp) then
             report%message = 'Newton diverged'
@@ -265,6 +267,11 @@ contains
             return
          end if
          best = min(best, report%residual)
+         ! Foundations change the tangent where a contact's end moves: it stays frozen as long as it gets there in time. The first
+         ! step with it tells nothing yet.
+         if (searching .and. same_tangent > 0) refactor = refactor .or. &
+            & report%residual * (report%residual / last_residual)**(last_change + most - iteration) > tolerance
+         same_tangent = merge(0, same_tangent + 1, refactor)
          if (refactor) then
             call factor_system(problem, state, system, timers)
             if (.not. system%ok) then
