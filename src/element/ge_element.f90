@@ -114,6 +114,7 @@ contains
          & ends(3, ge_columns + 2)
       real(wp) :: t(2), nu(2), axial, shear, beta, end_defect(3), tail(3), hc, he, residual_m, turn(2), more(2), along, across
       real(wp) :: free, heat(2, max_stages), g_heat(max_stages), turning(max_stages), thinning(2, max_stages), by(3, 1)
+      real(wp) :: row_weight(max_unknowns)
       integer :: s, i, j, l, q, unknowns, nb
       logical :: stored, founded, singular
 
@@ -198,7 +199,10 @@ contains
          defect(1) = max(defect(1), abs(residual_m) * he)
       end do
       if (stored) call add_force_rows()
-      call solve_small(unknowns, system, rhs(:unknowns, :nb), singular)
+      ! Moments beside forces: as forces at a distance of h.
+      row_weight(:s) = 1.0_wp
+      row_weight(s + 1:) = h
+      call solve_small(unknowns, system, rhs(:unknowns, :nb), singular, row_weight)
       ok = .not. singular
       if (singular) then
          f = 0.0_wp; raw = 0.0_wp; k = 0.0_wp; fl = 0.0_wp; op = 0.0_wp
@@ -285,7 +289,7 @@ contains
          ends(:, 1:2) = ends(:, 1:2) - dend(:, by_x:by_y)
          ends(:, ge_columns + 1:) = -dend(:, by_x:by_y)
       end if
-      call solve_small(3, flexibility, ends(:, :merge(ge_columns + 2, ge_columns, founded)), singular)
+      call solve_small(3, flexibility, ends(:, :merge(ge_columns + 2, ge_columns, founded)), singular, [1.0_wp, 1.0_wp, h])
       ok = .not. singular
       if (present(shift)) shift = 0.0_wp
       if (singular) then
@@ -326,7 +330,7 @@ contains
                & (hc * rate%angle(i)) * [-sin(angle(i)), cos(angle(i))])
          end do
          flexibility = dend(:, by_nx:by_m)
-         call solve_small(3, flexibility, by, singular)
+         call solve_small(3, flexibility, by, singular, [1.0_wp, 1.0_wp, h])
          z_rate(1:3) = by(:, 1)
          z_rate(4:3 + unknowns) = matmul(rhs(:unknowns, by_nx:by_m), by(:, 1)) + rhs(:unknowns, by_rate)
          f_rate(1:3) = -by(:, 1)

@@ -90,6 +90,8 @@ contains
       z = maxval(problem%z_size)
       system%n = n
       system%k = new_band(n, problem%numbering%half_bandwidth)
+      ! Rotations as displacements at the distance of the structure's size.
+      system%k%unit(3::3) = 2.0_wp**(-exponent(problem%size))
       allocate (system%residual(n), system%raw(n), system%load(n), source=0.0_wp)
       allocate (system%value(n), system%rate(n), system%path_row(n), source=0.0_wp)
       allocate (system%fixed(n), source=.false.)

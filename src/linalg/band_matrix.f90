@@ -10,6 +10,7 @@ module band_matrix
    type :: band_t
       integer :: n = 0, kd = 0
       real(wp), allocatable :: a(:, :)   !! (kd + 1, n)
+      real(wp), allocatable :: unit(:)   !! (n) rows and columns times these, powers of two, have comparable units; 1 at first
    end type band_t
 
    type :: factor_t
@@ -20,6 +21,8 @@ module band_matrix
       real(wp), allocatable :: cholesky(:, :) !! (kd + 1, n)
       real(wp), allocatable :: lu(:, :)       !! (3 kd + 1, n), allocated at the first indefinite matrix
       integer, allocatable :: pivot(:)
+      real(wp), allocatable :: unit(:)        !! (n) of the band: the LU is that of the scaled matrix, so that its pivots do not
+      !! depend on the units
    end type factor_t
 
 contains
@@ -31,6 +34,7 @@ contains
       band%n = n
       band%kd = min(kd, max(n - 1, 0))
       allocate (band%a(band%kd + 1, n), source=0.0_wp)
+      allocate (band%unit(n), source=1.0_wp)
    end function new_band
 
    !> y = A x.
@@ -59,6 +63,8 @@ contains
       if (.not. allocated(factor%lu)) allocate (factor%lu(3 * band%kd + 1, band%n), factor%pivot(band%n))
       call copy_masked(band, fixed, factor%cholesky)
       call to_general(factor)
+      factor%unit = band%unit
+      call scale_general(factor)
       factor%negative_pivots = count_negative(factor)
       call dgbtrf(band%n, band%n, band%kd, band%kd, factor%lu, 3 * band%kd + 1, factor%pivot, info)
       factor%deficient = info > 0
@@ -100,12 +106,18 @@ contains
    subroutine solve_factored(factor, b)
       type(factor_t), intent(in) :: factor
       real(wp), intent(inout) :: b(:, :)  !! (n, right-hand sides)
-      integer :: info
+      integer :: info, j
       if (factor%positive) then
          call dpbtrs('L', factor%n, factor%kd, size(b, 2), factor%cholesky, factor%kd + 1, b, factor%n, info)
       else
+         do j = 1, size(b, 2)
+            b(:, j) = factor%unit * b(:, j)
+         end do
          call dgbtrs('N', factor%n, factor%kd, factor%kd, size(b, 2), factor%lu, 3 * factor%kd + 1, &
             & factor%pivot, b, factor%n, info)
+         do j = 1, size(b, 2)
+            b(:, j) = factor%unit * b(:, j)
+         end do
       end if
    end subroutine solve_factored
 
@@ -122,6 +134,19 @@ contains
          end do
       end do
    end subroutine to_general
+
+   !> Rows and columns of the general storage in comparable units.
+   subroutine scale_general(factor)
+      type(factor_t), intent(inout) :: factor
+      integer :: j, i
+      associate (kd => factor%kd, unit => factor%unit)
+         do j = 1, factor%n
+            do i = max(1, j - kd), min(factor%n, j + kd)
+               factor%lu(2 * kd + 1 + i - j, j) = (unit(i) * unit(j)) * factor%lu(2 * kd + 1 + i - j, j)
+            end do
+         end do
+      end associate
+   end subroutine scale_general
 
    !> Negative pivots of L D L^T without pivoting (a Sturm count), from the general storage.
    integer function count_negative(factor)
