@@ -11,7 +11,7 @@ module branch_switching
    use rod_state, only: state_t
    use linear_system, only: to_global
    use bordered_system, only: linearise, apply_increment
-   use tangent_modes, only: modes_t, lowest_modes, nodal_mode
+   use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode
    use path_control, only: control_t, metric, path_length, is_arc_length
    use path_events, only: new_probe
    use path_run, only: run_t, landmark_t
@@ -53,10 +53,11 @@ contains
          return
       end if
       call lowest_modes(problem, run%state, run%system, landmark%multiplicity + 2, modes, error, timers)
-      if (modes%n < mode) then
+      if (modes%n < landmark%multiplicity) then
          report%message = 'the null vector was not found'
          return
       end if
+      call choose_null_vectors(problem, run%system, landmark%multiplicity, modes)
       allocate (shape(3, size(run%state%u, 2)))
       do node = 1, size(shape, 2)
          shape(:, node) = to_global(problem, run%system, modes%x(:, mode), node)

@@ -8,7 +8,7 @@ module path_acceptance
    use problem, only: problem_t
    use rod_state, only: state_t
    use bordered_system, only: linearise
-   use tangent_modes, only: modes_t, lowest_modes, nodal_mode
+   use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode
    use weak_contacts, only: release_weak, count_released, opening_sense
    use path_control, only: path_length
    use corrector, only: increment_t
@@ -288,6 +288,7 @@ contains
          integer :: n, j
          call lowest_modes(problem, state, run%system, most_null_vectors, modes, error, timers)
          n = max(count(abs(modes%mu) <= min(max(1.0e3_wp * controls%locate_tolerance, same_place), loosest) * event%scale), 1)
+         call choose_null_vectors(problem, run%system, n, modes)
          allocate (point%null_vector(3, size(run%state%u, 2), n))
          do j = 1, n
             point%null_vector(:, :, j) = nodal_mode(problem, run%system, modes%x(:, j))
