@@ -42,7 +42,7 @@ contains
       type(error_t), allocatable :: error
       type(state_t) :: trial, predicted
       type(control_t) :: hold
-      real(wp), allocatable :: shape(:, :), y(:)
+      real(wp), allocatable :: shape(:, :), y(:), chord(:, :)
       real(wp) :: length, along, sense, wander, drift
       integer :: try, node
 
@@ -65,9 +65,10 @@ contains
       sense = side * sign(1.0_wp, sum(shape * nodal_mode(problem, run%system, modes%x(:, mode))))
       hold%method = method_linearised
       hold%tangent = sense * shape
-      along = metric(problem, landmark%direction, landmark%direction)
-      if (along > 0.0_wp) hold%tangent = hold%tangent - landmark%direction * &
-         & (metric(problem, hold%tangent, landmark%direction) / along)
+      ! Of the path without rounding, which has a share of the null vector itself.
+      chord = landmark%direction - landmark%drift
+      along = metric(problem, chord, chord)
+      if (along > 0.0_wp) hold%tangent = hold%tangent - chord * (metric(problem, hold%tangent, chord) / along)
       hold%tangent = hold%tangent / sqrt(metric(problem, hold%tangent, hold%tangent))
 
       length = distance
@@ -82,7 +83,8 @@ contains
          hold%increment = sense * length * metric(problem, hold%tangent, shape)
          ! Counted from where the path is without its rounding, so that points do not depend on that.
          drift = metric(problem, hold%tangent, landmark%drift)
-         if (abs(drift) < 0.1_wp * abs(hold%increment)) hold%increment = hold%increment - drift
+         if (abs(drift) >= 0.1_wp * abs(hold%increment)) drift = 0.0_wp
+         hold%increment = hold%increment - drift
          call correct(problem, run%state, hold, .false., trial, run%system, report, timers)
          if (report%converged) then
             wander = path_length(problem, predicted, trial)
@@ -94,9 +96,9 @@ contains
       end do
       if (.not. report%converged) return
 
-      run%last_length = path_length(problem, run%state, trial)
+      run%direction = trial%u - (run%state%u - drift * hold%tangent)
+      run%last_length = sqrt(metric(problem, run%direction, run%direction))
       run%last_load = trial%load_factor - run%state%load_factor
-      run%direction = trial%u - run%state%u
       run%direction_load = run%last_load
       run%arc_length = landmark%arc_length + run%last_length
       call set_increment()
