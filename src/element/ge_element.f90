@@ -24,7 +24,7 @@ module ge_element
    implicit none
    private
    public :: ge_compliance, ge_stiffness_t, ge_load_t, ge_rate_t, ge_evaluate, ge_end_forces, ge_interior, ge_directions, &
-      & ge_direction_rates, ge_size, ge_columns
+      & ge_direction_changes, ge_direction_rates, ge_size, ge_columns
 
    integer, parameter :: max_unknowns = 3 * max_stages
    integer, parameter :: ge_columns = 8 !! columns of the update operator: six node displacements, residual, load factor
@@ -498,6 +498,22 @@ contains
       type(ge_load_t), intent(in) :: load
       real(wp), intent(in) :: u(6), z(:)
       real(wp), intent(out) :: rho(:, :)       !! (2, stages)
+      integer :: i
+      call ge_direction_changes(tab, h, angle, compliance, load, u, z, rho)
+      do i = 1, tab%stages
+         rho(:, i) = rho(:, i) + [cos(angle(i)), sin(angle(i))]
+      end do
+   end subroutine ge_directions
+
+   !> The same less that of the stress-free element, exact to the rounding of displacements.
+   pure subroutine ge_direction_changes(tab, h, angle, compliance, load, u, z, change)
+      type(tableau_t), intent(in) :: tab
+      real(wp), intent(in) :: h
+      real(wp), intent(in) :: angle(:)         !! (stages)
+      type(ge_stiffness_t), intent(in) :: compliance
+      type(ge_load_t), intent(in) :: load
+      real(wp), intent(in) :: u(6), z(:)
+      real(wp), intent(out) :: change(:, :)    !! (2, stages)
       real(wp) :: phi, nn(2), t(2), nu(2)
       integer :: i, s
       s = tab%stages
@@ -506,10 +522,11 @@ contains
          nn = stage_force(tab, h, load, z, i)
          t = [cos(angle(i) + phi), sin(angle(i) + phi)]
          nu = [-t(2), t(1)]
-         rho(:, i) = (1.0_wp + load%strain + dot_product(nn, t) * compliance%axial) * t + &
-            & (dot_product(nn, nu) * compliance%shear) * nu
+         change(:, i) = (load%strain + dot_product(nn, t) * compliance%axial) * t + &
+            & (dot_product(nn, nu) * compliance%shear) * nu + &
+            & (2.0_wp * sin(0.5_wp * phi)) * [-sin(angle(i) + 0.5_wp * phi), cos(angle(i) + 0.5_wp * phi)]
       end do
-   end subroutine ge_directions
+   end subroutine ge_direction_changes
 
    !> Change of ge_directions with the first node's rotation, and the stored resultants.
    pure subroutine ge_direction_rates(tab, h, angle, compliance, load, u, z, du, dz, load_change, rate)

@@ -6,17 +6,17 @@
 !> reaction hops from point to point, and nothing oscillates. A multi-linear law is cut at its corners likewise.
 module element_foundation
    use kinds, only: wp
-   use problem, only: problem_t
+   use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t, element_displacement, element_load, obstacle_shift, candidate_offset, closing_rate
-   use obstacle_geometry, only: obstacle_gap
+   use obstacle_geometry, only: moved_gap
    use ground, only: home_deviation
    use force_law, only: law_reaction
    use gauss_tableau, only: max_stages, stage_basis
-   use ge_element, only: ge_directions, ge_load_t
+   use ge_element, only: ge_direction_changes, ge_load_t
    use inner_forces, only: inner_forces_t, clear_forces, add_force
    implicit none
    private
-   public :: foundation_forces, touching_gap, rounding_gap
+   public :: foundation_forces, touching_gap
 
    integer, parameter :: max_cuts = 64
 
@@ -28,7 +28,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       type(inner_forces_t), intent(inout) :: list
-      real(wp) :: direction(2, max_stages), home(2, max_stages), u(6), start(2), home_start(2), shift(2), touching
+      real(wp) :: change(2, max_stages), home(2, max_stages), u(6), home_start(2), shift(2), touching, rounding
       real(wp) :: cut(max_cuts), value(0:2 * max_stages + 2), bending, turning
       type(ge_load_t) :: load
       integer :: i, c, s, obstacle, n_cuts, samples, k
@@ -40,9 +40,9 @@ contains
       u = element_displacement(problem, state, e)
       load = element_load(problem, state, e)
       associate (element => state%geometry%element(e), tab => problem%tableau(s))
-         call ge_directions(tab, element%length, element%angle, problem%compliance(e), load, u, &
-            & state%z(:problem%z_size(e), e), direction(:, :s))
-         direction(:, :s) = (element%length * element%scale) * direction(:, :s)
+         call ge_direction_changes(tab, element%length, element%angle, problem%compliance(e), load, u, &
+            & state%z(:problem%z_size(e), e), change(:, :s))
+         change(:, :s) = (element%length * element%scale) * change(:, :s)
          do k = 1, s
             home(:, k) = (element%length * element%scale) * [cos(element%angle(k)), sin(element%angle(k))]
          end do
@@ -50,7 +50,7 @@ contains
          turning = element%length * load%curvature
       end associate
       home_start = state%geometry%x(:, problem%model%mesh%node(1, e))
-      start = home_start + u(1:2)
+      rounding = rounding_gap(problem)
       samples = 2 * s + 2
       do i = problem%ground%first(e), problem%ground%first(e + 1) - 1
          c = problem%ground%candidate(i)
@@ -92,19 +92,22 @@ contains
          call fill_between_cuts()
       end function is_plain
 
-      !> Place on the deformed axis.
-      function place(tau, basis) result(x)
+      !> Place on the stress-free axis, and how far the deformed one has moved from it.
+      subroutine locate(tau, basis, at_home, motion)
          real(wp), intent(in) :: tau
-         real(wp), intent(out) :: basis(max_stages)
-         real(wp) :: x(2), d(2), turn
+         real(wp), intent(out) :: basis(max_stages), at_home(2), motion(2)
+         real(wp) :: d(2), turn
          call stage_basis(problem%tableau(s), tau, basis)
-         x = start + matmul(direction(:, :s), basis(:s))
+         at_home = home_start + matmul(home(:, :s), basis(:s))
+         motion = u(1:2) + matmul(change(:, :s), basis(:s))
          if (.not. problem%ground%curved(e)) return
          d = home_deviation(problem%ground, e, tau)
+         at_home = at_home + d
          turn = u(3) + bending * dot_product(basis(:s), state%z(4:3 + s, e)) + tau * turning
-         d = (1.0_wp + load%strain) * d
-         x = x + [cos(turn) * d(1) - sin(turn) * d(2), sin(turn) * d(1) + cos(turn) * d(2)]
-      end function place
+         motion = motion + load%strain * [cos(turn) * d(1) - sin(turn) * d(2), sin(turn) * d(1) + cos(turn) * d(2)] + &
+            & (2.0_wp * sin(0.5_wp * turn)) * [-sin(0.5_wp * turn) * d(1) - cos(0.5_wp * turn) * d(2), &
+            & cos(0.5_wp * turn) * d(1) - sin(0.5_wp * turn) * d(2)]
+      end subroutine locate
 
       !> Gap to the obstacle, for bilateral ones more than that of the stress-free axis.
       real(wp) function gap_at(tau) result(gap)
@@ -116,17 +119,16 @@ contains
       subroutine look(tau, basis, x, gap, normal, bend)
          real(wp), intent(in) :: tau
          real(wp), intent(out) :: basis(max_stages), x(2), gap, normal(2), bend
-         real(wp) :: at_home, other(2)
-         x = place(tau, basis)
-         at_home = 0.0_wp
-         if (bilateral) then
-            call obstacle_gap(problem%model%obstacle(obstacle), home_start + matmul(home(:, :s), basis(:s)) + &
-               & home_deviation(problem%ground, e, tau), at_home, other, bend)
-            ! What the offset takes off is the gap of the first node.
-            at_home = at_home + problem%ground%chain%gap_offset(c)
-         end if
-         call obstacle_gap(problem%model%obstacle(obstacle), x - shift, gap, normal, bend)
-         gap = gap - at_home + candidate_offset(problem, state, problem%ground%chain, c)
+         real(wp) :: at_home, home_place(2), motion(2)
+         call locate(tau, basis, home_place, motion)
+         call moved_gap(problem%model%obstacle(obstacle), home_place, motion - shift, at_home, gap, normal, bend)
+         x = home_place + motion
+         associate (offset => problem%ground%chain%gap_offset(c))
+            ! Bilateral ones begin without force, whatever lies on its foundation begins with no gap.
+            at_home = at_home + offset
+            if (bilateral .or. abs(at_home) <= rounding) at_home = 0.0_wp
+            gap = gap + at_home + (candidate_offset(problem, state, problem%ground%chain, c) - offset)
+         end associate
       end subroutine look
 
       !> How far the gap may leave its samples between them.
@@ -288,9 +290,4 @@ contains
       if (all(abs(element_displacement(problem, state, e)) <= 0.0_wp)) touching_gap = rounding_gap(problem)
    end function touching_gap
 
-   !> What the rounding of positions may make of a gap.
-   pure real(wp) function rounding_gap(problem)
-      type(problem_t), intent(in) :: problem
-      rounding_gap = 8.0_wp * epsilon(rounding_gap) * problem%size
-   end function rounding_gap
 end module element_foundation

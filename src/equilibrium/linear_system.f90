@@ -562,8 +562,8 @@ contains
       end do
       system%force_scale = scale
       ! UL2 takes N from displacements, a foundation its reaction from a gap: no better than their rounding times stiffness.
-      noise = maxval([problem%ground%stiffest, system%spring]) * problem%size
       moved = max(maxval(abs(state%u(1:2, :))), maxval(abs(state%u(3, :))) * problem%size)
+      noise = maxval([problem%ground%stiffest, system%spring]) * merge(moved, problem%size, problem%resting)
       noise = max(noise, moved * maxval(problem%spring(1:2, :)), moved * maxval(problem%spring(3, :)) / problem%size**2)
       do e = 1, problem%model%mesh%n_elements
          if (problem%model%mesh%family(e) == family_ge) cycle

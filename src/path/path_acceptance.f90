@@ -5,7 +5,7 @@ module path_acceptance
    use errors, only: error_t
    use text, only: to_text
    use model, only: step_t
-   use problem, only: problem_t
+   use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode
@@ -20,7 +20,6 @@ module path_acceptance
    use contact_set, only: reaction_rate
    use sliding_nodes, only: rehome_nodes
    use point_report, only: report_point
-   use element_foundation, only: rounding_gap
    use balance, only: measure_balance
    use path_record, only: recorder_t, point_t, critical_t, accuracy_t
    use timing, only: timers_t, count_up, counter_points, counter_located
