@@ -1,4 +1,5 @@
-!> A bracketed zero of a function of the increment's length: Illinois' variant of the regula falsi.
+!> A bracketed zero of a function of the increment's length, by Chandrupatla's rule: inverse quadratic interpolation where
+!> the last three values lie on a curve that allows it, halving elsewhere (Chandrupatla 1997, Adv. Eng. Software 28).
 module bracketing
    use kinds, only: wp
    implicit none
@@ -8,8 +9,10 @@ module bracketing
    type :: bracket_t
       real(wp) :: low = 0.0_wp, high = 1.0_wp
       real(wp) :: f_low = 0.0_wp, f_high = 0.0_wp
-      real(wp) :: scale = 0.0_wp             !! larger of the first two magnitudes: what the zero is measured against
-      integer, private :: side = 0           !! which end stayed last time
+      real(wp) :: scale = 0.0_wp                 !! larger of the first two magnitudes: what the zero is measured against
+      logical, private :: latest_low = .false.   !! the end that moved last
+      real(wp), private :: dropped = 0.0_wp, f_dropped = 0.0_wp !! what it replaced
+      logical, private :: fresh = .true.         !! nothing was replaced yet
    end type bracket_t
 
 contains
@@ -22,34 +25,52 @@ contains
       bracket%scale = max(abs(f_low), abs(f_high))
    end function new_bracket
 
-   !> Where to look next; the middle when the signs do not differ. Off the ends: a kink may pin the rule there.
+   !> Where to look next; the middle when the signs do not differ.
    pure real(wp) function bracket_guess(bracket) result(at)
       type(bracket_t), intent(in) :: bracket
-      real(wp), parameter :: margin = 1.0e-3_wp
-      real(wp) :: width
-      at = 0.5_wp * (bracket%low + bracket%high)
-      if (bracket%f_low * bracket%f_high >= 0.0_wp) return
+      real(wp) :: x(3), f(3), xi, phi, part, width, margin
       width = bracket%high - bracket%low
-      at = (bracket%low * bracket%f_high - bracket%high * bracket%f_low) / (bracket%f_high - bracket%f_low)
-      at = min(max(at, bracket%low + margin * width), bracket%high - margin * width)
+      at = bracket%low + 0.5_wp * width
+      if (bracket%f_low * bracket%f_high >= 0.0_wp) return
+      if (bracket%fresh) then
+         at = bracket%low + width * bracket%f_low / (bracket%f_low - bracket%f_high)
+      else
+         ! 1: the end that moved last, 2: the other, 3: what the first has replaced.
+         x = [bracket%high, bracket%low, bracket%dropped]
+         f = [bracket%f_high, bracket%f_low, bracket%f_dropped]
+         if (bracket%latest_low) x(1:2) = [bracket%low, bracket%high]
+         if (bracket%latest_low) f(1:2) = [bracket%f_low, bracket%f_high]
+         xi = (x(1) - x(2)) / (x(3) - x(2))
+         phi = (f(1) - f(2)) / (f(3) - f(2))
+         if (phi**2 < xi .and. (1.0_wp - phi)**2 < 1.0_wp - xi) then
+            part = f(1) / (f(2) - f(1)) * f(3) / (f(2) - f(3)) + &
+               & (x(3) - x(1)) / (x(2) - x(1)) * f(1) / (f(3) - f(1)) * f(2) / (f(3) - f(2))
+            at = x(1) + part * (x(2) - x(1))
+         end if
+      end if
+      ! Not nearer to an end than what that end's value can be told from zero.
+      margin = min(2.0_wp * epsilon(at), 0.25_wp * width)
+      at = min(max(at, bracket%low + margin), bracket%high - margin)
    end function bracket_guess
 
-   !> Takes a new value in; an end that stays twice gets half its weight. True when it became the low end.
+   !> Takes a new value in. True when it became the low end.
    subroutine bracket_update(bracket, at, f, low_moved)
       type(bracket_t), intent(inout) :: bracket
       real(wp), intent(in) :: at, f
       logical, intent(out) :: low_moved
       low_moved = f * bracket%f_low > 0.0_wp
       if (low_moved) then
+         bracket%dropped = bracket%low
+         bracket%f_dropped = bracket%f_low
          bracket%low = at
          bracket%f_low = f
-         if (bracket%side == -1) bracket%f_high = 0.5_wp * bracket%f_high
-         bracket%side = -1
       else
+         bracket%dropped = bracket%high
+         bracket%f_dropped = bracket%f_high
          bracket%high = at
          bracket%f_high = f
-         if (bracket%side == 1) bracket%f_low = 0.5_wp * bracket%f_low
-         bracket%side = 1
       end if
+      bracket%latest_low = low_moved
+      bracket%fresh = .false.
    end subroutine bracket_update
 end module bracketing

@@ -13,6 +13,7 @@ module branch_switching
    use bordered_system, only: linearise, apply_increment
    use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode
    use path_control, only: control_t, metric, path_length, is_arc_length
+   use path_continuity, only: heading_at
    use path_events, only: new_probe
    use path_run, only: run_t, landmark_t
    use corrector, only: increment_t, correct
@@ -42,7 +43,7 @@ contains
       type(error_t), allocatable :: error
       type(state_t) :: trial, predicted
       type(control_t) :: hold
-      real(wp), allocatable :: shape(:, :), y(:), chord(:, :)
+      real(wp), allocatable :: shape(:, :), y(:), chord(:, :), away(:, :)
       real(wp) :: length, along, sense, wander, drift
       integer :: try, node
 
@@ -96,14 +97,14 @@ contains
       end do
       if (.not. report%converged) return
 
-      run%direction = trial%u - (run%state%u - drift * hold%tangent)
-      run%last_length = sqrt(metric(problem, run%direction, run%direction))
+      away = trial%u - (run%state%u - drift * hold%tangent)
+      run%last_length = sqrt(metric(problem, away, away))
       run%last_load = trial%load_factor - run%state%load_factor
-      run%direction_load = run%last_load
+      run%heading = heading_at(problem, run%system, away, run%last_load)
       run%arc_length = landmark%arc_length + run%last_length
       call set_increment()
       run%state = trial
-      run%probe = new_probe(problem, run%state, run%system, run%last_load)
+      run%probe = new_probe(problem, run%state, run%system, run%heading%load)
 
    contains
 

@@ -12,7 +12,8 @@ module contact_corner
    use linear_system, only: system_t
    use bordered_system, only: linearise, set_path_row, solve_bordered, apply_increment
    use contact_slides, only: slide_fraction
-   use path_control, only: control_t, set_tangent
+   use path_control, only: control_t
+   use path_continuity, only: heading_t, heading_at
    use corrector, only: increment_t, take_increment
    use contact_set, only: reaction_rate, gap_rate, gap_tolerance
    use gap_profile, only: least_gap_after
@@ -193,17 +194,14 @@ contains
    end subroutine follow_to_touch
 
    !> Changes the set at a corner and returns the direction in which the path goes on.
-   subroutine leave_corner(problem, control, corner, place, system, direction, direction_load, ok, timers)
+   subroutine leave_corner(problem, corner, place, system, heading, ok, timers)
       type(problem_t), intent(in) :: problem
-      type(control_t), intent(in) :: control
       type(corner_t), intent(in) :: corner
       type(state_t), intent(inout) :: place    !! its contact set is changed
       type(system_t), intent(inout) :: system  !! factored at `place` on entry, there with the new set on return
-      real(wp), intent(inout) :: direction(:, :) !! (3, nodes) tangent, displacements; of the old path on entry
-      real(wp), intent(inout) :: direction_load  !! its load factor
+      type(heading_t), intent(inout) :: heading !! of the old path on entry, of the new one on return
       logical, intent(out) :: ok
       type(timers_t), intent(inout) :: timers
-      type(control_t) :: ahead
       real(wp) :: rate, none(3, size(place%u, 2))
       integer :: candidate
       candidate = corner%candidate
@@ -212,21 +210,15 @@ contains
       call linearise(problem, place, place, system, timers)
       ok = system%ok
       if (.not. ok) return
-      ahead = control
       none = 0.0_wp
-      call set_tangent(problem, system, none, 0.0_wp, ahead)
+      heading = heading_at(problem, system, none, 1.0_wp)
       if (place%active(candidate)) then
          rate = reaction_rate(problem, system, candidate)
       else
          rate = gap_rate(problem, system, candidate)
       end if
-      ! Rates are per unit of load factor, the tangent may point against it.
-      if (rate * ahead%tangent_load < 0.0_wp) then
-         ahead%tangent = -ahead%tangent
-         ahead%tangent_load = -ahead%tangent_load
-      end if
-      direction = ahead%tangent
-      direction_load = ahead%tangent_load
+      ! Rates are per unit of load factor.
+      if (rate < 0.0_wp) heading = heading_at(problem, system, none, -1.0_wp)
    end subroutine leave_corner
 
    !> Reactions of active candidates, gaps of open ones, then smallest gaps inside elements of sliding contacts: all

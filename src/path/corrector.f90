@@ -1,15 +1,14 @@
 !> One increment: predictor and Newton iterations from a converged point to the next one, contact included.
 module corrector
    use kinds, only: wp
-   use model, only: family_ge, method_cylindrical, method_displacement
+   use model, only: family_ge
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t, contact_reaction
    use bordered_system, only: assemble_bordered, factor_system, linearise, apply_increment
    use contact_slides, only: slide_fraction, pass_on, drop_slides
    use contact_spread, only: spread_contacts, close_touching
-   use path_control, only: control_t, control_row, control_error, metric, is_arc_length, set_tangent, monitor_change, &
-      & path_length
+   use path_control, only: control_t, control_row, control_error, metric
    use contact_set, only: contact_step_t, solve_contact_step, gap_tolerance, inside_region, weak_reaction
    use step_search, only: shorten_step, step_work
    use element_foundation, only: foundation_forces
@@ -33,8 +32,6 @@ module corrector
    real(wp), parameter :: far_worse = 10.0_wp   !! a step that raises the residual by this factor may be far too long
    real(wp), parameter :: far_from_balance = 0.1_wp !! and above this residual
    integer, parameter :: settling_iterations = 5 !! until then the last correction must be small, too
-   real(wp), parameter :: longest_jump = 4.0_wp !! what load or displacement control may go, over the length of the tangent's step
-   real(wp), parameter :: no_motion = 1.0e-10_wp !! arc length of rounding, where loads only stress what cannot move
    real(wp), parameter :: large_correction = 1.0e-4_wp !! of the increment
    character(*), parameter :: out_of_reach = 'a contact point moved further than its elements reach'
    real(wp), parameter :: far_slide = 1.0e-3_wp !! of an element
@@ -56,7 +53,7 @@ contains
       logical, intent(in), optional :: keep_contact !! true: the contact set of `start`, whatever the signs say
       type(contact_step_t) :: step
       integer :: loop
-      real(wp) :: rhs, ahead
+      real(wp) :: rhs
       real(wp), allocatable :: wanted(:)
       logical :: frozen
 
@@ -65,14 +62,8 @@ contains
       if (present(keep_contact)) frozen = keep_contact
       call control_row(problem, control, start, state, system, rhs, timers)
       if (frozen .or. .not. problem%model%step(problem%step)%paper_loop) then
-         call predicted_length(ahead)
          call iterate(problem, start, control, state, system, rhs, frozen, .not. frozen, &
             & problem%model%step(problem%step)%tangent_updates, report, timers)
-         if (report%converged .and. .not. is_arc_length(control%method) .and. all(state%active .eqv. start%active) &
-            & .and. all(state%grounded .eqv. start%grounded)) then
-            report%converged = path_length(problem, start, state) <= longest_jump * ahead + no_motion
-            if (.not. report%converged) report%message = 'the increment ends far from the path'
-         end if
          return
       end if
       ! The paper's Fig. 2: LCP at the predictor, equilibrium with the set frozen, compare, repeat.
@@ -93,23 +84,6 @@ contains
          call control_row(problem, control, start, state, system, rhs, timers)
       end do
       report%message = 'the contact set did not settle in the outer loop'
-
-   contains
-
-      !> Arc length of the tangent's step: load and displacement control can jump to another path, which is not meant.
-      subroutine predicted_length(length)
-         real(wp), intent(out) :: length
-         type(control_t) :: tangent
-         length = huge(1.0_wp)
-         if (is_arc_length(control%method)) return
-         tangent%method = method_cylindrical
-         call set_tangent(problem, system, 0.0_wp * start%u, 1.0_wp, tangent)
-         length = abs(control%increment)
-         if (control%method == method_displacement) &
-            & length = length / max(abs(monitor_change(problem, control%monitor, system, system%tangent)), tiny(1.0_wp))
-         ! Unit tangent: its load component is that per arc length.
-         length = length / max(abs(tangent%tangent_load), tiny(1.0_wp))
-      end subroutine predicted_length
    end subroutine take_increment
 
    !> Brings a guess to equilibrium at the control's increment from `base`, by full Newton.

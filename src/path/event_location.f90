@@ -1,149 +1,140 @@
-!> Locates an event that was seen to happen within an increment.
+!> Locates an event that was seen to happen within an increment, and checks that what was found is the event.
 module event_location
    use kinds, only: wp
-   use model, only: step_t, method_linearised, method_load, method_cylindrical, method_largest
+   use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: linearise
-   use path_control, only: control_t, is_arc_length, is_free, plane_distance
-   use corrector, only: increment_t, take_increment, correct
-   use path_events, only: event_t, probe_t, event_value, event_bifurcation, event_release, event_contact
-   use weak_contacts, only: release_weak
-   use tangent_modes, only: modes_t, lowest_modes, numbered_eigenvalue
-   use errors, only: error_t
-   use path_run, only: run_t, probe_at
+   use path_control, only: path_length
+   use path_continuity, only: heading_t, lies_between, alike
+   use increment_points, only: division_t, new_division, point_within, chord_fraction
+   use path_events, only: event_value, event_bifurcation, event_release, event_contact, event_limit
+   use sightings, only: sighting_t
+   use bifurcation_location, only: locate_bifurcation, zero_eigenvalue
+   use path_run, only: run_t, heading_of, probe_at
    use bracketing, only: bracket_t, new_bracket, bracket_guess, bracket_update
    use timing, only: timers_t
    implicit none
    private
    public :: locate
 
-   integer, parameter :: eigenvalues_looked_at = 4
-
 contains
 
-   !> Finds the zero of an event's function between the last accepted point and the trial by the Illinois rule on the
-   !> length of the increment.
-   subroutine locate(problem, step, run, trial, event, place, report, fraction, located, later, timers)
+   !> Finds the event's zero between the last accepted point and the trial. Located is what meets the tolerance, lies on the
+   !> path between the two, and is what its label says.
+   subroutine locate(problem, step, run, trial, ahead, sighting, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run            !! its system ends up at some point of the increment
+      type(state_t), intent(in) :: trial
+      type(heading_t), intent(in) :: ahead         !! tangent at the trial
+      type(sighting_t), intent(inout) :: sighting  !! its event is given
+      type(timers_t), intent(inout) :: timers
+      type(division_t) :: division
+      division = new_division(problem, run, trial, ahead, sighting%event%load_tells)
+      sighting%place = trial
+      sighting%heading = ahead
+      sighting%fraction = 1.0_wp
+      if (sighting%event%kind == event_bifurcation) then
+         call locate_bifurcation(problem, step, run, trial, ahead, division, sighting, timers)
+      else
+         call bracket_zero(problem, step, run, trial, ahead, division, sighting, timers)
+      end if
+      if (.not. sighting%located) return
+      if (division%smooth) sighting%located = is_what_it_says(problem, step, run, trial, ahead, sighting)
+      if (sighting%located .and. division%length > 0.0_wp) &
+         & sighting%fraction = chord_fraction(problem, run, ahead, division, sighting%place)
+   end subroutine locate
+
+   !> The zero of the event's function by the Illinois rule.
+   subroutine bracket_zero(problem, step, run, trial, ahead, division, sighting, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
-      type(event_t), intent(inout) :: event         !! gets its scale
-      type(state_t), intent(out) :: place           !! the located point, or the nearest one found
-      type(increment_t), intent(out) :: report
-      real(wp), intent(out) :: fraction             !! of the increment
-      logical, intent(out) :: located
-      logical, intent(out) :: later                 !! bifurcation: it comes after the trial, whose pivots have the sign of rounding
+      type(heading_t), intent(in) :: ahead
+      type(division_t), intent(inout) :: division
+      type(sighting_t), intent(inout) :: sighting
       type(timers_t), intent(inout) :: timers
       integer, parameter :: max_tries = 60
-      type(control_t) :: control
       type(state_t) :: here, below, above
-      type(probe_t) :: probe
+      type(heading_t) :: heading, heading_above
       type(bracket_t) :: bracket
-      real(wp) :: f, whole
+      real(wp) :: f, f_below, f_above
       integer :: try
-      logical :: branching, held, low_moved
-      later = .false.
-      located = .false.
-      fraction = 1.0_wp
-      place = trial
-      branching = any(event%kind == [event_bifurcation, event_release])
-      held = event%kind == event_contact .and. event%ground%contact == 0 .and. &
-         & .not. (event%divided .and. event%before < 0.0_wp)
-      control = run%control
-      whole = control%increment
-      if (is_arc_length(control%method)) then
-         ! Where the contact set stays, the load tells parts of an increment best: what rounding adds across the path, much
-         ! where a structure hardly moves before it buckles, is nothing to it. Else a plane normal to the tangent: free
-         ! strategies have no constraint of their own that could.
-         if (event%load_tells .and. alike(run%state, trial)) then
-            control%method = method_load
-            whole = trial%load_factor - run%state%load_factor
-         else if (any(run%control%method == [method_cylindrical, method_largest]) .or. &
-            & is_free(run%control%method)) then
-            control%method = method_linearised
-            ! Of the displacements only, as the strategy: with the load in it the plane may meet the path twice.
-            control%load_scale = 0.0_wp
-            whole = plane_distance(problem, control, run%state, trial)
-            if (.not. (is_free(run%control%method) .or. whole > 0.3_wp * run%control%increment)) then
-               control = run%control
-               whole = control%increment
-            end if
-         end if
-      end if
-      control%whole = whole
-      if (branching) then
-         call linearise(problem, trial, trial, run%system, timers)
-         f = eigenvalue(trial)
-         call linearise(problem, run%state, run%state, run%system, timers)
-         bracket = new_bracket(eigenvalue(run%state), f)
-         later = bracket%f_low * f > 0.0_wp .and. event%before * f > 0.0_wp
-         if (later) return
-      else
+      logical :: held, low_moved, releases
+
+      associate (event => sighting%event, located => sighting%located)
+         releases = event%kind == event_release
+         held = event%kind == event_contact .and. event%ground%contact == 0 .and. &
+            & .not. (event%divided .and. event%before < 0.0_wp)
          bracket = new_bracket(event%before, event%after)
-      end if
-      event%scale = bracket%scale
-      below = run%state
-      above = trial
-      ! A contact that is lost may leave no gap where something else holds the node; with it held its reaction tells.
-      located = abs(bracket%f_high) <= step%locate_tolerance * bracket%scale .and. .not. held
-      if (branching) then
-         if (bracket%f_low * event%before <= 0.0_wp) then
-            ! It was passed next to the last point, which had the sign of rounding.
-            place = run%state
-            fraction = 0.0_wp
-            located = .true.
-         end if
-      end if
-      search: do try = 1, max_tries
-         if (located) exit search
-         fraction = bracket_guess(bracket)
-         control%increment = fraction * whole
-         ! With the contact set of the start the function of a contact event is smooth through its zero.
-         if (alike(below, above) .and. .not. held) then
-            here = between(below, above, (fraction - bracket%low) / (bracket%high - bracket%low))
-            call correct(problem, run%state, control, .false., here, run%system, report, timers)
-            ! Once more: next to a bifurcation a small residual leaves a share of the null vector.
-            if (branching .and. report%converged) &
-               & call correct(problem, run%state, control, .false., here, run%system, report, timers)
-         else
+         if (releases) then
+            call linearise(problem, trial, trial, run%system, timers)
+            f_above = zero_eigenvalue(problem, run, event, trial, timers)
             call linearise(problem, run%state, run%state, run%system, timers)
-            call take_increment(problem, run%state, control, here, run%system, report, timers, keep_contact=held)
+            bracket = new_bracket(zero_eigenvalue(problem, run, event, run%state, timers), f_above)
          end if
-         if (held .and. report%converged) then
-            ! Other candidates may have changed sides meanwhile; then the LCP has to take part.
-            if (.not. holds_elsewhere(problem, run%system, event%marked, here)) then
-               held = .false.
-               cycle search
+         f_below = bracket%f_low
+         f_above = bracket%f_high
+         event%scale = bracket%scale
+         below = run%state
+         above = trial
+         heading_above = ahead
+         ! A contact that is lost may leave no gap where something else holds the node; with it held its reaction tells.
+         located = abs(bracket%f_high) <= step%locate_tolerance * bracket%scale .and. .not. held
+         search: do try = 1, max_tries
+            if (located) exit search
+            sighting%fraction = bracket_guess(bracket)
+            ! With the contact set of the start the function of a contact event is smooth through its zero.
+            call point_within(problem, run, trial, ahead, division, sighting%fraction, held, held, here, sighting%report, timers)
+            if (held .and. sighting%report%converged) then
+               ! Other candidates may have changed sides meanwhile; then the LCP has to take part.
+               if (.not. holds_elsewhere(problem, run%system, event%marked, here)) then
+                  held = .false.
+                  cycle search
+               end if
             end if
-         end if
-         if (.not. report%converged) exit search
-         probe = probe_at(problem, run, here)
-         if (branching) then
-            f = eigenvalue(here)
-         else
-            f = event_value(problem, event, here, probe)
-         end if
-         place = here
-         event%pivots = run%system%negative_pivots
-         located = abs(f) <= step%locate_tolerance * bracket%scale .and. load_error() <= step%locate_tolerance
-         if (located) exit search
-         call bracket_update(bracket, fraction, f, low_moved)
-         if (low_moved) then
-            below = here
-         else
-            above = here
-         end if
-         if (bracket%high - bracket%low <= step%locate_tolerance) then
-            place = above
-            fraction = bracket%high
-            located = .true.
-         end if
-      end do search
-      ! Where the contact set changes, eigenvalues may jump without a bifurcation.
-      if (branching .and. located .and. size(below%active) > 0) located = all(below%active .eqv. above%active)
+            if (.not. sighting%report%converged) exit search
+            heading = heading_of(problem, run, here)
+            event%pivots = run%system%negative_pivots
+            if (releases) then
+               f = zero_eigenvalue(problem, run, event, here, timers)
+            else
+               f = event_value(problem, event, here, probe_at(problem, run, here, heading))
+            end if
+            sighting%place = here
+            sighting%heading = heading
+            located = abs(f) <= step%locate_tolerance * bracket%scale .and. load_error() <= step%locate_tolerance
+            if (located) exit search
+            call bracket_update(bracket, sighting%fraction, f, low_moved)
+            if (low_moved) then
+               below = here
+               f_below = f
+            else
+               above = here
+               heading_above = heading
+               f_above = f
+            end if
+            if (bracket%high - bracket%low <= step%locate_tolerance) then
+               sighting%place = above
+               sighting%heading = heading_above
+               sighting%fraction = bracket%high
+               ! What is continuous shrinks with its bracket, what jumps does not, and is no event. The force of a contact may
+               ! begin with any slope, but the structure does not jump.
+               if (event%kind == event_contact) then
+                  located = path_length(problem, below, above) <= sqrt(step%locate_tolerance) * &
+                     & path_length(problem, run%state, trial)
+               else
+                  located = abs(f_above - f_below) <= sqrt(step%locate_tolerance) * bracket%scale
+               end if
+               exit search
+            end if
+         end do search
+         ! Where the contact set changes, eigenvalues may jump without a bifurcation.
+         if (releases .and. located) located = all(below%active .eqv. above%active)
+      end associate
 
    contains
 
@@ -152,49 +143,27 @@ contains
          load_error = abs((above%load_factor - below%load_factor) * f / max(abs(bracket%f_high - bracket%f_low), tiny(f))) / &
             & max(abs(here%load_factor), abs(trial%load_factor - run%state%load_factor))
       end function load_error
+   end subroutine bracket_zero
 
-      !> The eigenvalue that changes its sign, where the system is factored now; with contacts released it is so afterwards.
-      real(wp) function eigenvalue(state)
-         type(state_t), intent(in) :: state
-         type(modes_t) :: modes
-         type(error_t), allocatable :: error
-         type(state_t) :: at
-         real(wp), parameter :: alone = 1.0e-2_wp
-         logical :: any_weak
-         at = state
-         if (event%kind == event_release) then
-            call release_weak(problem, state, run%system, at, any_weak)
-            call linearise(problem, at, at, run%system, timers)
-         end if
-         call lowest_modes(problem, at, run%system, eigenvalues_looked_at, modes, error, timers)
-         eigenvalue = numbered_eigenvalue(modes, event%number, event%least, event%most)
-         ! Free spans on a straight wall leave nothing but this one near zero: the others are rounding.
-         if (event%kind == event_release .and. abs(modes%mu(1)) <= alone * abs(modes%mu(2))) eigenvalue = modes%mu(1)
-      end function eigenvalue
-   end subroutine locate
-
-   !> True for states that differ in nothing that jumps: contact set, places of the sliding nodes.
-   pure logical function alike(a, b)
-      type(state_t), intent(in) :: a, b
-      integer :: e
-      alike = all(a%active .eqv. b%active)
-      do e = 1, size(a%geometry%element)
-         if (.not. alike) return
-         alike = all(abs(a%geometry%element(e)%s - b%geometry%element(e)%s) <= 0.0_wp)
-      end do
-   end function alike
-
-   !> The state a part of the way from one to another.
-   pure function between(from, to, part) result(state)
-      type(state_t), intent(in) :: from, to    !! alike
-      real(wp), intent(in) :: part             !! 0 to 1
-      type(state_t) :: state
-      state = from
-      state%load_factor = from%load_factor + part * (to%load_factor - from%load_factor)
-      state%u = from%u + part * (to%u - from%u)
-      state%z = from%z + part * (to%z - from%z)
-      state%reaction = from%reaction + part * (to%reaction - from%reaction)
-   end function between
+   !> Whether the place lies on the path between both ends, a limit point above (or below) both of them.
+   logical function is_what_it_says(problem, step, run, trial, ahead, sighting) result(right)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(in) :: run
+      type(state_t), intent(in) :: trial
+      type(heading_t), intent(in) :: ahead
+      type(sighting_t), intent(in) :: sighting
+      real(wp) :: noise
+      right = run%fresh .or. .not. alike(run%state, sighting%place)
+      if (.not. right) right = lies_between(problem, run%state, trial, run%heading, ahead, sighting%place)
+      if (sighting%event%kind /= event_limit) return
+      associate (top => sighting%place%load_factor, first => run%state%load_factor, last => trial%load_factor)
+         ! The load is flat there: it errs by the square of what the place does.
+         noise = step%locate_tolerance * max(abs(top - first), abs(top - last)) + 4.0_wp * spacing(top)
+         if (sighting%event%before > 0.0_wp) right = right .and. top >= max(first, last) - noise
+         if (sighting%event%before < 0.0_wp) right = right .and. top <= min(first, last) + noise
+      end associate
+   end function is_what_it_says
 
    !> Signs of the gaps and reactions of all but some candidates.
    pure logical function holds_elsewhere(problem, system, marked, state) result(holds)

@@ -11,13 +11,14 @@ module path_acceptance
    use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode
    use weak_contacts, only: release_weak, count_released, opening_sense
    use path_control, only: path_length
+   use path_continuity, only: heading_t, heading_at
    use corrector, only: increment_t
    use path_run, only: run_t, probe_at, keep_landmark
    use step_control, only: stop_met
-   use path_events, only: probe_t, event_t, new_probe, detect_events, event_stop, event_bifurcation, event_release, event_limit, &
-      & event_contact, event_value_reached, event_turning
+   use path_events, only: probe_t, event_t, new_probe, detect_events, value_events, event_stop, event_bifurcation, event_release, &
+      & event_limit, event_contact, event_value_reached, event_turning
+   use sightings, only: sighting_t
    use event_location, only: locate
-   use contact_set, only: reaction_rate
    use sliding_nodes, only: rehome_nodes
    use point_report, only: report_point
    use balance, only: measure_balance
@@ -42,261 +43,351 @@ module path_acceptance
 
 contains
 
-   !> Looks for events up to a converged trial point, records them and the point, and goes there.
-   subroutine accept(problem, step, run, trial, label, report, recorder, finished, outcome, timers, hidden)
+   !> Detects what happened up to a converged trial point, locates it, puts it in order, records it and the point, and goes
+   !> there. `shorter` instead, and nothing recorded, when an event was not located and the caller can cut the increment.
+   subroutine accept(problem, step, run, trial, ahead, label, report, can_cut, recorder, shorter, finished, outcome, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run          !! its system is factored at the trial on entry and on return, else anywhere
+      type(state_t), intent(inout) :: trial
+      type(heading_t), intent(in) :: ahead       !! tangent at the trial
+      character(2), intent(in) :: label          !! C+ or C- when the point is known to be one
+      type(increment_t), intent(in) :: report
+      logical, intent(in) :: can_cut
+      class(recorder_t), intent(inout) :: recorder
+      logical, intent(out) :: shorter
+      logical, intent(out) :: finished           !! the step has come to its end
+      type(outcome_t), intent(inout) :: outcome
+      type(timers_t), intent(inout) :: timers
+      type(sighting_t), allocatable :: seen(:)
+      type(probe_t) :: probe
+      logical, allocatable :: told(:)
+      integer, allocatable :: order(:)
+      integer :: i, unseen
+
+      finished = .false.
+      probe = probe_at(problem, run, trial, ahead)
+      call count_released(problem, trial, run%system, probe%free_pivots, probe%weak, timers)
+      if (run%fresh) then
+         run%probe%load_rate = probe%load_rate
+         run%probe%monitor_rate = probe%monitor_rate
+      end if
+      call find_events(problem, step, run, trial, ahead, probe, seen, timers)
+      told = told_otherwise(run, trial, label, seen)
+      ! Values that are only looked for change nothing.
+      shorter = can_cut .and. (one_sided(run, trial, probe) .or. any(.not. (told .or. seen%located .or. &
+         & seen%event%kind == event_value_reached .or. seen%event%kind == event_turning)))
+      if (shorter) return
+      order = by_fraction(seen%fraction)
+      do i = 1, size(seen)
+         associate (sighting => seen(order(i)))
+            if (told(order(i)) .or. .not. sighting%located) cycle
+            call record_event(problem, step, run, trial, sighting, recorder, finished, outcome, timers)
+         end associate
+         if (finished .or. allocated(outcome%why)) return
+      end do
+      if (size(seen) > 0) call linearise(problem, trial, trial, run%system, timers)
+      finished = stop_met(step, run%probe, probe)
+      call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers)
+      if (allocated(outcome%why)) return
+      do i = 1, size(seen)
+         if (told(i) .or. seen(i)%located) cycle
+         call announce(problem, run, new_critical(seen(i)%event%label, seen(i)%event%note), trial, probe, .false., recorder, &
+            & outcome, timers)
+         call note_trouble(outcome, seen(i)%event%note//' between load factors '//to_text(run%state%load_factor)//' and '// &
+            & to_text(trial%load_factor)//' was not located (a smaller largest increment may)')
+         finished = finished .or. seen(i)%event%kind == event_stop
+         ! It counts, though nothing can start there.
+         call keep_landmark(run, seen(i)%event%label, trial, trial, 1.0_wp, &
+            & run%arc_length + path_length(problem, run%state, trial), 0)
+      end do
+      if (label == 'C+') call announce(problem, run, new_critical(label, 'contact gained'), trial, probe, .true., recorder, &
+         & outcome, timers)
+      if (label == 'C-') call announce(problem, run, new_critical(label, 'contact lost'), trial, probe, .true., recorder, &
+         & outcome, timers)
+      if (finished) call announce(problem, run, new_critical('EP', 'end of the step'), trial, probe, .true., recorder, outcome, &
+         & timers)
+      if (allocated(outcome%why)) return
+      unseen = 0
+      do i = 1, size(seen)
+         if (seen(i)%later) unseen = unseen + nint(sign(1.0_wp, seen(i)%event%before))
+      end do
+      probe%negative_pivots = probe%negative_pivots - unseen
+      run%step_points = run%step_points + 1
+      run%last_load = trial%load_factor - run%state%load_factor
+      run%on_bifurcation = any(seen%event%kind == event_bifurcation .and. seen%located .and. seen%fraction >= 1.0_wp - same_place)
+      call go_to(problem, run, trial, ahead, probe)
+      if (label /= '') return
+      call rehome_nodes(problem, run%control, run%heading%u, run%heading%load, run%state, run%system, timers)
+      run%heading = heading_at(problem, run%system, run%heading%u, run%heading%load)
+   end subroutine accept
+
+   !> The run moves to a point whose probe is known.
+   subroutine go_to(problem, run, place, heading, probe)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(inout) :: run
+      type(state_t), intent(in) :: place
+      type(heading_t), intent(in) :: heading
+      type(probe_t), intent(in) :: probe
+      run%last_length = path_length(problem, run%state, place)
+      run%arc_length = run%arc_length + run%last_length
+      run%state = place
+      run%heading = heading
+      run%probe = probe
+      run%fresh = .false.
+   end subroutine go_to
+
+   !> All events between the last point and the trial, looked for. A load that is passed on the way to a limit point, and
+   !> again on the way back, does not show at the ends: to values such an increment is two.
+   subroutine find_events(problem, step, run, trial, ahead, probe, seen, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
-      type(state_t), intent(inout) :: trial
-      character(2), intent(in) :: label          !! C+ or C- when the point is known to be one
-      type(increment_t), intent(in) :: report
+      type(state_t), intent(in) :: trial
+      type(heading_t), intent(in) :: ahead
+      type(probe_t), intent(in) :: probe
+      type(sighting_t), allocatable, intent(out) :: seen(:)
+      type(timers_t), intent(inout) :: timers
+      type(event_t), allocatable :: events(:)
+      type(probe_t) :: top
+      type(run_t) :: beyond
+      real(wp) :: part
+      integer :: i, limit, n
+      call detect_events(problem, step, run%probe, probe, run%state, trial, events)
+      call look(run, trial, ahead, events)
+      limit = 0
+      do i = 1, size(seen)
+         if (seen(i)%event%kind == event_limit .and. seen(i)%located) limit = i
+      end do
+      if (limit == 0 .or. (size(step%stop) == 0 .and. size(step%locate) == 0)) return
+      associate (place => seen(limit)%place, heading => seen(limit)%heading)
+         call linearise(problem, place, place, run%system, timers)
+         top = probe_at(problem, run, place, heading)
+         call value_events(problem, step, run%probe, top, run%state, place, events)
+         if (size(events) == 0) return
+      end associate
+      ! Those that the ends tell, too, are known.
+      events = pack(events, [(.not. crossed(events(i)%monitor, events(i)%value), i=1, size(events))])
+      n = size(seen)
+      part = seen(limit)%fraction
+      call look(run, seen(limit)%place, seen(limit)%heading, events)
+      seen(n + 1:)%fraction = part * seen(n + 1:)%fraction
+      beyond = run
+      beyond%state = seen(limit)%place
+      beyond%heading = seen(limit)%heading
+      beyond%probe = top
+      beyond%fresh = .false.
+      call value_events(problem, step, top, probe, beyond%state, trial, events)
+      events = pack(events, [(.not. crossed(events(i)%monitor, events(i)%value), i=1, size(events))])
+      n = size(seen)
+      call look(beyond, trial, ahead, events)
+      seen(n + 1:)%fraction = part + (1.0_wp - part) * seen(n + 1:)%fraction
+
+   contains
+
+      !> Locates events between the point of a run and a later one, and adds them to those seen.
+      subroutine look(from, to, heading, wanted)
+         type(run_t), intent(inout) :: from
+         type(state_t), intent(in) :: to
+         type(heading_t), intent(in) :: heading
+         type(event_t), intent(in) :: wanted(:)
+         type(sighting_t), allocatable :: found(:)
+         integer :: k
+         allocate (found(size(wanted)))
+         do k = 1, size(wanted)
+            found(k)%event = wanted(k)
+            call locate(problem, step, from, to, heading, found(k), timers)
+         end do
+         if (allocated(seen)) found = [seen, found]
+         call move_alloc(found, seen)
+      end subroutine look
+
+      !> True for a value between those at both ends of the increment.
+      pure logical function crossed(monitor, value)
+         integer, intent(in) :: monitor
+         real(wp), intent(in) :: value
+         if (monitor == 0) then
+            crossed = (run%probe%load_factor - value) * (probe%load_factor - value) < 0.0_wp
+         else
+            crossed = (run%probe%monitor(monitor) - value) * (probe%monitor(monitor) - value) < 0.0_wp
+         end if
+      end function crossed
+   end subroutine find_events
+
+   !> Changes of the pivot count that are no bifurcations of their own: a limit point's change of sign, further eigenvalues of
+   !> a multiple bifurcation, jumps where the contact set changes, and rounding at a point that is a bifurcation itself.
+   function told_otherwise(run, trial, label, seen) result(told)
+      type(run_t), intent(in) :: run
+      type(state_t), intent(in) :: trial
+      character(2), intent(in) :: label
+      type(sighting_t), intent(in) :: seen(:)
+      logical :: told(size(seen))
+      logical :: set_changes, limit_told
+      integer :: i, k
+      set_changes = label /= '' .or. any(run%state%active .neqv. trial%active) .or. any(seen%event%kind == event_contact)
+      limit_told = .false.
+      told = .false.
+      do i = 1, size(seen)
+         if (seen(i)%event%kind /= event_bifurcation) cycle
+         if (seen(i)%later) then
+            told(i) = .true.
+         else if (.not. seen(i)%located) then
+            told(i) = set_changes
+         else
+            told(i) = run%on_bifurcation .and. seen(i)%fraction <= same_place
+            do k = 1, size(seen)
+               if (k == i .or. told(i) .or. .not. seen(k)%located) cycle
+               if (abs(seen(k)%fraction - seen(i)%fraction) > same_place) cycle
+               if (seen(k)%event%kind == event_limit .and. .not. limit_told) then
+                  told(i) = .true.
+                  limit_told = .true.
+               else if (seen(k)%event%kind == event_bifurcation .and. k < i) then
+                  told(i) = .not. told(k)
+               end if
+            end do
+         end if
+      end do
+   end function told_otherwise
+
+   !> True for a limit point without a change of the pivot count where the contact set stays: something else changed its sign,
+   !> too, and went unseen.
+   pure logical function one_sided(run, trial, probe)
+      type(run_t), intent(in) :: run
+      type(state_t), intent(in) :: trial
+      type(probe_t), intent(in) :: probe
+      one_sided = run%probe%load_rate * probe%load_rate < 0.0_wp .and. all(run%state%active .eqv. trial%active) .and. &
+         & modulo(probe%negative_pivots - run%probe%negative_pivots, 2) == 0
+   end function one_sided
+
+   !> Places in ascending order.
+   pure function by_fraction(fraction) result(order)
+      real(wp), intent(in) :: fraction(:)
+      integer :: order(size(fraction))
+      integer :: i, k
+      do i = 1, size(fraction)
+         do k = i - 1, 1, -1
+            if (fraction(order(k)) <= fraction(i)) exit
+            order(k + 1) = order(k)
+         end do
+         order(k + 1) = i
+      end do
+   end function by_fraction
+
+   !> Records a located event: its point, its words, what others may start from. At the end of a step the run goes there.
+   subroutine record_event(problem, step, run, trial, sighting, recorder, finished, outcome, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run
+      type(state_t), intent(in) :: trial
+      type(sighting_t), intent(in) :: sighting
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
-      logical, intent(inout), optional :: hidden !! true on entry: look whether more happened than the ends tell; then nothing is
-      !! recorded, and it stays true
-      type(event_t), allocatable :: events(:), missed(:)
-      type(probe_t) :: probe
       type(critical_t) :: critical
-      type(state_t), allocatable :: places(:)
+      type(probe_t) :: probe
       type(state_t) :: released
-      type(increment_t), allocatable :: reports(:)
-      real(wp), allocatable :: fraction(:)
-      real(wp) :: rate, limit_at, branching_at, part
-      logical, allocatable :: located(:), later(:)
-      logical :: told, weak, weak_at_trial
-      integer :: i, k, more, unseen, free_pivots
-
+      real(wp) :: arc_length
+      logical :: weak
       finished = .false.
-      allocate (missed(0))
-      probe = probe_at(problem, run, trial)
-      call count_released(problem, trial, run%system, free_pivots, weak_at_trial, timers)
-      probe%free_pivots = free_pivots
-      probe%weak = weak_at_trial
-      if (run%step_points == 0) run%probe%load_rate = probe%load_rate
-      if (run%step_points == 0) run%probe%monitor_rate = probe%monitor_rate
-      call detect_events(problem, step, run%probe, probe, run%state, trial, events)
-      allocate (places(size(events)), reports(size(events)), fraction(size(events)), located(size(events)), &
-         & later(size(events)))
-      do i = 1, size(events)
-         call locate(problem, step, run, trial, events(i), places(i), reports(i), fraction(i), located(i), later(i), timers)
-      end do
-      if (present(hidden)) then
-         hidden = hidden .and. (any_hidden() .or. out_of_reach() .or. passed_twice())
-         if (hidden) return
-      end if
-      limit_at = huge(1.0_wp)
-      do i = 1, size(events)
-         if (events(i)%kind == event_limit .and. located(i)) limit_at = fraction(i)
-      end do
-      branching_at = huge(1.0_wp)
-      more = 0
-      unseen = 0
-      do while (any(fraction <= 1.0_wp))
-         k = minloc(fraction, 1)
-         if (fraction(k) > 1.0_wp) exit
-         critical = new_critical(events(k)%label, events(k)%note)
-         if (events(k)%kind == event_bifurcation) then
-            ! A jump of the pivot count where the contact set changes is no bifurcation, nor is the limit point's own change
-            ! of sign, and a multiple bifurcation is one.
-            told = later(k)
-            if (told) then
-               unseen = unseen + nint(sign(1.0_wp, events(k)%before))
-            else if (run%on_bifurcation .and. fraction(k) <= same_place) then
-               told = .true.
-            else if (more > 0 .and. abs(fraction(k) - branching_at) <= same_place) then
-               more = more - 1
-               told = .true.
-            else if (abs(fraction(k) - limit_at) <= same_place) then
-               limit_at = huge(1.0_wp)
-               told = .true.
-            else if (.not. located(k)) then
-               ! Nor does a count mean anything where a sliding contact ends, its reaction zero.
-               told = label /= '' .or. any(run%state%active .neqv. trial%active) .or. any(events%kind == event_contact)
-            end if
-            if (located(k)) branching_at = fraction(k)
-            if (told) fraction(k) = huge(1.0_wp)
-            if (told) cycle
-         end if
-         part = fraction(k)
-         fraction(k) = huge(1.0_wp)
-         if (.not. located(k) .and. events(k)%kind /= event_stop) then
-            missed = [missed, events(k)]
-            cycle
-         end if
-         call linearise(problem, places(k), places(k), run%system, timers)
-         call record(problem, run, places(k), events(k)%label, reports(k), recorder, outcome, timers)
+      associate (event => sighting%event, place => sighting%place)
+         critical = new_critical(event%label, event%note)
+         call linearise(problem, place, place, run%system, timers)
+         call record(problem, run, place, event%label, sighting%report, recorder, outcome, timers)
          if (allocated(outcome%why)) return
          call count_up(timers, counter_located)
-         probe = new_probe(problem, places(k), run%system, 0.0_wp)
-         if (events(k)%kind == event_bifurcation) then
-            call find_null_vectors(places(k), events(k), step, critical)
-            more = size(critical%null_vector, 3) - 1
-            call keep_landmark(run, 'BP', places(k), trial, branching_at, &
-               & run%arc_length + path_length(problem, run%state, places(k)), more + 1)
-         else if (events(k)%kind == event_release) then
-            call release_weak(problem, places(k), run%system, released, weak)
+         probe = new_probe(problem, place, run%system, sighting%heading%load)
+         arc_length = run%arc_length + path_length(problem, run%state, place)
+         select case (event%kind)
+         case (event_bifurcation)
+            call find_null_vectors(problem, step, run, place, event, critical, timers)
+            call keep_landmark(run, 'BP', place, trial, sighting%fraction, arc_length, size(critical%null_vector, 3))
+         case (event_release)
+            call release_weak(problem, place, run%system, released, weak)
             call linearise(problem, released, released, run%system, timers)
-            call find_null_vectors(released, events(k), step, critical)
-            critical%note = events(k)%note
-            if (opening_sense(problem, places(k), released, critical%null_vector(:, :, 1)) == 0) &
+            call find_null_vectors(problem, step, run, released, event, critical, timers)
+            critical%note = event%note
+            if (opening_sense(problem, place, released, critical%null_vector(:, :, 1)) == 0) &
                & critical%note = 'bifurcation without contacts that carry no force; none of its directions opens them all'
-            call keep_landmark(run, 'BP', released, trial, part, &
-               & run%arc_length + path_length(problem, run%state, places(k)), 1)
-         else if (events(k)%kind == event_limit) then
-            call keep_landmark(run, 'LP', places(k), trial, 0.0_wp, &
-               & run%arc_length + path_length(problem, run%state, places(k)), 0)
-         end if
-         call announce(critical, places(k), probe, located(k))
+            call keep_landmark(run, 'BP', released, trial, sighting%fraction, arc_length, 1)
+         case (event_limit)
+            call keep_landmark(run, 'LP', place, trial, 0.0_wp, arc_length, 0)
+         end select
+         call announce(problem, run, critical, place, probe, .true., recorder, outcome, timers)
          if (allocated(outcome%why)) return
-         if (events(k)%kind == event_bifurcation .or. events(k)%kind == event_limit) then
-            finished = is_home(places(k))
-            if (finished) call announce(new_critical('EP', 'back on the path it left, at a bifurcation'), places(k), probe, .true.)
-            if (finished) return
-         end if
-         if (events(k)%kind == event_stop) then
-            if (.not. located(k)) call note_trouble(outcome, 'the end of a path was bracketed, but not located')
+         if (any(event%kind == [event_bifurcation, event_limit])) then
+            finished = is_home(problem, run, place)
+            if (finished) call announce(problem, run, new_critical('EP', 'back on the path it left, at a bifurcation'), place, &
+               & probe, .true., recorder, outcome, timers)
+         else if (event%kind == event_stop) then
             finished = .true.
-            run%state = places(k)
-            run%probe = probe
-            return
+            call go_to(problem, run, place, sighting%heading, probe)
          end if
+      end associate
+   end subroutine record_event
+
+   !> True for a branch at a bifurcation of the path that it left: beyond, it is that path, or itself again.
+   logical function is_home(problem, run, place)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      type(state_t), intent(in) :: place
+      real(wp), parameter :: near = 1.0e-4_wp   ! of the branch's length
+      real(wp) :: travelled
+      integer :: j
+      is_home = .false.
+      if (.not. allocated(run%home)) return
+      travelled = run%arc_length - run%left_at + path_length(problem, run%state, place)
+      do j = 1, size(run%home)
+         is_home = is_home .or. path_length(problem, run%home(j)%state, place) <= near * travelled
       end do
-      if (size(events) > 0) call linearise(problem, trial, trial, run%system, timers)
-      probe = probe_at(problem, run, trial)
-      probe%free_pivots = free_pivots
-      probe%weak = weak_at_trial
-      finished = stop_met(step, run%probe, probe)
-      call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers)
-      if (allocated(outcome%why)) return
-      do i = 1, size(missed)
-         call announce(new_critical(missed(i)%label, missed(i)%note), trial, probe, .false.)
-         if (allocated(outcome%why)) return
-         ! It counts, though nothing can start there.
-         call keep_landmark(run, missed(i)%label, trial, trial, 1.0_wp, &
-            & run%arc_length + path_length(problem, run%state, trial), 0)
+   end function is_home
+
+   !> Reports the point recorded last as a critical one.
+   subroutine announce(problem, run, point, state, values, exact, recorder, outcome, timers)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      type(critical_t), intent(in) :: point      !! label, note and null vectors
+      type(state_t), intent(in) :: state
+      type(probe_t), intent(in) :: values
+      logical, intent(in) :: exact               !! located, not only bracketed
+      class(recorder_t), intent(inout) :: recorder
+      type(outcome_t), intent(inout) :: outcome
+      type(timers_t), intent(inout) :: timers
+      type(critical_t) :: full
+      type(error_t), allocatable :: error
+      full = point
+      full%step = problem%step
+      full%point = run%points
+      full%load_factor = state%load_factor
+      full%located = exact
+      full%monitor = values%monitor
+      call recorder%critical(full, timers, error)
+      if (allocated(error)) outcome%why = error%message
+   end subroutine announce
+
+   !> The modes whose eigenvalues vanish at a bifurcation, where the system is factored now.
+   subroutine find_null_vectors(problem, step, run, state, event, point, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(in) :: run
+      type(state_t), intent(in) :: state
+      type(event_t), intent(in) :: event
+      type(critical_t), intent(inout) :: point   !! gets its null vectors and a note of their number
+      type(timers_t), intent(inout) :: timers
+      type(modes_t) :: modes
+      type(error_t), allocatable :: error
+      integer :: n, j
+      call lowest_modes(problem, state, run%system, most_null_vectors, modes, error, timers)
+      n = max(count(abs(modes%mu) <= min(max(1.0e3_wp * step%locate_tolerance, same_place), loosest) * event%scale), 1)
+      call choose_null_vectors(problem, run%system, n, modes)
+      allocate (point%null_vector(3, size(run%state%u, 2), n))
+      do j = 1, n
+         point%null_vector(:, :, j) = nodal_mode(problem, run%system, modes%x(:, j))
       end do
-      if (label == 'C+') call announce(new_critical(label, 'contact gained'), trial, probe, .true.)
-      if (label == 'C-') call announce(new_critical(label, 'contact lost'), trial, probe, .true.)
-      if (finished) call announce(new_critical('EP', 'end of the step'), trial, probe, .true.)
-      if (allocated(outcome%why)) return
-      run%step_points = run%step_points + 1
-      run%last_length = path_length(problem, run%state, trial)
-      run%last_load = trial%load_factor - run%state%load_factor
-      run%direction = trial%u - run%state%u
-      run%direction_load = trial%load_factor - run%state%load_factor
-      do i = 1, size(events)
-         ! A contact that was met on the way may turn the path; it goes on where the new reaction grows.
-         if (events(i)%label /= 'C+') cycle
-         rate = 0.0_wp
-         do k = 1, size(trial%active)
-            if (events(i)%marked(k) .and. trial%active(k)) rate = rate + reaction_rate(problem, run%system, k)
-         end do
-         run%direction = 0.0_wp
-         if (abs(rate) > 0.0_wp) run%direction_load = sign(1.0_wp, rate)
-      end do
-      run%arc_length = run%arc_length + path_length(problem, run%state, trial)
-      run%state = trial
-      run%probe = probe
-      run%probe%negative_pivots = probe%negative_pivots - unseen
-      run%on_bifurcation = abs(branching_at - 1.0_wp) <= same_place
-      if (label == '') call rehome_nodes(problem, run%control, run%direction, run%direction_load, run%state, run%system, &
-         & timers)
-
-   contains
-
-      !> True when a point between has a pivot count that neither end has: eigenvalues went and came back. Where the contact
-      !> set changes on the way, a point before that counts differently from the start.
-      pure logical function any_hidden()
-         integer :: j
-         logical :: same_set
-         any_hidden = .false.
-         same_set = all(run%state%active .eqv. trial%active)
-         do j = 1, size(events)
-            if (.not. located(j) .or. all(events(j)%kind /= [event_value_reached, event_stop, event_turning])) cycle
-            if (.not. same_set) then
-               if (all(run%state%active .eqv. places(j)%active)) &
-                  & any_hidden = any_hidden .or. events(j)%pivots /= run%probe%negative_pivots
-               cycle
-            end if
-            any_hidden = any_hidden .or. events(j)%pivots < min(run%probe%negative_pivots, probe%negative_pivots) .or. &
-               & events(j)%pivots > max(run%probe%negative_pivots, probe%negative_pivots)
-         end do
-      end function any_hidden
-
-      !> True when the load passed a value that it is to stop at, or is asked for, on the way to a limit point and on the way back.
-      pure logical function passed_twice()
-         real(wp) :: top, near
-         integer :: j
-         passed_twice = .false.
-         do j = 1, size(events)
-            if (events(j)%kind /= event_limit .or. .not. located(j)) cycle
-            top = places(j)%load_factor
-            near = run%probe%load_factor
-            if (abs(probe%load_factor - top) < abs(near - top)) near = probe%load_factor
-            passed_twice = passed_twice .or. any(step%stop%monitor == 0 .and. (step%stop%value - near) * &
-               & (step%stop%value - top) < 0.0_wp) .or. any(step%locate%monitor == 0 .and. &
-               & (step%locate%value - near) * (step%locate%value - top) < 0.0_wp)
-         end do
-      end function passed_twice
-
-      !> True when a contact event was not located and contact points slide: the nodes that its search holds reach only so far.
-      pure logical function out_of_reach()
-         out_of_reach = any(problem%candidates%may_slide) .and. any(events%kind == event_contact .and. .not. located)
-      end function out_of_reach
-
-      !> True for a branch at a bifurcation of the path that it left: beyond, it is that path, or itself again.
-      logical function is_home(place)
-         type(state_t), intent(in) :: place
-         real(wp), parameter :: near = 1.0e-4_wp   ! of the branch's length
-         real(wp) :: travelled
-         integer :: j
-         is_home = .false.
-         if (.not. allocated(run%home)) return
-         travelled = run%arc_length - run%left_at + path_length(problem, run%state, place)
-         do j = 1, size(run%home)
-            is_home = is_home .or. path_length(problem, run%home(j)%state, place) <= near * travelled
-         end do
-      end function is_home
-
-      !> Reports the point recorded last as a critical one.
-      subroutine announce(point, state, values, exact)
-         type(critical_t), intent(in) :: point      !! label, note and null vectors
-         type(state_t), intent(in) :: state
-         type(probe_t), intent(in) :: values
-         logical, intent(in) :: exact
-         type(critical_t) :: full
-         full = point
-         full%step = problem%step
-         full%point = run%points
-         full%load_factor = state%load_factor
-         full%located = exact
-         full%monitor = values%monitor
-         call hand_over(recorder, full, outcome, timers)
-      end subroutine announce
-
-      !> The modes whose eigenvalues vanish at a bifurcation, where the system is factored now.
-      subroutine find_null_vectors(state, event, controls, point)
-         type(state_t), intent(in) :: state
-         type(event_t), intent(in) :: event
-         type(step_t), intent(in) :: controls
-         type(critical_t), intent(inout) :: point   !! gets its null vectors and a note of their number
-         type(modes_t) :: modes
-         type(error_t), allocatable :: error
-         integer :: n, j
-         call lowest_modes(problem, state, run%system, most_null_vectors, modes, error, timers)
-         n = max(count(abs(modes%mu) <= min(max(1.0e3_wp * controls%locate_tolerance, same_place), loosest) * event%scale), 1)
-         call choose_null_vectors(problem, run%system, n, modes)
-         allocate (point%null_vector(3, size(run%state%u, 2), n))
-         do j = 1, n
-            point%null_vector(:, :, j) = nodal_mode(problem, run%system, modes%x(:, j))
-         end do
-         point%note = 'bifurcation, simple'
-         if (n == 2) point%note = 'bifurcation, double'
-         if (n > 2) point%note = 'bifurcation, '//to_text(n)//'-fold'
-      end subroutine find_null_vectors
-   end subroutine accept
+      point%note = 'bifurcation, simple'
+      if (n == 2) point%note = 'bifurcation, double'
+      if (n > 2) point%note = 'bifurcation, '//to_text(n)//'-fold'
+   end subroutine find_null_vectors
 
    !> A critical point with its words. (gfortran 12 loses the length of a deferred-length component in a constructor.)
    function new_critical(label, note) result(critical)
@@ -346,15 +437,4 @@ contains
          outcome%trouble = what
       end if
    end subroutine note_trouble
-
-   !> Hands over a critical point.
-   subroutine hand_over(recorder, critical, outcome, timers)
-      class(recorder_t), intent(inout) :: recorder
-      type(critical_t), intent(in) :: critical
-      type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
-      type(error_t), allocatable :: error
-      call recorder%critical(critical, timers, error)
-      if (allocated(error)) outcome%why = error%message
-   end subroutine hand_over
 end module path_acceptance

@@ -26,7 +26,7 @@ module path_control
    use timing, only: timers_t
    implicit none
    private
-   public :: control_t, control_row, control_error, is_arc_length, is_free, plane_distance, set_tangent, &
+   public :: control_t, control_row, control_error, is_arc_length, set_tangent, &
       & monitor_change, path_length, metric
 
    type :: control_t
@@ -295,15 +295,6 @@ contains
             & monitor%factor / size(monitor%node)
       end do
    end subroutine monitor_row
-
-   !> How far a state lies from the plane normal to the control's tangent at the start, as METHOD=LINEARISED measures it.
-   pure real(wp) function plane_distance(problem, control, start, state)
-      type(problem_t), intent(in) :: problem
-      type(control_t), intent(in) :: control   !! method linearised, its tangent set
-      type(state_t), intent(in) :: start, state
-      plane_distance = metric(problem, control%tangent, state%u - start%u) + &
-         & load_weight(control) * control%tangent_load * (state%load_factor - start%load_factor)
-   end function plane_distance
 
    !> Dimensionless length between two states, displacements only: the arc length that the results report.
    pure real(wp) function path_length(problem, from, to)

@@ -14,9 +14,8 @@ module path_events
    use path_record, only: region_t
    implicit none
    private
-   public :: probe_t, event_t, new_probe, detect_events, event_value
-   public :: event_limit, event_bifurcation, event_release, event_turning, event_contact, event_value_reached, event_stop, &
-      & events_hidden
+   public :: probe_t, event_t, new_probe, detect_events, value_events, event_value
+   public :: event_limit, event_bifurcation, event_release, event_turning, event_contact, event_value_reached, event_stop
 
    integer, parameter :: event_limit = 1, event_bifurcation = 2, event_contact = 3, event_value_reached = 4, event_stop = 5, &
       & event_turning = 6, event_release = 7
@@ -85,7 +84,7 @@ contains
       type(probe_t), intent(in) :: before, after
       type(state_t), intent(in) :: from, to
       type(event_t), allocatable, intent(out) :: events(:)
-      type(event_t), allocatable :: kept(:)
+      type(event_t), allocatable :: kept(:), values(:)
       type(event_t) :: event
       integer :: i, least, most
       logical :: steady
@@ -123,18 +122,8 @@ contains
             & call detect_contact_events(problem, from, to, before%active, after%active, events)
       end if
       if (problem%ground%chain%n > 0) call add_ground_events()
-      do i = 1, size(step%locate)
-         event = event_t(kind=event_value_reached, label='UZ', monitor=step%locate(i)%monitor, &
-            & value=step%locate(i)%value)
-         event%note = 'value asked for'
-         if (crosses(event)) call append(event)
-      end do
-      do i = 1, size(step%stop)
-         event = event_t(kind=event_stop, label='EP', monitor=step%stop(i)%monitor, value=step%stop(i)%value)
-         event%note = 'end of the step'
-         if (.not. crosses(event)) cycle
-         if ((probe_value(after, event) > probe_value(before, event)) .eqv. step%stop(i)%rising) call append(event)
-      end do
+      call value_events(problem, step, before, after, from, to, values)
+      events = [events, values]
       steady = before%load_rate * after%load_rate > 0.0_wp .and. &
          & (after%load_factor - before%load_factor) * before%load_rate > 0.0_wp .and. &
          & min(abs(before%load_rate), abs(after%load_rate)) > 0.3_wp * max(abs(before%load_rate), abs(after%load_rate))
@@ -178,6 +167,37 @@ contains
          type(event_t), intent(in) :: new
          events = [events, new]
       end subroutine append
+   end subroutine detect_events
+
+   !> Values asked for, and those that end the step, between two neighbouring points.
+   subroutine value_events(problem, step, before, after, from, to, events)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(probe_t), intent(in) :: before, after
+      type(state_t), intent(in) :: from, to
+      type(event_t), allocatable, intent(out) :: events(:)
+      type(event_t) :: event
+      integer :: i
+      allocate (events(0))
+      do i = 1, size(step%locate)
+         event = event_t(kind=event_value_reached, label='UZ', monitor=step%locate(i)%monitor, &
+            & value=step%locate(i)%value)
+         event%note = 'value asked for'
+         if (crosses(event)) events = [events, event]
+      end do
+      do i = 1, size(step%stop)
+         event = event_t(kind=event_stop, label='EP', monitor=step%stop(i)%monitor, value=step%stop(i)%value)
+         event%note = 'end of the step'
+         if (.not. crosses(event)) cycle
+         if ((probe_value(after, event) > probe_value(before, event)) .eqv. step%stop(i)%rising) events = [events, event]
+      end do
+      do i = 1, size(events)
+         events(i)%pivots = after%negative_pivots
+         events(i)%before = event_value(problem, events(i), from, before)
+         events(i)%after = event_value(problem, events(i), to, after)
+      end do
+
+   contains
 
       pure logical function crosses(candidate)
          type(event_t), intent(in) :: candidate
@@ -187,24 +207,7 @@ contains
          ! A point may lie on the value itself; the next increment then starts there and does not cross it.
          crosses = from_value * to_value < 0.0_wp .or. (abs(from_value) > 0.0_wp .and. abs(to_value) <= 0.0_wp)
       end function crosses
-   end subroutine detect_events
-
-   !> True when the two ends of an increment say that more happened between them than they can tell: a limit point without
-   !> a change of the pivot count (there must be a bifurcation, too), or a load that went back while its rate did not.
-   pure logical function events_hidden(before, after, from, to) result(hidden)
-      type(probe_t), intent(in) :: before, after
-      type(state_t), intent(in) :: from, to
-      real(wp) :: change
-      hidden = .false.
-      ! Where the contact set changes, rates and counts may jump.
-      if (any(from%active .neqv. to%active)) return
-      change = after%load_factor - before%load_factor
-      if (before%load_rate * after%load_rate < 0.0_wp) then
-         hidden = modulo(after%negative_pivots - before%negative_pivots, 2) == 0
-      else
-         hidden = before%load_rate * after%load_rate > 0.0_wp .and. change * before%load_rate < 0.0_wp
-      end if
-   end function events_hidden
+   end subroutine value_events
 
    !> Regions that appear, vanish, split or merge between two states.
    subroutine detect_contact_events(problem, from, to, earlier, later, events)

@@ -1,19 +1,20 @@
 !> Follows a path point by point: predict, correct, adapt the increment, go around corners of the contact set.
 module path_follower
    use kinds, only: wp
-   use text, only: to_text
-   use model, only: step_t, method_load, method_displacement
+   use model, only: step_t, method_load
    use problem, only: problem_t
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use path_control, only: is_arc_length, set_tangent
+   use path_continuity, only: heading_t, relation_t, relate, same_path
    use corrector, only: increment_t, take_increment
-   use path_run, only: run_t, probe_at
+   use path_run, only: run_t, heading_of
    use step_control, only: begin_arc_length, next_increment, smallest, shorten_to_stop, shorten_to_reach
-   use path_events, only: new_probe, events_hidden
+   use path_events, only: new_probe
    use path_acceptance, only: accept, outcome_t
    use contact_corner, only: corner_t, contact_begins, find_corner, leave_corner
    use contact_regions, only: find_regions
+   use dead_end, only: why_stuck
    use path_record, only: recorder_t
    use timing, only: timers_t, count_up, counter_rejected, counter_cut
    implicit none
@@ -37,7 +38,9 @@ contains
       type(timers_t), intent(inout) :: timers
       type(state_t) :: trial
       type(increment_t) :: report
-      logical :: finished, scaled, limited, turned, hidden
+      type(heading_t) :: ahead
+      type(relation_t) :: relation
+      logical :: finished, scaled, limited, turned, shorter, astray
       integer :: cuts, searches
       real(wp) :: full
 
@@ -50,36 +53,40 @@ contains
             return
          end if
          if (is_arc_length(run%control%method)) &
-            & call set_tangent(problem, run%system, run%direction, run%direction_load, run%control)
+            & call set_tangent(problem, run%system, run%heading%u, run%heading%load, run%control)
          call shorten_to_stop(step, run)
          full = run%control%increment
          ! At the stress-free start no reaction marks where a contact ends.
          if (run%step_points > 0 .or. problem%step > 1) call shorten_to_reach(problem, run)
          limited = abs(run%control%increment) < abs(full)
          call take_increment(problem, run%state, run%control, trial, run%system, report, timers)
-         if (.not. report%converged) then
+         astray = .false.
+         if (report%converged) then
+            ahead = heading_of(problem, run, trial)
+            relation = relate(problem, run%state, trial, run%heading, ahead, run%fresh)
+            astray = .not. same_path(relation)
+            if (astray) report%message = 'what equilibrium there is ahead lies on another path, or behind a loop of this one'
+         end if
+         if (astray .or. .not. report%converged) then
             call count_up(timers, counter_rejected)
             cuts = cuts + 1
+            call linearise(problem, run%state, run%state, run%system, timers)
+            ! A path turns at once where the contact set changes.
+            if (cuts > cuts_before_corner .or. (astray .and. any(run%state%active .neqv. trial%active))) then
+               call turn_corner(problem, step, run, recorder, turned, finished, outcome, timers)
+               if (finished .or. allocated(outcome%why)) return
+               if (turned) cuts = 0
+               if (turned) cycle points
+            end if
             run%control%increment = 0.5_wp * run%control%increment
             if (cuts > max_cuts .or. abs(run%control%increment) < smallest(step, run%control)) then
-               outcome%why = why_stuck(problem, step, run, report)
+               outcome%why = why_stuck(problem, step, run, report, timers)
                return
             end if
             call count_up(timers, counter_cut)
-            call linearise(problem, run%state, run%state, run%system, timers)
-            if (cuts < cuts_before_corner) cycle points
-            call turn_corner(problem, step, run, recorder, turned, finished, outcome, timers)
-            if (finished .or. allocated(outcome%why)) return
             cycle points
          end if
          cuts = 0
-         if (run%step_points > 0 .and. searches < max_searches) then
-            hidden = events_hidden(run%probe, probe_at(problem, run, trial), run%state, trial)
-            if (hidden) then
-               call search_closer()
-               cycle points
-            end if
-         end if
          if (contact_begins(problem, run%state, trial)) then
             call linearise(problem, run%state, run%state, run%system, timers)
             call turn_corner(problem, step, run, recorder, turned, finished, outcome, timers)
@@ -92,10 +99,10 @@ contains
             end if
             call linearise(problem, trial, run%state, run%system, timers)
          end if
-         hidden = searches < max_searches .and. run%step_points > 0
-         call accept(problem, step, run, trial, '  ', report, recorder, finished, outcome, timers, hidden)
+         call accept(problem, step, run, trial, ahead, '  ', report, searches < max_searches .and. run%step_points > 0, recorder, &
+            & shorter, finished, outcome, timers)
          if (finished .or. allocated(outcome%why)) return
-         if (hidden) then
+         if (shorter) then
             call search_closer()
             cycle points
          end if
@@ -108,7 +115,7 @@ contains
          end if
          if (allocated(run%control%tangent)) run%control%previous = run%control%tangent
          if (limited) run%control%increment = full
-         if (.not. limited) call next_increment(step, report%iterations, run%control)
+         if (.not. limited) call next_increment(step, report%iterations, relation, run%control)
       end do points
 
    contains
@@ -133,14 +140,16 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
       type(state_t) :: place, beyond
+      type(heading_t) :: prescribed
       type(corner_t) :: corner
       type(increment_t) :: report
       character(2) :: label
       real(wp) :: load
       integer :: regions
+      logical :: shorter
       finished = .false.
       turned = .false.
-      if (problem%candidates%n == 0 .or. .not. is_arc_length(run%control%method)) return
+      if (problem%candidates%n == 0) return
       call find_corner(problem, run%state, run%control, place, corner, run%system, report, turned, timers)
       if (.not. turned) then
          call linearise(problem, run%state, run%state, run%system, timers)
@@ -154,31 +163,22 @@ contains
       if (regions > 0) label = 'C+'
       if (regions < 0) label = 'C-'
       load = abs(run%last_load)
-      call accept(problem, step, run, place, label, report, recorder, finished, outcome, timers)
+      call accept(problem, step, run, place, heading_of(problem, run, place), label, report, .false., recorder, shorter, &
+         & finished, outcome, timers)
       if (finished .or. allocated(outcome%why)) return
       load = max(load, abs(run%last_load), least_load * abs(run%state%load_factor))
-      call leave_corner(problem, run%control, corner, run%state, run%system, run%direction, run%direction_load, turned, timers)
-      if (.not. turned) outcome%why = 'no way on from where the contact set changes'
-      run%probe = new_probe(problem, run%state, run%system, run%direction_load)
-      ! A structure that has become stiff there is not to be loaded faster than before.
-      if (load < abs(run%direction_load) * run%control%increment) run%control%increment = load / abs(run%direction_load)
-   end subroutine turn_corner
-
-   !> Why no further point exists, in words; load and displacement control name what they cannot pass.
-   function why_stuck(problem, step, run, report) result(why)
-      type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      type(run_t), intent(in) :: run
-      type(increment_t), intent(in) :: report
-      character(:), allocatable :: why
-      why = 'no further point: '//report%message
-      if (step%method == method_load) then
-         why = 'no further point at load factor '//to_text(run%state%load_factor)//': '//report%message// &
-            & '; load control cannot pass a limit point (an arc-length METHOD can)'
-      else if (step%method == method_displacement) then
-         why = 'no further point at '//trim(problem%model%monitor(step%monitor)%name)//' = '// &
-            & to_text(run%probe%monitor(step%monitor))//': '//report%message// &
-            & '; displacement control cannot pass a turning point of its monitor (an arc-length METHOD can)'
+      call leave_corner(problem, corner, run%state, run%system, run%heading, turned, timers)
+      run%probe = new_probe(problem, run%state, run%system, run%heading%load)
+      if (.not. turned) then
+         outcome%why = 'no way on from where the contact set changes'
+      else if (is_arc_length(run%control%method)) then
+         ! A structure that has become stiff there is not to be loaded faster than before.
+         if (load < abs(run%heading%load) * run%control%increment) run%control%increment = load / abs(run%heading%load)
+      else
+         prescribed = heading_of(problem, run, run%state)
+         if (run%heading%load * prescribed%load < 0.0_wp) outcome%why = 'the path turns back where the contact set changes: '// &
+            & trim(merge('load control        ', 'displacement control', run%control%method == method_load))// &
+            & ' cannot follow it (an arc-length METHOD can)'
       end if
-   end function why_stuck
+   end subroutine turn_corner
 end module path_follower

@@ -5,11 +5,12 @@ module path_run
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
-   use path_control, only: control_t, set_tangent, monitor_change
+   use path_control, only: control_t, monitor_change
+   use path_continuity, only: heading_t, heading_at
    use path_events, only: probe_t, new_probe
    implicit none
    private
-   public :: run_t, landmark_t, probe_at, keep_landmark
+   public :: run_t, landmark_t, heading_of, probe_at, keep_landmark
 
    !> A critical point that a branch or a limit curve may start at.
    type :: landmark_t
@@ -35,8 +36,8 @@ module path_run
       integer :: step_points = 0                 !! accepted in this step
       logical :: on_bifurcation = .false.        !! the last point is one that was recorded: its pivots have the sign of rounding
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! of the last increment: arc length, load factor
-      real(wp), allocatable :: direction(:, :)   !! last increment of the displacements
-      real(wp) :: direction_load = 0.0_wp        !! and of the load factor
+      type(heading_t) :: heading                 !! tangent at the last accepted point, in the sense of the run
+      logical :: fresh = .false.                 !! that point is a start whose contacts carry nothing: its tangent takes them for held
       type(landmark_t), allocatable :: home(:)   !! branch: the bifurcations of the path that it left
       real(wp) :: left_at = 0.0_wp               !! branch: arc_length where it left
       logical :: keep_landmarks = .false.
@@ -45,25 +46,31 @@ module path_run
 
 contains
 
-   !> Probe at a converged state at which the system is factored. The direction comes from the last accepted point, or from
-   !> what the strategy prescribes: increments of load or displacement may be so long that the chord says nothing.
-   type(probe_t) function probe_at(problem, run, state) result(probe)
+   !> Tangent at a converged state at which the system is factored, pointing the way the run goes: that of the chord from the
+   !> last accepted point, or what the strategy prescribes, for increments of load or displacement must be of their sign.
+   type(heading_t) function heading_of(problem, run, state) result(heading)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
       type(state_t), intent(in) :: state
-      type(control_t) :: control
       real(wp) :: ahead
-      control%method = method_cylindrical
       select case (run%control%method)
       case (method_load)
-         call set_tangent(problem, run%system, 0.0_wp * state%u, run%control%increment, control)
+         heading = heading_at(problem, run%system, 0.0_wp * state%u, run%control%increment)
       case (method_displacement)
          ahead = monitor_change(problem, run%control%monitor, run%system, run%system%tangent)
-         call set_tangent(problem, run%system, 0.0_wp * state%u, sign(1.0_wp, ahead * run%control%increment), control)
+         heading = heading_at(problem, run%system, 0.0_wp * state%u, sign(1.0_wp, ahead * run%control%increment))
       case default
-         call set_tangent(problem, run%system, state%u - run%state%u, state%load_factor - run%state%load_factor, control)
+         heading = heading_at(problem, run%system, state%u - run%state%u, state%load_factor - run%state%load_factor)
       end select
-      probe = new_probe(problem, state, run%system, control%tangent_load)
+   end function heading_of
+
+   !> Probe at a converged state at which the system is factored.
+   type(probe_t) function probe_at(problem, run, state, heading) result(probe)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      type(state_t), intent(in) :: state
+      type(heading_t), intent(in) :: heading     !! tangent there
+      probe = new_probe(problem, state, run%system, heading%load)
    end function probe_at
 
    !> Keeps the critical point recorded last.

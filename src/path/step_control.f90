@@ -5,13 +5,14 @@ module step_control
    use problem, only: problem_t
    use contact_slides, only: planned_fraction
    use path_control, only: control_t, is_arc_length, monitor_change
+   use path_continuity, only: relation_t, largest_turn
    use path_events, only: probe_t
-   use path_run, only: run_t
+   use path_run, only: run_t, heading_of
    implicit none
    private
    public :: start_control, begin_arc_length, next_increment, smallest, shorten_to_stop, shorten_to_reach, stop_met
 
-   real(wp), parameter :: safety = 0.7_wp         !! share of the contact points' reach that a tangent step may use
+   real(wp), parameter :: safety = 0.7_wp         !! share of a limit that an increment is planned to use
    real(wp), parameter :: least_fraction = 0.01_wp
    real(wp), parameter :: growth = 2.0_wp, shrinkage = 0.25_wp !! limits of the ratio of consecutive increments
 
@@ -26,8 +27,8 @@ contains
       run%control%monitor = step%monitor
       if (allocated(run%control%previous)) deallocate (run%control%previous)
       run%control%increment = step%increment
-      run%direction = 0.0_wp * run%state%u
-      run%direction_load = sign(1.0_wp, step%increment)
+      run%heading = heading_of(problem, run, run%state)
+      run%probe%load_rate = run%heading%load
       if (step%method == method_displacement .and. .not. allocated(run%control%tangent)) &
          & allocate (run%control%tangent(3, problem%model%mesh%n_nodes), source=0.0_wp)
    end subroutine start_control
@@ -41,8 +42,6 @@ contains
       length = run%last_length
       scaled = length > 0.0_wp .and. abs(run%last_load) > 0.0_wp
       if (.not. scaled) return
-      ! The path goes on the way the load went, whatever a contact met on the way makes of the displacements.
-      run%direction = 0.0_wp
       run%control%method = step%method
       run%control%load_scale = length / abs(run%last_load)
       run%control%increment = length
@@ -50,10 +49,12 @@ contains
       run%control%increment = min(run%control%increment, step%largest)
    end subroutine begin_arc_length
 
-   !> Crisfield's rule: the increment follows the root of desired over needed iterations.
-   subroutine next_increment(step, iterations, control)
+   !> Crisfield's rule: the increment follows the root of desired over needed iterations; but the tangent is not to turn by
+   !> more than an increment may.
+   subroutine next_increment(step, iterations, relation, control)
       type(step_t), intent(in) :: step
       integer, intent(in) :: iterations         !! of the increment just made
+      type(relation_t), intent(in) :: relation  !! of its ends
       type(control_t), intent(inout) :: control
       real(wp) :: ratio
       integer :: desired
@@ -61,6 +62,7 @@ contains
       ! Modified Newton converges linearly: many iterations are its nature, not a sign of too long increments.
       if (step%tangent_updates < huge(1)) desired = max(desired, (2 * step%max_iterations) / 3)
       ratio = sqrt(real(desired, wp) / max(iterations, 1))
+      if (relation%told) ratio = min(ratio, safety * largest_turn / max(relation%turn, epsilon(ratio)))
       control%increment = control%increment * min(max(ratio, shrinkage), growth)
       if (abs(control%increment) > step%largest) control%increment = sign(step%largest, control%increment)
    end subroutine next_increment

@@ -1,0 +1,207 @@
+!> Locates a bifurcation: the zero of an eigenvalue of the tangent along the path.
+!>
+!> At the bifurcation itself Newton's method has no use for its last correction: the residual's rounding over a vanishing
+!> eigenvalue is any share of the null vector, and with it the iteration leaves for the other path, where the eigenvalue has
+!> its zero, too. So the zero is interpolated between points on both sides that are far enough from it for Newton's method
+!> and near enough for a cubic: a distance h is off by epsilon/h there and by h^4 here, least at h = epsilon^(1/5).
+module bifurcation_location
+   use kinds, only: wp
+   use errors, only: error_t
+   use model, only: step_t
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use bordered_system, only: linearise
+   use path_control, only: metric
+   use path_continuity, only: heading_t
+   use increment_points, only: division_t, point_within
+   use path_events, only: event_t, event_release
+   use sightings, only: sighting_t
+   use weak_contacts, only: release_weak
+   use tangent_modes, only: modes_t, lowest_modes, numbered_eigenvalue
+   use path_run, only: run_t
+   use bracketing, only: bracket_t, new_bracket, bracket_guess, bracket_update
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: locate_bifurcation, zero_eigenvalue
+
+   integer, parameter :: eigenvalues_looked_at = 4
+   integer, parameter :: n_samples = 4           !! of a cubic
+   integer, parameter :: max_tries = 40, max_centres = 6
+
+contains
+
+   !> Finds the zero of the event's eigenvalue between the last accepted point and the trial.
+   subroutine locate_bifurcation(problem, step, run, trial, ahead, division, sighting, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run
+      type(state_t), intent(in) :: trial
+      type(heading_t), intent(in) :: ahead
+      type(division_t), intent(inout) :: division
+      type(sighting_t), intent(inout) :: sighting  !! located, place, heading, fraction, and the scale of its event
+      type(timers_t), intent(inout) :: timers
+      type(state_t) :: sample(n_samples)
+      type(bracket_t) :: bracket
+      real(wp) :: at(n_samples), mu(n_samples), f, centre, h, near
+      integer :: try, k
+      logical :: low_moved
+
+      sighting%located = .false.
+      h = epsilon(h)**0.2_wp
+      call linearise(problem, trial, trial, run%system, timers)
+      f = zero_eigenvalue(problem, run, sighting%event, trial, timers)
+      call linearise(problem, run%state, run%state, run%system, timers)
+      bracket = new_bracket(zero_eigenvalue(problem, run, sighting%event, run%state, timers), f)
+      sighting%event%scale = bracket%scale
+      sighting%later = bracket%f_low * f > 0.0_wp .and. sighting%event%before * f > 0.0_wp
+      if (sighting%later) return
+      if (bracket%f_low * sighting%event%before <= 0.0_wp) then
+         ! It was passed next to the last point, which had the sign of rounding.
+         sighting%place = run%state
+         sighting%heading = run%heading
+         sighting%fraction = 0.0_wp
+         sighting%located = .true.
+         return
+      end if
+      ! Eigenvalues jump where the contact set changes: no zero can be interpolated there.
+      if (.not. division%smooth) return
+
+      ! To within the reach of the samples.
+      centre = bracket_guess(bracket)
+      do try = 1, max_tries
+         if (bracket%high - bracket%low <= h) exit
+         if (.not. sampled(centre, sample(1), f)) return
+         if (abs(f) <= h * bracket%scale) exit
+         call bracket_update(bracket, centre, f, low_moved)
+         centre = bracket_guess(bracket)
+      end do
+      do try = 1, max_centres
+         ! Four equal intervals around it, the whole of them inside the increment.
+         near = min(h, 0.25_wp)
+         centre = min(max(centre, 2.0_wp * near), 1.0_wp - 2.0_wp * near)
+         at = centre + near * [-2.0_wp, -1.0_wp, 1.0_wp, 2.0_wp]
+         do k = 1, n_samples
+            if (.not. sampled(at(k), sample(k), mu(k))) return
+         end do
+         centre = zero_of_cubic(at, mu)
+         if (abs(centre - 0.5_wp * (at(2) + at(3))) <= 2.0_wp * near) exit
+      end do
+      sighting%fraction = centre
+      call place_there()
+      call linearise(problem, sighting%place, sighting%place, run%system, timers)
+      if (.not. run%system%ok) return
+      sighting%event%pivots = run%system%negative_pivots
+      sighting%report%residual = max(run%system%force_residual, run%system%defect_residual)
+      ! Zero relative to its change over the increment, and in balance as any point.
+      f = zero_eigenvalue(problem, run, sighting%event, sighting%place, timers)
+      sighting%located = centre >= -near .and. centre <= 1.0_wp + near .and. abs(f) <= sqrt(step%locate_tolerance) * bracket%scale &
+         & .and. sighting%report%residual <= max(step%tolerance, run%system%round_off)
+
+   contains
+
+      !> A point of the increment and its eigenvalue; false where there is none, or its contact set is another one.
+      logical function sampled(fraction, here, value) result(ok)
+         real(wp), intent(in) :: fraction
+         type(state_t), intent(out) :: here
+         real(wp), intent(out) :: value
+         value = 0.0_wp
+         call point_within(problem, run, trial, ahead, division, fraction, .false., .false., here, sighting%report, timers)
+         ok = sighting%report%converged
+         if (ok) ok = all(here%active .eqv. trial%active)
+         if (ok) value = zero_eigenvalue(problem, run, sighting%event, here, timers)
+      end function sampled
+
+      !> State and tangent by the cubic through the samples.
+      subroutine place_there()
+         real(wp) :: w(n_samples), d(n_samples), norm
+         integer :: i
+         call lagrange(at, centre, w, d)
+         associate (place => sighting%place)
+            place = sample(1)
+            place%u = 0.0_wp
+            place%z = 0.0_wp
+            place%reaction = 0.0_wp
+            place%load_factor = 0.0_wp
+            sighting%heading = run%heading
+            sighting%heading%u = 0.0_wp
+            sighting%heading%load = 0.0_wp
+            do i = 1, n_samples
+               place%u = place%u + w(i) * sample(i)%u
+               place%z = place%z + w(i) * sample(i)%z
+               place%reaction = place%reaction + w(i) * sample(i)%reaction
+               place%load_factor = place%load_factor + w(i) * sample(i)%load_factor
+               sighting%heading%u = sighting%heading%u + d(i) * sample(i)%u
+               sighting%heading%load = sighting%heading%load + d(i) * sample(i)%load_factor
+            end do
+         end associate
+         norm = sqrt(metric(problem, sighting%heading%u, sighting%heading%u))
+         if (.not. norm > 0.0_wp) return
+         sighting%heading%u = sighting%heading%u / norm
+         sighting%heading%load = sighting%heading%load / norm
+      end subroutine place_there
+   end subroutine locate_bifurcation
+
+   !> Weights of the polynomial through samples, for its value and its derivative.
+   pure subroutine lagrange(at, x, value, derivative)
+      real(wp), intent(in) :: at(:), x
+      real(wp), intent(out) :: value(:), derivative(:)
+      real(wp) :: product
+      integer :: i, j, k
+      do i = 1, size(at)
+         value(i) = 1.0_wp
+         derivative(i) = 0.0_wp
+         do j = 1, size(at)
+            if (j == i) cycle
+            value(i) = value(i) * (x - at(j)) / (at(i) - at(j))
+            product = 1.0_wp / (at(i) - at(j))
+            do k = 1, size(at)
+               if (k /= i .and. k /= j) product = product * (x - at(k)) / (at(i) - at(k))
+            end do
+            derivative(i) = derivative(i) + product
+         end do
+      end do
+   end subroutine lagrange
+
+   !> Zero of the cubic through four samples that is next to their middle, by Newton's method.
+   pure real(wp) function zero_of_cubic(at, mu) result(x)
+      real(wp), intent(in) :: at(n_samples), mu(n_samples)
+      real(wp) :: value(n_samples), derivative(n_samples), slope, shift, reach
+      integer :: iteration
+      reach = at(n_samples) - at(1)
+      x = 0.5_wp * (at(1) + at(n_samples))
+      do iteration = 1, 20
+         call lagrange(at, x, value, derivative)
+         slope = dot_product(derivative, mu)
+         if (.not. abs(slope) > 0.0_wp) return
+         shift = -dot_product(value, mu) / slope
+         ! No extrapolation worth the name.
+         shift = min(max(shift, -reach), reach)
+         x = x + shift
+         if (abs(shift) <= epsilon(x) * max(abs(x), reach)) return
+      end do
+   end function zero_of_cubic
+
+   !> The eigenvalue that changes its sign, where the system is factored now; with contacts released it is so afterwards.
+   real(wp) function zero_eigenvalue(problem, run, event, state, timers) result(mu)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(inout) :: run
+      type(event_t), intent(in) :: event
+      type(state_t), intent(in) :: state
+      type(timers_t), intent(inout) :: timers
+      real(wp), parameter :: alone = 1.0e-2_wp
+      type(modes_t) :: modes
+      type(error_t), allocatable :: error
+      type(state_t) :: at
+      logical :: any_weak
+      at = state
+      if (event%kind == event_release) then
+         call release_weak(problem, state, run%system, at, any_weak)
+         call linearise(problem, at, at, run%system, timers)
+      end if
+      call lowest_modes(problem, at, run%system, eigenvalues_looked_at, modes, error, timers)
+      mu = numbered_eigenvalue(modes, event%number, event%least, event%most)
+      ! Free spans on a straight wall leave nothing but this one near zero: the others are rounding.
+      if (event%kind == event_release .and. abs(modes%mu(1)) <= alone * abs(modes%mu(2))) mu = modes%mu(1)
+   end function zero_eigenvalue
+end module bifurcation_location

@@ -1,0 +1,115 @@
+!> Why a path has no further point, in words that are true, with a way out.
+!>
+!> Load and displacement control end at limit and turning points. Whether one lies ahead is not guessed from a failure but
+!> looked up: the path is followed on by its arc length, off the record, until the load, or the monitor, turns back.
+module dead_end
+   use kinds, only: wp
+   use text, only: to_text
+   use model, only: step_t, method_load, method_displacement, method_cylindrical
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use bordered_system, only: linearise
+   use path_control, only: control_t, set_tangent, is_arc_length, monitor_change
+   use path_continuity, only: heading_t, heading_at, relate, same_path
+   use path_run, only: run_t
+   use corrector, only: increment_t, take_increment
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: why_stuck
+
+   integer, parameter :: most_points = 40       !! to be looked ahead
+
+contains
+
+   !> The reason, one sentence. The run's system is factored at its last point on entry, anywhere on return.
+   function why_stuck(problem, step, run, report, timers) result(why)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run
+      type(increment_t), intent(in) :: report   !! of the last try
+      type(timers_t), intent(inout) :: timers
+      character(:), allocatable :: why
+      real(wp) :: at
+      logical :: found
+      why = 'no further point at load factor '//to_text(run%state%load_factor)//': '//report%message
+      if (is_arc_length(run%control%method)) then
+         why = why//' (increments were cut to '//to_text(abs(run%control%increment))// &
+            & '; *STATIC sets the smallest, *CONTROLS the iterations)'
+         return
+      end if
+      call look_ahead(problem, run, at, found, timers)
+      if (.not. found) then
+         why = why//' (increments were cut to '//to_text(abs(run%control%increment))// &
+            & '; an arc-length METHOD may go on)'
+      else if (step%method == method_displacement) then
+         why = 'displacement control cannot pass the turning point of '//trim(problem%model%monitor(step%monitor)%name)// &
+            & ' ahead, near load factor '//to_text(at)//' (an arc-length METHOD can): '//why
+      else if (step%method == method_load) then
+         why = 'load control cannot pass the limit point ahead, near load factor '//to_text(at)//' (an arc-length METHOD can): '// &
+            & why
+      else
+         why = 'the first increment cannot pass the limit point near load factor '//to_text(at)//' (a smaller one can): '//why
+      end if
+   end function why_stuck
+
+   !> Goes on by arc length until what the strategy prescribes turns back.
+   subroutine look_ahead(problem, run, at, found, timers)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(inout) :: run
+      real(wp), intent(out) :: at               !! load factor there
+      logical, intent(out) :: found
+      type(timers_t), intent(inout) :: timers
+      integer, parameter :: most_cuts = 10
+      type(state_t) :: here, next
+      type(heading_t) :: heading, ahead
+      type(control_t) :: control
+      type(increment_t) :: report
+      real(wp) :: rate_here
+      integer :: point, cuts
+      found = .false.
+      at = run%state%load_factor
+      ! So far as the last increment went, or would have gone.
+      control%method = method_cylindrical
+      control%increment = run%last_length
+      if (.not. control%increment > 0.0_wp) &
+         & control%increment = abs(run%control%increment) / max(abs(run%heading%load), tiny(1.0_wp))
+      here = run%state
+      heading = run%heading
+      cuts = 0
+      point = 0
+      do while (point < most_points .and. cuts <= most_cuts)
+         call linearise(problem, here, here, run%system, timers)
+         if (.not. run%system%ok) return
+         rate_here = rate(heading)
+         call set_tangent(problem, run%system, heading%u, heading%load, control)
+         call take_increment(problem, here, control, next, run%system, report, timers)
+         if (report%converged) then
+            ahead = heading_at(problem, run%system, next%u - here%u, next%load_factor - here%load_factor)
+            report%converged = same_path(relate(problem, here, next, heading, ahead, .false.))
+         end if
+         if (.not. report%converged) then
+            cuts = cuts + 1
+            control%increment = 0.5_wp * control%increment
+            cycle
+         end if
+         point = point + 1
+         found = rate_here * rate(ahead) < 0.0_wp
+         at = here%load_factor
+         if (abs(next%load_factor) > abs(at)) at = next%load_factor
+         if (found) return
+         here = next
+         heading = ahead
+      end do
+
+   contains
+
+      !> Of what the strategy prescribes, along the path, where the system is factored now.
+      real(wp) function rate(along)
+         type(heading_t), intent(in) :: along
+         rate = along%load
+         if (run%control%method == method_displacement) &
+            & rate = along%load * monitor_change(problem, run%control%monitor, run%system, run%system%tangent)
+      end function rate
+   end subroutine look_ahead
+end module dead_end

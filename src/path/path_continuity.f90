@@ -1,0 +1,214 @@
+!> Does a corrected point lie on the path that the increment began on?
+!>
+!> Along one smooth path the chord between two points is the mean of the tangents at both (trapezoidal rule) up to the third
+!> order of its length, in the displacements as in the load, and over an increment worth its name the tangent turns little.
+!> A corrector that has landed on another path, or behind a loop of its own, meets all of this by accident only. Tested so
+!> for every strategy, after the fact (distance and angle: Allgower & Georg 1990, 6.1; Rheinboldt & Burkardt 1983).
+!>
+!> Displacements are measured in the metric of path_control, the change of the load against the faster of its rates at both
+!> ends: nothing depends on units, on the mesh or on the strategy. Nodes that move along the rod do not count: their
+!> displacements are those of other material points.
+module path_continuity
+   use kinds, only: wp
+   use model, only: method_cylindrical
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t
+   use path_control, only: control_t, metric, path_length, set_tangent
+   implicit none
+   private
+   public :: heading_t, relation_t, heading_at, relate, same_path, chord_between, between, part_at, lies_between, alike, &
+      & largest_turn
+
+   !> Unit tangent of a path at a point.
+   type :: heading_t
+      real(wp), allocatable :: u(:, :)          !! (3, nodes) d(displacements)/d(arc length)
+      real(wp) :: load = 0.0_wp                 !! d(load factor)/d(arc length); 1 where nothing moves
+      logical, allocatable :: moves(:)          !! (nodes) those that move along the rod
+   end type heading_t
+
+   !> How two points and their tangents fit together.
+   type :: relation_t
+      logical :: told = .false.                 !! false: nothing moves, there is nothing to compare
+      real(wp) :: turn = 0.0_wp                 !! angle between the tangents
+      real(wp) :: distance = 0.0_wp             !! |chord - mean of the tangents|, of the chord; 1/8 turn^2 on a circle
+      real(wp) :: load = 0.0_wp                 !! the same of the load, of its faster rate
+   end type relation_t
+
+   real(wp), parameter :: largest_turn = 0.5_wp !! of the tangent in one increment
+   ! Four times what a circle's arc of that turn gives, and with it the load's change may be off by as much again.
+   real(wp), parameter :: largest_distance = 0.5_wp * largest_turn**2
+   real(wp), parameter :: largest_load = 2.0_wp * largest_distance
+   real(wp), parameter :: no_motion = 1.0e-10_wp !! arc length of rounding, where loads only stress what cannot move
+
+contains
+
+   !> Tangent at a state, in the sense of a direction.
+   function heading_at(problem, system, direction, direction_load) result(heading)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system      !! factored at the state
+      real(wp), intent(in) :: direction(:, :)   !! (3, nodes) displacements; where they are zero the load factor decides
+      real(wp), intent(in) :: direction_load
+      type(heading_t) :: heading
+      type(control_t) :: control
+      integer :: k
+      control%method = method_cylindrical
+      call set_tangent(problem, system, direction, direction_load, control)
+      heading%u = control%tangent
+      heading%load = control%tangent_load
+      allocate (heading%moves(size(heading%u, 2)), source=.false.)
+      do k = 1, system%n_slides
+         heading%moves(problem%candidates%node(system%slide(k))) = .true.
+      end do
+   end function heading_at
+
+   !> Compares two points of a path.
+   pure function relate(problem, from, to, before, after, fresh) result(relation)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, to
+      type(heading_t), intent(in) :: before, after !! at `from` and `to`
+      logical, intent(in) :: fresh              !! `from` is a start whose contacts carry nothing: its tangent takes them for
+      !! held. The answer to a small load is proportional to it, so the chord itself stands for that tangent.
+      type(relation_t) :: relation
+      real(wp), dimension(3, size(from%u, 2)) :: chord, first, last
+      real(wp) :: length, rise, rates(2)
+      chord = chord_between(from, to, before, after)
+      length = sqrt(metric(problem, chord, chord))
+      if (length <= no_motion) return
+      rise = (to%load_factor - from%load_factor) / length
+      chord = chord / length
+      call seen(after, last, rates(2))
+      if (fresh) then
+         first = chord
+         rates(1) = rise
+      else
+         call seen(before, first, rates(1))
+      end if
+      if (.not. (metric(problem, first, first) > 0.0_wp .and. metric(problem, last, last) > 0.0_wp)) return
+      relation%told = .true.
+      relation%turn = acos(min(max(metric(problem, first, last), -1.0_wp), 1.0_wp))
+      chord = chord - 0.5_wp * (first + last)
+      relation%distance = sqrt(metric(problem, chord, chord))
+      relation%load = abs(rise - 0.5_wp * sum(rates)) / max(maxval(abs(rates)), tiny(1.0_wp))
+
+   contains
+
+      !> A tangent without the nodes that move along the rod, its length 1 again.
+      pure subroutine seen(heading, u, rate)
+         type(heading_t), intent(in) :: heading
+         real(wp), intent(out) :: u(:, :), rate
+         real(wp) :: norm
+         integer :: node
+         u = heading%u
+         do node = 1, size(u, 2)
+            if (.not. same_material(from, to, before, after, node)) u(:, node) = 0.0_wp
+         end do
+         norm = sqrt(metric(problem, u, u))
+         rate = heading%load
+         if (.not. norm > 0.0_wp) return
+         u = u / norm
+         rate = heading%load / norm
+      end subroutine seen
+   end function relate
+
+   !> True for two points that fit together as neighbours on one path do, or of which nothing can be told.
+   pure logical function same_path(relation)
+      type(relation_t), intent(in) :: relation
+      same_path = .not. relation%told .or. (relation%turn <= largest_turn .and. relation%distance <= largest_distance .and. &
+         & relation%load <= largest_load)
+   end function same_path
+
+   !> Difference of the displacements, zero where they belong to different material points.
+   pure function chord_between(from, to, before, after) result(chord)
+      type(state_t), intent(in) :: from, to
+      type(heading_t), intent(in) :: before, after
+      real(wp) :: chord(3, size(from%u, 2))     !! (3, nodes)
+      integer :: node
+      chord = to%u - from%u
+      do node = 1, size(chord, 2)
+         if (.not. same_material(from, to, before, after, node)) chord(:, node) = 0.0_wp
+      end do
+   end function chord_between
+
+   !> True for a node that stands at the same material point at both ends and on the way.
+   pure logical function same_material(from, to, before, after, node)
+      type(state_t), intent(in) :: from, to
+      type(heading_t), intent(in) :: before, after
+      integer, intent(in) :: node
+      same_material = .not. (before%moves(node) .or. after%moves(node)) .and. &
+         & all(abs(from%geometry%x(:, node) - to%geometry%x(:, node)) <= 0.0_wp)
+   end function same_material
+
+   !> True for states that differ in nothing that jumps: contact set, places of the nodes along the rod.
+   pure logical function alike(a, b)
+      type(state_t), intent(in) :: a, b
+      integer :: e
+      alike = all(a%active .eqv. b%active)
+      do e = 1, size(a%geometry%element)
+         if (.not. alike) return
+         alike = all(abs(a%geometry%element(e)%s - b%geometry%element(e)%s) <= 0.0_wp)
+      end do
+   end function alike
+
+   !> A guess between two points of one path: cubic in displacements and load, linear in the rest.
+   pure function between(problem, from, to, before, after, part) result(state)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, to     !! alike
+      type(heading_t), intent(in) :: before, after !! at these; without displacements: linear there, too
+      real(wp), intent(in) :: part              !! 0 to 1, of the arc length
+      type(state_t) :: state
+      real(wp) :: length, weight(3)
+      state = from
+      length = path_length(problem, from, to)
+      weight = hermite(part)
+      if (.not. (metric(problem, before%u, before%u) > 0.0_wp .and. metric(problem, after%u, after%u) > 0.0_wp)) &
+         & weight = [0.0_wp, part, 0.0_wp]
+      weight([1, 3]) = weight([1, 3]) * length
+      state%u = from%u + weight(1) * before%u + weight(2) * (to%u - from%u) + weight(3) * after%u
+      state%load_factor = from%load_factor + weight(1) * before%load + weight(2) * (to%load_factor - from%load_factor) + &
+         & weight(3) * after%load
+      state%z = from%z + part * (to%z - from%z)
+      state%reaction = from%reaction + part * (to%reaction - from%reaction)
+   end function between
+
+   !> Weights of the first slope, the change and the last slope in the cubic that has them at both ends of (0, 1).
+   pure function hermite(part) result(weight)
+      real(wp), intent(in) :: part
+      real(wp) :: weight(3)
+      weight = [part * (1.0_wp - part)**2, part**2 * (3.0_wp - 2.0_wp * part), -part**2 * (1.0_wp - part)]
+   end function hermite
+
+   !> Part of the arc length at which a quantity that grows by a unit between two points, with given slopes there, has a value.
+   pure real(wp) function part_at(value, slope_before, slope_after) result(part)
+      real(wp), intent(in) :: value             !! 0 to 1
+      real(wp), intent(in) :: slope_before, slope_after
+      real(wp) :: low, high
+      integer :: halving
+      low = 0.0_wp
+      high = 1.0_wp
+      do halving = 1, digits(value)
+         part = 0.5_wp * (low + high)
+         if (dot_product(hermite(part), [slope_before, 1.0_wp, slope_after]) < value) then
+            low = part
+         else
+            high = part
+         end if
+      end do
+   end function part_at
+
+   !> True for a state that lies where the path between two others of its points must pass; no tangent is needed there.
+   pure logical function lies_between(problem, from, to, before, after, place) result(lies)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, to, place !! all alike
+      type(heading_t), intent(in) :: before, after
+      type(state_t) :: expected
+      real(wp) :: length, along
+      lies = .true.
+      length = path_length(problem, from, to)
+      if (length <= no_motion) return
+      along = metric(problem, place%u - from%u, to%u - from%u) / length**2
+      expected = between(problem, from, to, before, after, min(max(along, 0.0_wp), 1.0_wp))
+      lies = path_length(problem, expected, place) <= largest_distance * length .and. &
+         & abs(expected%load_factor - place%load_factor) <= largest_load * length * max(abs(before%load), abs(after%load))
+   end function lies_between
+end module path_continuity

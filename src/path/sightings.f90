@@ -1,0 +1,21 @@
+!> An event of an increment and where it was found.
+module sightings
+   use kinds, only: wp
+   use rod_state, only: state_t
+   use path_continuity, only: heading_t
+   use path_events, only: event_t
+   use corrector, only: increment_t
+   implicit none
+   private
+   public :: sighting_t
+
+   type :: sighting_t
+      type(event_t) :: event
+      type(state_t) :: place                   !! the located point, or the nearest one found
+      type(heading_t) :: heading               !! tangent there
+      type(increment_t) :: report
+      real(wp) :: fraction = 1.0_wp            !! of the way to the trial
+      logical :: located = .false.
+      logical :: later = .false.               !! bifurcation: it comes after the trial, whose pivots have the sign of rounding
+   end type sighting_t
+end module sightings
