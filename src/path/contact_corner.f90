@@ -64,21 +64,23 @@ contains
       end function any_active
    end function contact_begins
 
-   !> Looks for a corner within one increment of `start`. The system is assembled and factored at `start` on entry.
+   !> Looks for a corner within one increment of `start`; several candidates may be due at once, as where a structure is
+   !> symmetric. The system is assembled and factored at `start` on entry.
    subroutine find_corner(problem, start, control, place, corner, system, report, found, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
       type(control_t), intent(in) :: control
-      type(state_t), intent(out) :: place      !! converged, contact set of `start`, a sign about to change
-      type(corner_t), intent(out) :: corner    !! which one
+      type(state_t), intent(out) :: place      !! converged, contact set of `start`, signs about to change
+      type(corner_t), allocatable, intent(out) :: corner(:) !! which ones
       type(system_t), intent(inout) :: system  !! assembled and factored at the corner when found
       type(increment_t), intent(out) :: report
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
       integer, parameter :: max_tries = 40
+      real(wp), parameter :: at_once = 1.0e-8_wp !! of an increment
       type(state_t) :: beyond
       type(control_t) :: part
-      real(wp), allocatable :: before(:), after(:)
+      real(wp), allocatable :: before(:), after(:), ends(:)
       type(bracket_t) :: bracket
       real(wp) :: fraction
       integer :: try, k, first
@@ -99,10 +101,8 @@ contains
          first = k
       end do
       if (first == 0) return
-      corner%inside = first > problem%candidates%n
-      corner%candidate = first
-      if (corner%inside) corner%candidate = first - problem%candidates%n
-
+      allocate (corner(0))
+      ends = after
       bracket = new_bracket(before(first), after(first))
       part = control
       place = start
@@ -121,11 +121,22 @@ contains
       end do
       if (found) found = all(after >= -1.0e-6_wp .or. before < 0.0_wp)
       if (.not. found) return
+      do k = 1, size(after)
+         ! As near to its change of sign as the one that was looked for.
+         if (after(k) >= huge(1.0_wp) .or. before(k) < 0.0_wp .or. ends(k) >= 0.0_wp) cycle
+         if (k /= first .and. after(k) > at_once * (before(k) - ends(k))) cycle
+         corner = [corner, corner_t(k - merge(problem%candidates%n, 0, k > problem%candidates%n), k > problem%candidates%n)]
+      end do
       ! Nor if a contact has spread meanwhile.
       beyond = place
       call spread_contacts(problem, beyond, changed)
       found = .not. changed
-      if (found .and. corner%inside) call touch_inside(problem, control, corner, place, system, timers)
+      if (.not. found) return
+      do k = 1, size(corner)
+         if (corner(k)%inside) call touch_inside(problem, control, corner(k), place, system, timers)
+      end do
+      ! What touches at a node does so in the elements on both sides.
+      corner = pack(corner, [(all(corner(:k - 1)%candidate /= corner(k)%candidate), k=1, size(corner))])
    end subroutine find_corner
 
    !> Brings the nearer node of an element to the point of first contact, and the path to where that node touches.
@@ -193,32 +204,40 @@ contains
       if (.not. ok) call linearise(problem, place, place, system, timers)
    end subroutine follow_to_touch
 
-   !> Changes the set at a corner and returns the direction in which the path goes on.
+   !> Changes the set at a corner and returns the direction in which the path goes on: where the new reactions grow, or the
+   !> new gaps open.
    subroutine leave_corner(problem, corner, place, system, heading, ok, timers)
       type(problem_t), intent(in) :: problem
-      type(corner_t), intent(in) :: corner
+      type(corner_t), intent(in) :: corner(:)
       type(state_t), intent(inout) :: place    !! its contact set is changed
       type(system_t), intent(inout) :: system  !! factored at `place` on entry, there with the new set on return
       type(heading_t), intent(inout) :: heading !! of the old path on entry, of the new one on return
       logical, intent(out) :: ok
       type(timers_t), intent(inout) :: timers
       real(wp) :: rate, none(3, size(place%u, 2))
-      integer :: candidate
-      candidate = corner%candidate
-      place%active(candidate) = .not. place%active(candidate)
-      place%reaction(candidate) = 0.0_wp
+      integer :: k
+      do k = 1, size(corner)
+         associate (candidate => corner(k)%candidate)
+            place%active(candidate) = .not. place%active(candidate)
+            place%reaction(candidate) = 0.0_wp
+         end associate
+      end do
       call linearise(problem, place, place, system, timers)
       ok = system%ok
       if (.not. ok) return
+      rate = 0.0_wp
+      do k = 1, size(corner)
+         associate (candidate => corner(k)%candidate)
+            if (place%active(candidate)) then
+               rate = rate + reaction_rate(problem, system, candidate)
+            else
+               rate = rate + gap_rate(problem, system, candidate)
+            end if
+         end associate
+      end do
       none = 0.0_wp
-      heading = heading_at(problem, system, none, 1.0_wp)
-      if (place%active(candidate)) then
-         rate = reaction_rate(problem, system, candidate)
-      else
-         rate = gap_rate(problem, system, candidate)
-      end if
       ! Rates are per unit of load factor.
-      if (rate < 0.0_wp) heading = heading_at(problem, system, none, -1.0_wp)
+      heading = heading_at(problem, system, none, sign(1.0_wp, rate))
    end subroutine leave_corner
 
    !> Reactions of active candidates, gaps of open ones, then smallest gaps inside elements of sliding contacts: all

@@ -9,9 +9,9 @@ module event_location
    use path_control, only: path_length
    use path_continuity, only: heading_t, lies_between, alike
    use increment_points, only: division_t, new_division, point_within, chord_fraction
-   use path_events, only: event_value, event_bifurcation, event_release, event_contact, event_limit
+   use path_events, only: event_value, event_bifurcation, event_release, event_contact, event_limit, event_turning
    use sightings, only: sighting_t
-   use bifurcation_location, only: locate_bifurcation, zero_eigenvalue
+   use smooth_zero, only: locate_smooth, zero_eigenvalue
    use path_run, only: run_t, heading_of, probe_at
    use bracketing, only: bracket_t, new_bracket, bracket_guess, bracket_update
    use timing, only: timers_t
@@ -36,8 +36,9 @@ contains
       sighting%place = trial
       sighting%heading = ahead
       sighting%fraction = 1.0_wp
-      if (sighting%event%kind == event_bifurcation) then
-         call locate_bifurcation(problem, step, run, trial, ahead, division, sighting, timers)
+      if (sighting%event%kind == event_bifurcation .or. (division%smooth .and. any(sighting%event%kind == [event_limit, &
+         & event_turning]))) then
+         call locate_smooth(problem, step, run, trial, ahead, division, sighting, timers)
       else
          call bracket_zero(problem, step, run, trial, ahead, division, sighting, timers)
       end if

@@ -1,9 +1,10 @@
 !> Does a corrected point lie on the path that the increment began on?
 !>
 !> Along one smooth path the chord between two points is the mean of the tangents at both (trapezoidal rule) up to the third
-!> order of its length, in the displacements as in the load, and over an increment worth its name the tangent turns little.
-!> A corrector that has landed on another path, or behind a loop of its own, meets all of this by accident only. Tested so
-!> for every strategy, after the fact (distance and angle: Allgower & Georg 1990, 6.1; Rheinboldt & Burkardt 1983).
+!> order of its length, the load changes at a rate between those at both, and over an increment worth its name the tangent
+!> turns little. A corrector that has landed on another path, or behind a loop of its own, meets all of this by accident
+!> only. Tested so for every strategy, after the fact (distance and angle: Allgower & Georg 1990, 6.1; Rheinboldt & Burkardt
+!> 1983).
 !>
 !> Displacements are measured in the metric of path_control, the change of the load against the faster of its rates at both
 !> ends: nothing depends on units, on the mesh or on the strategy. Nodes that move along the rod do not count: their
@@ -17,8 +18,8 @@ module path_continuity
    use path_control, only: control_t, metric, path_length, set_tangent
    implicit none
    private
-   public :: heading_t, relation_t, heading_at, relate, same_path, chord_between, between, part_at, lies_between, alike, &
-      & largest_turn
+   public :: heading_t, relation_t, heading_at, relate, same_path, at_corner, chord_between, between, part_at, lies_between, &
+      & alike, largest_turn
 
    !> Unit tangent of a path at a point.
    type :: heading_t
@@ -30,15 +31,15 @@ module path_continuity
    !> How two points and their tangents fit together.
    type :: relation_t
       logical :: told = .false.                 !! false: nothing moves, there is nothing to compare
+      real(wp) :: length = 0.0_wp               !! of the chord
       real(wp) :: turn = 0.0_wp                 !! angle between the tangents
       real(wp) :: distance = 0.0_wp             !! |chord - mean of the tangents|, of the chord; 1/8 turn^2 on a circle
-      real(wp) :: load = 0.0_wp                 !! the same of the load, of its faster rate
+      real(wp) :: load = 0.0_wp                 !! how far the load's mean rate is from between its rates, of the faster one
    end type relation_t
 
    real(wp), parameter :: largest_turn = 0.5_wp !! of the tangent in one increment
-   ! Four times what a circle's arc of that turn gives, and with it the load's change may be off by as much again.
-   real(wp), parameter :: largest_distance = 0.5_wp * largest_turn**2
-   real(wp), parameter :: largest_load = 2.0_wp * largest_distance
+   real(wp), parameter :: largest_distance = 0.5_wp * largest_turn**2 !! four times what a circle's arc of that turn gives
+   real(wp), parameter :: largest_load = largest_distance !! of a rate that is not monotone over the increment
    real(wp), parameter :: no_motion = 1.0e-10_wp !! arc length of rounding, where loads only stress what cannot move
 
 contains
@@ -89,7 +90,10 @@ contains
       relation%turn = acos(min(max(metric(problem, first, last), -1.0_wp), 1.0_wp))
       chord = chord - 0.5_wp * (first + last)
       relation%distance = sqrt(metric(problem, chord, chord))
-      relation%load = abs(rise - 0.5_wp * sum(rates)) / max(maxval(abs(rates)), tiny(1.0_wp))
+      relation%length = length
+      relation%load = max(rise - maxval(rates), minval(rates) - rise) - &
+         & problem%model%step(problem%step)%tolerance * max(abs(from%load_factor), abs(to%load_factor)) / length
+      relation%load = max(relation%load, 0.0_wp) / max(maxval(abs(rates)), tiny(1.0_wp))
 
    contains
 
@@ -117,6 +121,16 @@ contains
       same_path = .not. relation%told .or. (relation%turn <= largest_turn .and. relation%distance <= largest_distance .and. &
          & relation%load <= largest_load)
    end function same_path
+
+   !> True for a path that turns at a corner, not on a curve: shorter increments from the same point turn as much. Laws of
+   !> foundations have corners, and so have contacts.
+   pure logical function at_corner(longer, shorter)
+      type(relation_t), intent(in) :: longer, shorter !! of two increments from one point
+      real(wp), parameter :: right_angle = acos(0.0_wp)
+      real(wp), parameter :: as_much = 0.75_wp  ! half of it would be a curve's
+      at_corner = longer%told .and. shorter%told .and. shorter%length < as_much * longer%length .and. &
+         & shorter%turn > as_much * longer%turn .and. shorter%turn < right_angle
+   end function at_corner
 
    !> Difference of the displacements, zero where they belong to different material points.
    pure function chord_between(from, to, before, after) result(chord)

@@ -20,6 +20,7 @@ module path_events
    integer, parameter :: event_limit = 1, event_bifurcation = 2, event_contact = 3, event_value_reached = 4, event_stop = 5, &
       & event_turning = 6, event_release = 7
 
+   real(wp), parameter :: touching = 1.0e-10_wp !! gap at a start, of the size, as new_state has it
    real(wp), parameter :: at_rest = 1.0e-6_wp !! of a contact event's function after the increment
 
    !> What is compared from point to point.
@@ -133,12 +134,12 @@ contains
          events(i)%before = event_value(problem, events(i), from, before)
          events(i)%after = event_value(problem, events(i), to, after)
       end do
-      ! What touched without force lets go at once, however small the load: the start itself is no event.
+      ! What touches without force lets go or pushes at once, however small the load: the start itself is no event.
       if (any(abs(from%z) > 0.0_wp)) return
       allocate (kept(0))
       do i = 1, size(events)
-         if (events(i)%kind == event_contact .and. events(i)%label == 'C-' .and. &
-            & abs(events(i)%before) <= at_rest * abs(events(i)%after)) cycle
+         if (events(i)%kind == event_contact .and. (abs(events(i)%before) <= at_rest * abs(events(i)%after) .or. &
+            & abs(events(i)%before) * events(i)%gap_scale <= touching * problem%size)) cycle
          kept = [kept, events(i)]
       end do
       call move_alloc(kept, events)

@@ -6,7 +6,7 @@ module path_follower
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use path_control, only: is_arc_length, set_tangent
-   use path_continuity, only: heading_t, relation_t, relate, same_path
+   use path_continuity, only: heading_t, relation_t, relate, same_path, at_corner
    use corrector, only: increment_t, take_increment
    use path_run, only: run_t, heading_of
    use step_control, only: begin_arc_length, next_increment, smallest, shorten_to_stop, shorten_to_reach
@@ -39,7 +39,7 @@ contains
       type(state_t) :: trial
       type(increment_t) :: report
       type(heading_t) :: ahead
-      type(relation_t) :: relation
+      type(relation_t) :: relation, before
       logical :: finished, scaled, limited, turned, shorter, astray
       integer :: cuts, searches
       real(wp) :: full
@@ -61,10 +61,16 @@ contains
          limited = abs(run%control%increment) < abs(full)
          call take_increment(problem, run%state, run%control, trial, run%system, report, timers)
          astray = .false.
+         if (cuts == 0) relation%told = .false.
          if (report%converged) then
             ahead = heading_of(problem, run, trial)
+            before = relation
             relation = relate(problem, run%state, trial, run%heading, ahead, run%fresh)
             astray = .not. same_path(relation)
+            if (astray .and. cuts > 0) then
+               if (at_corner(before, relation)) &
+                  & astray = .not. same_path(relate(problem, run%state, trial, run%heading, ahead, .true.))
+            end if
             if (astray) report%message = 'what equilibrium there is ahead lies on another path, or behind a loop of this one'
          end if
          if (astray .or. .not. report%converged) then
@@ -102,8 +108,8 @@ contains
             end if
             call linearise(problem, trial, run%state, run%system, timers)
          end if
-         call accept(problem, step, run, trial, ahead, '  ', report, searches < max_searches .and. run%step_points > 0, recorder, &
-            & shorter, finished, outcome, timers)
+         call accept(problem, step, run, trial, ahead, '  ', report, searches < max_searches, recorder, shorter, &
+            & finished, outcome, timers)
          if (finished .or. allocated(outcome%why)) return
          if (shorter) then
             call search_closer()
@@ -144,11 +150,11 @@ contains
       type(timers_t), intent(inout) :: timers
       type(state_t) :: place, beyond
       type(heading_t) :: prescribed
-      type(corner_t) :: corner
+      type(corner_t), allocatable :: corner(:)
       type(increment_t) :: report
       character(2) :: label
       real(wp) :: load
-      integer :: regions
+      integer :: regions, k
       logical :: shorter
       finished = .false.
       turned = .false.
@@ -159,7 +165,9 @@ contains
          return
       end if
       beyond = place
-      beyond%active(corner%candidate) = .not. place%active(corner%candidate)
+      do k = 1, size(corner)
+         beyond%active(corner(k)%candidate) = .not. place%active(corner(k)%candidate)
+      end do
       ! One node more or less at the end of a region is the mesh's affair, not an event.
       regions = size(find_regions(problem, beyond)) - size(find_regions(problem, place))
       label = ''

@@ -1,10 +1,12 @@
-!> Locates a bifurcation: the zero of an eigenvalue of the tangent along the path.
+!> Locates what is the zero of a function that is smooth along the path: a bifurcation (an eigenvalue of the tangent), a
+!> limit point (the rate of the load), a turning point (that of a monitor).
 !>
-!> At the bifurcation itself Newton's method has no use for its last correction: the residual's rounding over a vanishing
-!> eigenvalue is any share of the null vector, and with it the iteration leaves for the other path, where the eigenvalue has
-!> its zero, too. So the zero is interpolated between points on both sides that are far enough from it for Newton's method
-!> and near enough for a cubic: a distance h is off by epsilon/h there and by h^4 here, least at h = epsilon^(1/5).
-module bifurcation_location
+!> At a bifurcation Newton's method has no use for its last correction: the residual's rounding over a vanishing eigenvalue
+!> is any share of the null vector, and with it the iteration leaves for the other path, where the eigenvalue has its zero,
+!> too; and a branch may have its limit point there. So the zero is interpolated between points on both sides that are far
+!> enough from it for Newton's method and near enough for a cubic: a distance h is off by epsilon/h there and by h^4 here,
+!> least at h = epsilon^(1/5). Several eigenvalues that go through zero together change their order there; their sizes keep it.
+module smooth_zero
    use kinds, only: wp
    use errors, only: error_t
    use model, only: step_t
@@ -14,16 +16,16 @@ module bifurcation_location
    use path_control, only: metric
    use path_continuity, only: heading_t
    use increment_points, only: division_t, point_within
-   use path_events, only: event_t, event_release
+   use path_events, only: event_t, event_value, event_bifurcation, event_release
    use sightings, only: sighting_t
    use weak_contacts, only: release_weak
    use tangent_modes, only: modes_t, lowest_modes, numbered_eigenvalue
-   use path_run, only: run_t
+   use path_run, only: run_t, heading_of, probe_at
    use bracketing, only: bracket_t, new_bracket, bracket_guess, bracket_update
    use timing, only: timers_t
    implicit none
    private
-   public :: locate_bifurcation, zero_eigenvalue
+   public :: locate_smooth, zero_eigenvalue
 
    integer, parameter :: eigenvalues_looked_at = 4
    integer, parameter :: n_samples = 4           !! of a cubic
@@ -31,8 +33,8 @@ module bifurcation_location
 
 contains
 
-   !> Finds the zero of the event's eigenvalue between the last accepted point and the trial.
-   subroutine locate_bifurcation(problem, step, run, trial, ahead, division, sighting, timers)
+   !> Finds the zero of the event's function between the last accepted point and the trial.
+   subroutine locate_smooth(problem, step, run, trial, ahead, division, sighting, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
@@ -42,31 +44,23 @@ contains
       type(sighting_t), intent(inout) :: sighting  !! located, place, heading, fraction, and the scale of its event
       type(timers_t), intent(inout) :: timers
       type(state_t) :: sample(n_samples)
+      type(modes_t) :: modes, near_zero(n_samples)
       type(bracket_t) :: bracket
       real(wp) :: at(n_samples), mu(n_samples), f, centre, h, near
       integer :: try, k
-      logical :: low_moved
+      logical :: low_moved, branching
 
       sighting%located = .false.
       h = epsilon(h)**0.2_wp
-      call linearise(problem, trial, trial, run%system, timers)
-      f = zero_eigenvalue(problem, run, sighting%event, trial, timers)
-      call linearise(problem, run%state, run%state, run%system, timers)
-      bracket = new_bracket(zero_eigenvalue(problem, run, sighting%event, run%state, timers), f)
-      sighting%event%scale = bracket%scale
-      sighting%later = bracket%f_low * f > 0.0_wp .and. sighting%event%before * f > 0.0_wp
-      if (sighting%later) return
-      if (bracket%f_low * sighting%event%before <= 0.0_wp) then
-         ! It was passed next to the last point, which had the sign of rounding.
-         sighting%place = run%state
-         sighting%heading = run%heading
-         sighting%fraction = 0.0_wp
-         sighting%located = .true.
-         return
+      branching = sighting%event%kind == event_bifurcation
+      bracket = new_bracket(sighting%event%before, sighting%event%after)
+      if (branching) then
+         call bracket_eigenvalue()
+         if (sighting%later .or. sighting%located) return
       end if
-      ! Eigenvalues jump where the contact set changes: no zero can be interpolated there.
+      sighting%event%scale = bracket%scale
+      ! Where the contact set changes the function may jump: no zero can be interpolated there.
       if (.not. division%smooth) return
-
       ! To within the reach of the samples.
       centre = bracket_guess(bracket)
       do try = 1, max_tries
@@ -83,7 +77,9 @@ contains
          at = centre + near * [-2.0_wp, -1.0_wp, 1.0_wp, 2.0_wp]
          do k = 1, n_samples
             if (.not. sampled(at(k), sample(k), mu(k))) return
+            if (branching) near_zero(k) = modes
          end do
+         if (branching) call follow_through_zero(near_zero, sighting%event, mu)
          centre = zero_of_cubic(at, mu)
          if (abs(centre - 0.5_wp * (at(2) + at(3))) <= 2.0_wp * near) exit
       end do
@@ -93,23 +89,48 @@ contains
       if (.not. run%system%ok) return
       sighting%event%pivots = run%system%negative_pivots
       sighting%report%residual = max(run%system%force_residual, run%system%defect_residual)
-      ! Zero relative to its change over the increment, and in balance as any point.
-      f = zero_eigenvalue(problem, run, sighting%event, sighting%place, timers)
-      sighting%located = centre >= -near .and. centre <= 1.0_wp + near .and. abs(f) <= sqrt(step%locate_tolerance) * bracket%scale &
-         & .and. sighting%report%residual <= max(step%tolerance, run%system%round_off)
+      ! In balance as any point is, and zero relative to its change over the increment. Other functions than the eigenvalue
+      ! mean nothing there where it is zero, too: of these the samples tell.
+      sighting%located = centre >= -near .and. centre <= 1.0_wp + near .and. &
+         & sighting%report%residual <= max(step%tolerance, run%system%round_off)
+      if (branching .and. sighting%located) sighting%located = abs(zero_eigenvalue(problem, run, sighting%event, sighting%place, &
+         & timers)) <= sqrt(step%locate_tolerance) * bracket%scale
 
    contains
 
-      !> A point of the increment and its eigenvalue; false where there is none, or its contact set is another one.
+      !> The eigenvalue at both ends of the increment.
+      subroutine bracket_eigenvalue()
+         call linearise(problem, trial, trial, run%system, timers)
+         f = zero_eigenvalue(problem, run, sighting%event, trial, timers)
+         call linearise(problem, run%state, run%state, run%system, timers)
+         bracket = new_bracket(zero_eigenvalue(problem, run, sighting%event, run%state, timers), f)
+         sighting%event%scale = bracket%scale
+         sighting%later = bracket%f_low * f > 0.0_wp .and. sighting%event%before * f > 0.0_wp
+         if (sighting%later .or. bracket%f_low * sighting%event%before > 0.0_wp) return
+         ! It was passed next to the last point, which had the sign of rounding.
+         sighting%place = run%state
+         sighting%heading = run%heading
+         sighting%fraction = 0.0_wp
+         sighting%located = .true.
+      end subroutine bracket_eigenvalue
+
+      !> A point of the increment and the function there; false where there is none, or its contact set is another one.
       logical function sampled(fraction, here, value) result(ok)
          real(wp), intent(in) :: fraction
          type(state_t), intent(out) :: here
          real(wp), intent(out) :: value
+         type(heading_t) :: heading
          value = 0.0_wp
          call point_within(problem, run, trial, ahead, division, fraction, .false., .false., here, sighting%report, timers)
          ok = sighting%report%converged
          if (ok) ok = all(here%active .eqv. trial%active)
-         if (ok) value = zero_eigenvalue(problem, run, sighting%event, here, timers)
+         if (.not. ok) return
+         heading = heading_of(problem, run, here)
+         if (branching) then
+            value = zero_eigenvalue(problem, run, sighting%event, here, timers, modes)
+         else
+            value = event_value(problem, sighting%event, here, probe_at(problem, run, here, heading))
+         end if
       end function sampled
 
       !> State and tangent by the cubic through the samples.
@@ -140,7 +161,38 @@ contains
          sighting%heading%u = sighting%heading%u / norm
          sighting%heading%load = sighting%heading%load / norm
       end subroutine place_there
-   end subroutine locate_bifurcation
+   end subroutine locate_smooth
+
+   !> The event's eigenvalue at samples on both sides of its zero, where others go through theirs, too: of those that change
+   !> their sign there, the k-th by size is one and the same on both sides.
+   pure subroutine follow_through_zero(modes, event, mu)
+      type(modes_t), intent(in) :: modes(n_samples)
+      type(event_t), intent(in) :: event
+      real(wp), intent(inout) :: mu(n_samples)  !! by its number on entry
+      integer :: first, last, k, i, j, left
+      logical :: wanted
+      first = negative_count(modes(1))
+      last = negative_count(modes(n_samples))
+      if (abs(last - first) < 2) return
+      k = event%number - min(max(min(first, last), event%least), event%most - 1)
+      if (k < 1 .or. k > abs(last - first)) return
+      do i = 1, n_samples
+         wanted = merge(last > first, first > last, i > n_samples / 2)
+         left = k
+         ! The nearest to zero come first.
+         do j = 1, modes(i)%n
+            if (modes(i)%mu(j) < 0.0_wp .neqv. wanted) cycle
+            left = left - 1
+            if (left == 0) mu(i) = modes(i)%mu(j)
+         end do
+      end do
+   end subroutine follow_through_zero
+
+   !> Negative eigenvalues of the tangent, by their refined values where these are known.
+   pure integer function negative_count(modes)
+      type(modes_t), intent(in) :: modes
+      negative_count = modes%pivots - count(modes%was_negative) + count(modes%mu < 0.0_wp)
+   end function negative_count
 
    !> Weights of the polynomial through samples, for its value and its derivative.
    pure subroutine lagrange(at, x, value, derivative)
@@ -183,12 +235,13 @@ contains
    end function zero_of_cubic
 
    !> The eigenvalue that changes its sign, where the system is factored now; with contacts released it is so afterwards.
-   real(wp) function zero_eigenvalue(problem, run, event, state, timers) result(mu)
+   real(wp) function zero_eigenvalue(problem, run, event, state, timers, found) result(mu)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       type(event_t), intent(in) :: event
       type(state_t), intent(in) :: state
       type(timers_t), intent(inout) :: timers
+      type(modes_t), intent(out), optional :: found !! all that were looked at
       real(wp), parameter :: alone = 1.0e-2_wp
       type(modes_t) :: modes
       type(error_t), allocatable :: error
@@ -203,5 +256,6 @@ contains
       mu = numbered_eigenvalue(modes, event%number, event%least, event%most)
       ! Free spans on a straight wall leave nothing but this one near zero: the others are rounding.
       if (event%kind == event_release .and. abs(modes%mu(1)) <= alone * abs(modes%mu(2))) mu = modes%mu(1)
+      if (present(found)) found = modes
    end function zero_eigenvalue
-end module bifurcation_location
+end module smooth_zero
