@@ -127,9 +127,12 @@ contains
       type(state_t) :: origin, from
       type(contact_step_t) :: step
       real(wp), allocatable :: before(:, :), spring(:), wanted(:)
-      real(wp) :: rhs, tolerance, best, correction, travelled, work, worse, previous, last_residual, predicted
+      real(wp) :: rhs, tolerance, best, correction, travelled, work, worse, previous, last_residual, second_order
       logical :: refactor, settled, passed, moving, searching
+      ! What leaves a stress-free start on a foundation has no scale of its own, as long as the strains rotation^2/2 make no forces.
+      real(wp), parameter :: negligible = 0.01_wp
       integer, allocatable :: grip(:)
+      character(:), allocatable :: blamed      ! why foundations cannot be followed
       integer :: iteration, spreads, most, last_change, last_progress, same_tangent
 
       tolerance = problem%model%step(problem%step)%tolerance
@@ -146,7 +149,7 @@ contains
       same_tangent = 0
       searching = any(problem%ground%founded)
       previous = 0.0_wp
-      predicted = 0.0_wp
+      second_order = huge(1.0_wp)
       ! Foundations find out where they touch while Newton goes on; the limit counts from then on.
       newton: do iteration = 1, settling_grip * most
          if (iteration > min(last_change, last_progress + (stalled - 1) * most) + most) exit newton
@@ -208,7 +211,8 @@ contains
          end if
          ! A small residual after a large correction is luck, or softness: the next one still moves the point.
          travelled = metric(problem, state%u - origin%u, state%u - origin%u)
-         if (iteration == 1) predicted = travelled
+         if (iteration == 1) second_order = maxval(abs(state%u(3, :) - origin%u(3, :)))**2 / &
+            & (minval(problem%compliance%axial) * system%force_scale)
          settled = correction <= (large_correction**2) * travelled .or. report%residual <= 1.0e-3_wp * tolerance
          if (passed) then
             moving = .true.
@@ -263,21 +267,18 @@ contains
          call control_row(problem, control, origin, state, system, rhs, timers)
       end do newton
       call give_up('no convergence within the allowed iterations')
+      if (allocated(blamed)) report%hopeless = problem%resting .and. all(abs(origin%u) <= 0.0_wp) .and. second_order <= negligible
 
    contains
 
-      !> Says when foundations too stiff are the reason. What leaves a stress-free start on them has no scale of its own, as long
-      !> as it stays near.
+      !> Says when foundations too stiff are the reason.
       subroutine give_up(message)
          character(*), intent(in) :: message
-         real(wp), parameter :: near = 0.01_wp ! arc length: rotations of that size, which geometry adds in proportion
-         character(:), allocatable :: why
          report%message = message
          if (.not. (searching .or. any(system%soft))) return
-         why = why_too_stiff(problem, state, system)
-         if (why == '') return
-         report%message = message//'; '//why
-         report%hopeless = problem%resting .and. all(abs(origin%u) <= 0.0_wp) .and. predicted <= near**2
+         blamed = why_too_stiff(problem, state, system)
+         if (blamed == '') deallocate (blamed)
+         if (allocated(blamed)) report%message = message//'; '//blamed
       end subroutine give_up
    end subroutine iterate
 
