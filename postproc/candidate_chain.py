@@ -108,12 +108,10 @@ class ChainState:
         path, obstacle = self.chain.path, self.chain.obstacle(self.point)
         if obstacle.centre is None:
             raise ResultsError(f"{path.filename}: {self.chain.obstacle_name} has no centre (use --against arc)")
-        if "displacement" not in path.field_names or self.point not in path.points_with("displacement"):
-            raise ResultsError(f"{path.filename}: angles need displacements (*FIELD OUTPUT, DISPLACEMENT), "
+        home, now = path.mesh.coordinates[path.contact.candidates[self.chain.rows]], self.values("contact_point")
+        if now is None:
+            raise ResultsError(f"{path.filename}: angles need the contact points (they come with *FIELD OUTPUT, REACTION or GAP), "
                                f"point {self.point} has none")
-        nodes = path.contact.candidates[self.chain.rows]
-        home = path.mesh.coordinates[nodes]
-        now = home + path.field("displacement", self.point)[nodes, :2]
         before, after = (np.unwrap(np.degrees(np.arctan2(*(x - obstacle.centre).T[::-1])) - obstacle.reference_angle,
                                    period=360.0) for x in (home, now))
         first = before[0] - (before[0] + 180.0) % 360.0 + 180.0      # turns that bring the first into (-180, 180]

@@ -10,7 +10,7 @@ import numpy as np
 from contact_history import History, follow
 from result_file import ResultsError, dataset, open_file
 
-FIELD_NAMES = ("displacement", "section_forces", "reaction", "reaction_density", "gap")
+FIELD_NAMES = ("displacement", "section_forces", "reaction", "reaction_density", "gap", "contact_point")
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,7 @@ class Path:
         """A stored field at a point (from 1).
 
         displacement (nodes, 3): u, v, rotation; section_forces (elements, 2, 3): N, Q, M at both ends;
-        reaction, reaction_density, gap (candidates).
+        reaction, reaction_density, gap (candidates); contact_point (candidates, 2): where these are.
         """
         self._known_field(name)
         found = np.flatnonzero(self.field_points == point)

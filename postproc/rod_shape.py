@@ -95,8 +95,8 @@ def join(pieces: list[tuple[int, float, float]], shape: Shape) -> list[np.ndarra
 def contact_curves(results: Path, point: int, shape: Shape) -> tuple[list[np.ndarray], np.ndarray]:
     """The part in contact at a point of the path: polylines, and single points (n, 2).
 
-    Of contacts with reactions at nodes from the reactions where they are stored, else from the regions. Contact without
-    force, as before any load, is left out.
+    Of contacts that only nodes of the deck can have, from the reactions where they are stored, else from the regions. Contact
+    without force, as before any load, is left out.
     """
     contact = results.contact
     if contact is None:
@@ -110,7 +110,7 @@ def contact_curves(results: Path, point: int, shape: Shape) -> tuple[list[np.nda
     for number, points in enumerate(contact.points, start=1):
         if not presses(contact)[point - 1, number - 1]:
             continue
-        if reaction is not None and points != "distributed":
+        if reaction is not None and points == "nodes":
             more, single = _from_reactions(contact, number, reaction, shape)
         else:
             more, single = _from_regions(contact, number, point, shape)

@@ -81,7 +81,6 @@ program unilat
    status = failed_checks(outcome%accuracy)
    if (status /= '') then
       outcome%complete = .false.
-      status = 'its own checks found it wrong: '//status
       if (allocated(outcome%why)) status = outcome%why//'; '//status
       outcome%why = status
    end if

@@ -82,8 +82,8 @@ def write_root(file, status):
 
 
 def write_ring(filename, ring=RING, n_elements=24, status="complete", every=1,
-               fields=("displacement", "reaction", "reaction_density", "gap"), critical=True, shorter=(), reach=1.0,
-               points="nodes"):
+               fields=("displacement", "reaction", "reaction_density", "gap", "contact_point"), critical=True, shorter=(),
+               reach=1.0, points="nodes"):
     """The half ring. `shorter` names datasets that lack the last row, as after a kill; `reach` is a factor on v."""
     ring = np.array(ring)
     n = len(ring)
@@ -141,7 +141,8 @@ def write_ring(filename, ring=RING, n_elements=24, status="complete", every=1,
             values = {"displacement": [shapes[k][0] for k in stored], "reaction": [shapes[k][1] for k in stored],
                       "section_forces": np.ones((len(stored), n_elements, 2, 3)),
                       "reaction_density": [shapes[k][1] * n_elements / np.pi for k in stored],
-                      "gap": [shapes[k][2] for k in stored]}
+                      "gap": [shapes[k][2] for k in stored],
+                      "contact_point": [shapes[k][0][:, :2] + np.column_stack((-np.sin(s), np.cos(s))) for k in stored]}
             for name in fields:
                 grow(group, name, np.array(values[name]), "length")
         if critical:

@@ -6,10 +6,11 @@ module output_fixture
    use model, only: model_t, limit_curve_t, family_ge, family_ul2, method_load, quantity_reaction, parameter_modulus, new_load, &
       & obstacle_circle, &
       & parameter_constant_load
+   use run_accuracy, only: accuracy_t, worst_t, place_t
    use path_record, only: point_t, critical_t, region_t, buckling_t, limit_point_t
    implicit none
    private
-   public :: small_model, small_point, small_critical, small_bifurcation, small_buckling, small_limit_point
+   public :: small_accuracy, small_model, small_point, small_critical, small_bifurcation, small_buckling, small_limit_point
    public :: add_limit_curves
 
 contains
@@ -70,6 +71,31 @@ contains
       model%contact(2)%node = [2]
       model%contact(2)%distributed = .true.
    end function small_model
+
+   !> Worst values of 1E-12, 2E-12 ... of points 1, 2 ...; number 4, the complementarity, of node 20 on branch 3, element 8 is
+   !> that of the mesh, number 9.
+   function small_accuracy() result(accuracy)
+      type(accuracy_t) :: accuracy
+      accuracy%residual = worst(1)
+      accuracy%penetration = worst(2)
+      accuracy%tension = worst(3)
+      accuracy%complementarity = worst(4)
+      accuracy%complementarity%at%node = 20
+      accuracy%complementarity%at%branch = 3
+      accuracy%force_balance = worst(5)
+      accuracy%moment_balance = worst(6)
+      accuracy%node_balance = worst(7)
+      accuracy%foundation = worst(8)
+      accuracy%mesh = worst(9)
+      accuracy%mesh%at%element = 8
+      accuracy%rounding = worst(10)
+   contains
+      type(worst_t) function worst(n)
+         integer, intent(in) :: n
+         worst%value = n * 1.0e-12_wp
+         worst%at = place_t(step=1, point=n, load_factor=0.5_wp * n)
+      end function worst
+   end function small_accuracy
 
    !> Point n of the path: load factor n / 2, monitors n and -n, n_regions regions that start at 10 n + 1, 10 n + 2, ...
    function small_point(n, n_regions) result(point)

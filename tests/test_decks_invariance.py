@@ -97,7 +97,8 @@ def assert_same(other, load_scale=1.0, limit=LIMIT, **axes):
 def test_the_scene_has_what_it_takes():
     """Contact is gained on the way, several nodes touch, deflections are large."""
     plain = run()
-    assert plain.results.n_points == 11 + len(plain.labelled("C+")) + len(plain.labelled("C-"))
+    # Ten increments; one that meets the disc is divided where it does.
+    assert 11 <= plain.results.n_points - len(plain.labelled("C+")) - len(plain.labelled("C-")) <= 12
     assert plain.results.contact.count[0] == 0 and plain.results.contact.count[-1] == 1
     assert plain.column("active_contacts")[-1] >= 2
     assert np.min(plain.column("uy")) < -0.3
@@ -107,9 +108,7 @@ def test_supports_and_disc_carry_the_load():
     plain = run()
     forces = plain.results
     last = forces.n_points
-    place = forces.mesh.coordinates + forces.field("displacement", last)[:, :2]
-    place = place[forces.contact.candidates]
-    away = place - np.array([0.5, -0.36])
+    away = forces.field("contact_point", last) - np.array([0.5, -0.36])
     away /= np.linalg.norm(away, axis=1)[:, None]
     total = np.sum(forces.field("reaction", last)[:, None] * away, axis=0)
     total += [plain.column("fx")[-1], plain.column("fy")[-1]]

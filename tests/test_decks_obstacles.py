@@ -37,7 +37,9 @@ def drum(kind, points=0):
 
 @functools.cache
 def beside_drum(kind, points=0, elements=20):
-    return dr.run_deck(dr.changed(on_an_obstacle(drum(kind, points), elements), ("TYPE=GE6", "TYPE=GE4")))
+    """On 10 elements the run says that they are too long."""
+    return dr.run_deck(dr.changed(on_an_obstacle(drum(kind, points), elements), ("TYPE=GE6", "TYPE=GE4")),
+                       code=2 if elements == 5 else 0)
 
 
 def events(run):

@@ -43,10 +43,10 @@ def ul2():
 
 
 @functools.cache
-def critical(elements, element="GE4", points="SLIDING"):
+def critical(elements, element="GE4", points="SLIDING", code=0):
     """Limit point on a uniform mesh; the path ends soon after it."""
     run = dr.run_deck(dr.changed(dr.example("ring"), (GRADED, f"0., 0., {elements}"), ("TYPE=GE4", f"TYPE={element}"),
-                                 ("POINTS=SLIDING", f"POINTS={points}"), ("ABOVE, 0.6", "ABOVE, 0.045")))
+                                 ("POINTS=SLIDING", f"POINTS={points}"), ("ABOVE, 0.6", "ABOVE, 0.045")), code=code)
     return run.only("LP")
 
 
@@ -196,14 +196,13 @@ def test_contact_reaches_the_bottom_at_every_point():
 
 
 def places(run, point):
-    """Where the candidates are at a point of the path."""
-    results = run.results
-    return (results.mesh.coordinates + results.field("displacement", point)[:, :2])[results.contact.candidates]
+    """Where the candidates press at a point of the path: the node at the lift-off point moves along the rod."""
+    return run.results.field("contact_point", point)
 
 
 @pytest.mark.parametrize("run", [ring, full], ids=lambda run: run.__name__)
 def test_reactions_act_on_the_cavity(run):
-    """Also that of the node that slides with the lift-off point: coordinates + displacement is where it acts."""
+    """Also that of the node that slides with the lift-off point."""
     for point in run().results.field_points:
         touching = run().results.field("reaction", point) > 0.0
         assert np.any(touching) or point == 1
@@ -239,13 +238,13 @@ POINT = "3, -0.5, 0.86602540378443864676\n4, -0.90630778703664996324, 0.42261826
 
 
 @functools.cache
-def pieces(monitored=False):
-    """Three arcs with elements of their own; the lift-off point, from 58 to 24 degrees and back, passes 30. With a monitor the
-    node there keeps its place."""
+def pieces(loaded=False):
+    """Three arcs with elements of their own; the lift-off point, from 58 to 24 degrees and back, passes 30. With a load, as good
+    as none, the node there keeps its place."""
     text = dr.changed(dr.example("ring"), ("2, 0., -1.\n", "2, 0., -1.\n" + POINT),
                       ("1, 2, " + GRADED, "1, 3, 0., 0., 45\n3, 4, 0., 0., 60\n4, 2, 0., 0., 55"))
-    if monitored:
-        text = dr.changed(text, ("*STEP", "*MONITOR, NAME=at30\n3, U2\n*STEP"))
+    if loaded:
+        text = dr.changed(text, ("*LOCATE", "*CLOAD\n3, 2, 1E-15\n*LOCATE"))
     return dr.run_deck(text)
 
 
@@ -270,7 +269,7 @@ def test_arcs_of_one_mesh_are_one_arc():
 
 def test_contact_passes_a_node_that_stays():
     """The end of contact is no more than a fifth of an element from where it should be: (p R^3/EI) (h/R)^3 of an angle."""
-    run, table = pieces(monitored=True), dr.reference("ring_rigid_Rh100")
+    run, table = pieces(loaded=True), dr.reference("ring_rigid_Rh100")
     dr.assert_close(run.load("LP"), CRITICAL_LOAD, relative=1e-6)
     assert [c.label for c in run.results.critical].count("LP") == 1
     inside = on_table(run, table)
@@ -302,7 +301,8 @@ def test_contact_slides_past_the_seam_of_a_ring():
 
 
 def test_ul2_converges_at_second_order():
-    errors = [critical(n, "UL2", "NODES").load_factor - CRITICAL_LOAD for n in (80, 160, 320, 640)]
+    # 80 elements are 1 % off, and it says so
+    errors = [critical(n, "UL2", "NODES", 2 if n == 80 else 0).load_factor - CRITICAL_LOAD for n in (80, 160, 320, 640)]
     dr.assert_mean_order(errors, 2)
     assert abs(errors[-1]) < 2.5e-4 * CRITICAL_LOAD
 

@@ -16,7 +16,7 @@ ring on a foundation
 *NODE
 1, 0., 1.
 2, 0., -1.
-*ARC, ELSET=RING, NSET=RING, TYPE=GE4
+*ARC, ELSET=RING, NSET=RING, TYPE={element}
 1, 2, 0., 0., 160
 *BEAM SECTION, ELSET=RING, SECTION=STIFFNESS
 120000., 1.
@@ -39,21 +39,22 @@ v, ABOVE, 0.2
 """
 
 
-def ring(k, method="CYLINDRICAL", first=1.0, points="DISTRIBUTED", code=0):
+def ring(k, method="CYLINDRICAL", first=1.0, points="DISTRIBUTED", element="GE4", code=0):
     foundation = "" if k is None else f", FOUNDATION=WINKLER, MODULUS={k!r}"
-    return dr.run_deck(RING.format(foundation=foundation, points=points, method=method, first=first), code=code)
+    return dr.run_deck(RING.format(foundation=foundation, points=points, method=method, first=first, element=element), code=code)
 
 
 @functools.cache
-def limit_load(k, points="DISTRIBUTED"):
-    return ring(k, points=points).load("LP")
+def limit_load(k, **options):
+    return ring(k, **options).load("LP")
 
 
 @pytest.mark.parametrize("newton", ["MODIFIED", "ONCE"])
-@pytest.mark.parametrize("k", [1e4, 1e6, 1e8])
+@pytest.mark.parametrize("k", [1e4, 1e7, 1e8])
 def test_frozen_tangents(k, newton):
     """The ends of contact move while Newton's method goes on; located limit points are those of the full one."""
-    dr.assert_close(ring(k, f"CYLINDRICAL, NEWTON={newton}").load("LP"), limit_load(k), relative=1e-8)
+    frozen = ring(k, f"CYLINDRICAL, NEWTON={newton}", element="GE6")
+    dr.assert_close(frozen.load("LP"), limit_load(k, element="GE6"), relative=1e-8)
 
 
 @pytest.mark.parametrize("k", [1e4, 1e6, 1e8])
@@ -80,7 +81,7 @@ def test_the_first_increment_has_no_scale(points):
 @pytest.mark.parametrize("k", [1e12, 1e16])
 def test_nodes_tend_to_the_rigid_ring(k):
     """p R/k of penetration, 1e-10 R and less, beside v = 0.036 R: the rigid limit load to 1e-6."""
-    dr.assert_close(limit_load(k, "NODES"), limit_load(None, "NODES"), relative=1e-6)
+    dr.assert_close(limit_load(k, points="NODES"), limit_load(None, points="NODES"), relative=1e-6)
 
 
 @pytest.mark.parametrize("k", [1e12, 1e14])

@@ -62,7 +62,9 @@ STRATEGIES = [("METHOD=SPHERICAL", "1., 1E-9, 0.02"), ("METHOD=LINEARISED", "1.,
 @pytest.mark.parametrize("static, data", STRATEGIES, ids=[static for static, _ in STRATEGIES])
 @pytest.mark.parametrize("element", ["GE4", "UL2"])
 def test_ring_with_contact_at_nodes(static, data, element):
-    assert_same_points(ring(static, data, element=element), ring(element=element))
+    # the 60 elements of UL2 make 2 % of the limit load, and say so
+    code = 2 if element == "UL2" else 0
+    assert_same_points(ring(static, data, element=element, code=code), ring(element=element, code=code))
 
 
 @pytest.mark.parametrize("static, data", STRATEGIES, ids=[static for static, _ in STRATEGIES])

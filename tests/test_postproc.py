@@ -128,7 +128,7 @@ def test_critical_points(files):
 def test_fields(files):
     ring = read_results(files / "ring.h5")
     u = ring.field("displacement", LIMIT)
-    assert ring.field_names == ("displacement", "reaction", "reaction_density", "gap") and u.shape == (25, 3)
+    assert ring.field_names == ("displacement", "reaction", "reaction_density", "gap", "contact_point") and u.shape == (25, 3)
     np.testing.assert_allclose(u[0], (0.0, -make.RING[LIMIT - 1, 0], 0.0), atol=1e-14)
     with pytest.raises(ResultsError, match="field 'section_forces' is not in the file"):
         ring.field("section_forces", 1)

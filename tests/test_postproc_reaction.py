@@ -48,7 +48,7 @@ def write_closed(name):
         make.put(file, "contact/arc_length", angle, "length")
         make.put(file, "contact/chain_length", np.array([2.0 * np.pi]), "length")
         file["contact/start"][:, 0], file["contact/end"][:, 0] = np.radians(305.0), np.radians(360.0 + 55.0)
-        file["fields/displacement"][...] = 0.0
+        file["fields/contact_point"][...] = file["mesh/coordinates"][()]
         file["fields/reaction_density"][...] = np.maximum(np.cos(angle), 0.5) - 0.5
         file["obstacles/cavity"].attrs["reference_angle"] = 0.0
 
@@ -207,7 +207,8 @@ def test_picture(files, tmp_path, arguments):
     (["nodes.h5", "--rows", "16"], "no point 16 (they run from 1 to 15)"),
     (["nodes.h5", "--at", "1,x"], "'1,x' is not a list of numbers"),
     (["nodes.h5", "--branch", "1"], "no branch 1 (it has none)"),
-    (["gaps.h5", "--against", "angle"], "angles need displacements (*FIELD OUTPUT, DISPLACEMENT), point 1 has none"),
+    (["gaps.h5", "--against", "angle"],
+     "angles need the contact points (they come with *FIELD OUTPUT, REACTION or GAP), point 1 has none"),
     (["nodes.h5", "--label", "BP"], "label BP: no such point")])
 def test_wrong_input_is_one_line(files, monkeypatch, capsys, arguments, message):
     monkeypatch.chdir(files)

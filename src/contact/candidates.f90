@@ -2,7 +2,7 @@
 !> whose nodes only mark the way along a foundation that acts inside the elements.
 module candidates
    use kinds, only: wp
-   use model, only: model_t, family_ge, quantity_displacement
+   use model, only: model_t, family_ge
    use rod_geometry, only: geometry_t
    use reference_curve, only: curve_goes_on
    use obstacle_geometry, only: obstacle_gap
@@ -199,8 +199,8 @@ contains
       end do
    end function twins
 
-   !> Nodes with supports, springs, stops, loads or monitors, on distributed foundations, or with more or less than two elements
-   !> keep their material point.
+   !> Nodes with supports, springs, stops or loads, on distributed foundations, or with more or less than two elements keep
+   !> their material point.
    function nodes_that_stay(model) result(pinned)
       type(model_t), intent(in) :: model
       logical, allocatable :: pinned(:)
@@ -229,9 +229,6 @@ contains
             do i = 1, mesh%n_nodes
                pinned(i) = pinned(i) .or. any(abs(model%step(k)%load%node_force(:, i)) > 0.0_wp)
             end do
-         end do
-         do k = 1, size(model%monitor)
-            if (model%monitor(k)%quantity == quantity_displacement) pinned(model%monitor(k)%node) = .true.
          end do
       end associate
    end function nodes_that_stay

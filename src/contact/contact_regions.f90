@@ -2,9 +2,8 @@
 !>
 !> A rod leaves a rigid obstacle smoothly: its curvature is the obstacle's up to the lift-off point and changes about
 !> linearly beyond. So the end is where the curvature of the open element, continued backwards, meets the obstacle's;
-!> that point may lie on either side of the last node in contact. On a foundation the end is where the gap, a cubic
-!> through values and slopes at both nodes, changes sign; where the foundation carries load sideways the last reaction
-!> tells how much of the node's length still presses.
+!> that point may lie on either side of the last node in contact. On a foundation the end is where the gap changes sign;
+!> where the foundation carries load sideways the last reaction tells how much of the node's length still presses.
 module contact_regions
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
@@ -15,7 +14,8 @@ module contact_regions
    use reference_curve, only: curve_length
    use obstacle_geometry, only: obstacle_gap, has_angle, contact_angle, turns_forward, unwrap_angle, contact_curvature
    use section_forces, only: local_forces, rod_direction
-   use gap_profile, only: gap_and_slope, natural_curvature
+   use gap_profile, only: natural_curvature
+   use element_gap, only: element_gap_t, new_element_gap, gap_parts, most_parts
    use ground_regions, only: find_ground_regions
    use path_record, only: region_t
    implicit none
@@ -200,8 +200,6 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate, side
-      integer :: open
-      open = problem%candidates%neighbour(side, candidate)
       if (problem%candidates%bilateral(candidate)) then
          ! The neighbour is not held by the obstacle because a support holds it.
          beyond = state%geometry%element(problem%candidates%element(side, candidate))%length
@@ -210,7 +208,7 @@ contains
       else if (problem%coupling%entry(candidate) > 0) then
          beyond = patch_overhang(problem, state, candidate, side)
       else
-         beyond = winkler_overhang(problem, state, candidate, open, side)
+         beyond = winkler_overhang(problem, state, candidate, side)
       end if
    end function overhang
 
@@ -284,29 +282,23 @@ contains
       end function obstacle_slope
    end function rigid_overhang
 
-   !> Winkler: zero of the cubic through gaps and slopes at both ends of the open element.
-   real(wp) function winkler_overhang(problem, state, candidate, open, side) result(beyond)
+   !> Winkler: where the gap changes its sign in the open element.
+   real(wp) function winkler_overhang(problem, state, candidate, side) result(beyond)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate, open, side
-      real(wp) :: gap(2), slope(2), h, low, high, middle
-      integer :: e, iteration
-      e = problem%candidates%element(side, candidate)
-      h = state%geometry%element(e)%length
-      call gap_and_slope(problem, state, problem%candidates, candidate, e, merge(2, 1, side == 1), gap(1), slope(1))
-      call gap_and_slope(problem, state, problem%candidates, open, e, merge(1, 2, side == 1), gap(2), slope(2))
-      if (side == 1) slope = -slope
-      low = 0.0_wp
-      high = 1.0_wp
-      do iteration = 1, 60
-         middle = 0.5_wp * (low + high)
-         if (cubic(gap, slope * h, middle) < 0.0_wp) then
-            low = middle
-         else
-            high = middle
-         end if
-      end do
-      beyond = 0.5_wp * (low + high) * h
+      integer, intent(in) :: candidate, side
+      type(element_gap_t) :: gap
+      real(wp) :: part(2, most_parts)
+      integer :: first, n
+      first = candidate
+      if (side == 1) first = problem%candidates%neighbour(1, candidate)
+      gap = new_element_gap(problem, state, problem%candidates, first)
+      call gap_parts(problem, gap, n, part)
+      beyond = 0.0_wp
+      if (n == 0) return
+      if (side == 2 .and. part(1, 1) <= 0.0_wp) beyond = part(2, 1)
+      if (side == 1 .and. part(2, n) >= 1.0_wp) beyond = 1.0_wp - part(1, n)
+      beyond = beyond * state%geometry%element(problem%candidates%element(side, candidate))%length
    end function winkler_overhang
 
    !> Ground that couples: how much of the last node's length its reaction fills, the pressure continued from the two nodes
@@ -344,13 +336,6 @@ contains
       end if
       beyond = min(max(filled, 0.0_wp), sum(half)) - half(1)
    end function patch_overhang
-
-   !> Hermite cubic on (0, 1).
-   pure real(wp) function cubic(value, slope, tau)
-      real(wp), intent(in) :: value(2), slope(2), tau
-      cubic = value(1) + tau * (slope(1) + tau * ((3.0_wp * (value(2) - value(1)) - 2.0_wp * slope(1) - slope(2)) + &
-         & tau * (2.0_wp * (value(1) - value(2)) + slope(1) + slope(2))))
-   end function cubic
 
    !> The candidates in contact that belong to the same region as `candidate`.
    function region_of(problem, active, candidate) result(member)

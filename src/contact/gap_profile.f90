@@ -10,7 +10,6 @@ module gap_profile
    implicit none
    private
    public :: least_gap_after, smallest_gap, gap_and_slope, gap_bend, natural_curvature
-   public :: profile_t, element_profile, profile_value, profile_least, profile_parts
 
    !> Gap along one element, tau from 0 to 1.
    type :: profile_t
@@ -108,51 +107,6 @@ contains
       if (profile_value(profile, to) < least) tau = to
       least = profile_value(profile, tau)
    end subroutine profile_least
-
-   !> The parts of an element on which the gap is below a level.
-   pure subroutine profile_parts(profile, level, n, part)
-      type(profile_t), intent(in) :: profile
-      real(wp), intent(in) :: level
-      integer, intent(out) :: n
-      real(wp), intent(out) :: part(:, :)  !! (2, 3) from, to; a quintic has no more
-      integer, parameter :: samples = 12
-      real(wp) :: low, high, middle, mark(2)
-      logical :: inside, now
-      integer :: i, iteration
-      n = 0
-      part = 0.0_wp
-      inside = profile%value(1) < level
-      if (inside) then
-         n = 1
-         part(1, 1) = 0.0_wp
-      end if
-      do i = 1, samples
-         mark = [real(i - 1, wp), real(i, wp)] / samples
-         now = profile_value(profile, mark(2)) < level
-         if (i == samples) now = profile%value(2) < level
-         if (now .neqv. inside) then
-            low = mark(1)
-            high = mark(2)
-            do iteration = 1, 50
-               middle = 0.5_wp * (low + high)
-               if ((profile_value(profile, middle) < level) .eqv. inside) then
-                  low = middle
-               else
-                  high = middle
-               end if
-            end do
-            if (now) then
-               if (n == size(part, 2)) return
-               n = n + 1
-               part(1, n) = 0.5_wp * (low + high)
-            else
-               part(2, n) = 0.5_wp * (low + high)
-            end if
-         end if
-         inside = now
-      end do
-      if (inside) part(2, n) = 1.0_wp
-   end subroutine profile_parts
 
    !> Smallest gap on the element from a candidate to its next neighbour, ends included.
    subroutine least_gap_after(problem, state, candidate, least, tau)

@@ -3,17 +3,17 @@ module ground_regions
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, node_position, obstacle_shift, chain_gap, element_displacement, element_load
+   use rod_state, only: state_t, obstacle_shift, chain_gap, element_displacement, element_load
    use linear_system, only: system_t, to_global
    use bordered_system, only: resultant_rates
    use ge_element, only: ge_direction_rates
    use gauss_tableau, only: max_stages
    use obstacle_geometry, only: has_angle, contact_angle, turns_forward, unwrap_angle
-   use section_forces, only: rod_direction
    use force_law, only: law_reaction
-   use element_foundation, only: foundation_forces, touching_gap
+   use element_foundation, only: foundation_forces
+   use rod_profile, only: profile_place, profile_angle
+   use element_gap, only: element_gap_t, new_element_gap, gap_parts, gap_value, gap_extreme, most_parts, most_samples
    use inner_forces, only: inner_forces_t
-   use gap_profile, only: profile_t, element_profile, profile_parts, profile_least, profile_value
    use path_record, only: region_t
    implicit none
    private
@@ -28,8 +28,8 @@ contains
       type(state_t), intent(in) :: state
       type(region_t), allocatable :: regions(:)
       type(region_t) :: region
-      type(profile_t) :: profile
-      real(wp) :: part(2, 3), h
+      type(element_gap_t) :: gap
+      real(wp) :: part(2, most_parts), h
       integer :: c, e, i, n, first, closes
       logical :: open_end
       logical :: forward(size(problem%model%contact)) ! contact's angles grow along its chain
@@ -53,15 +53,8 @@ contains
                open_end = .false.
             end if
             h = state%geometry%element(e)%length
-            if (chain%bilateral(c)) then
-               n = 1
-               part(:, 1) = [0.0_wp, 1.0_wp]
-            else if (clearly(c, n)) then
-               part(:, 1) = [0.0_wp, 1.0_wp]
-            else
-               profile = element_profile(problem, state, chain, c)
-               call profile_parts(profile, touching_gap(problem, state, e), n, part)
-            end if
+            gap = new_element_gap(problem, state, chain, c)
+            call gap_parts(problem, gap, n, part)
             if (n == 0) open_end = .false.
             do i = 1, n
                if (i == 1 .and. open_end .and. part(1, 1) <= 0.0_wp) then
@@ -101,53 +94,21 @@ contains
 
    contains
 
-      !> True for an element that touches with all of its length (one part) or not at all (none), as gaps and slopes at both
-      !> ends tell.
-      logical function clearly(candidate, parts)
-         integer, intent(in) :: candidate
-         integer, intent(out) :: parts
-         real(wp) :: gap(2), slope(2), normal(2), bend, theta
-         integer :: side, at
-         do side = 1, 2
-            at = candidate
-            if (side == 2) at = problem%ground%chain%neighbour(2, candidate)
-            call chain_gap(problem, state, problem%ground%chain, at, gap(side), normal, bend)
-            theta = rod_direction(problem, state, e, side)
-            slope(side) = normal(1) * cos(theta) + normal(2) * sin(theta)
-         end do
-         gap = gap - touching_gap(problem, state, e)
-         parts = merge(1, 0, gap(1) < 0.0_wp)
-         clearly = gap(1) * gap(2) > 0.0_wp .and. minval(abs(gap)) > h * maxval(abs(slope))
-      end function clearly
-
-      !> Coordinate and angle of a place on the element after a candidate: cubic through positions and directions.
+      !> Coordinate and angle of a place on the element after a candidate.
       subroutine set_end(candidate, tau, s, angle)
          integer, intent(in) :: candidate
          real(wp), intent(in) :: tau
          real(wp), intent(out) :: s, angle
-         real(wp) :: x(2, 2), t(2, 2), theta(2), place(2), length, half
-         integer :: side, element
+         real(wp) :: x(2), theta
          s = problem%ground%chain%s(candidate) + tau * h
          angle = ieee_value(angle, ieee_quiet_nan)
          associate (obstacle => problem%ground%chain%obstacle(candidate))
             if (.not. has_angle(problem%model%obstacle(obstacle))) return
-            element = problem%ground%chain%element(2, candidate)
-            do side = 1, 2
-               x(:, side) = node_position(state, problem%model%mesh%node(side, element))
-               theta(side) = rod_direction(problem, state, element, side)
-               t(:, side) = [cos(theta(side)), sin(theta(side))]
-            end do
-            ! The length of an arc that turns as much.
-            length = norm2(x(:, 2) - x(:, 1))
-            half = 0.5_wp * (theta(2) - theta(1))
-            if (abs(half) > 1.0e-4_wp .and. abs(half) < 2.0_wp) length = length * half / sin(half)
-            t = t * length
-            place = x(:, 1) + tau * (t(:, 1) + tau * ((3.0_wp * (x(:, 2) - x(:, 1)) - 2.0_wp * t(:, 1) - t(:, 2)) + &
-               & tau * (2.0_wp * (x(:, 1) - x(:, 2)) + t(:, 1) + t(:, 2))))
-            place = place - obstacle_shift(problem, state, obstacle)
-            angle = contact_angle(problem%model%obstacle(obstacle), place)
+            x = profile_place(problem, gap%profile, tau) - obstacle_shift(problem, state, obstacle)
+            theta = profile_angle(problem, state, gap%profile, tau)
+            angle = contact_angle(problem%model%obstacle(obstacle), x)
             forward(problem%ground%chain%contact(candidate)) = &
-               & turns_forward(problem%model%obstacle(obstacle), place, 0.5_wp * (t(:, 1) + t(:, 2)))
+               & turns_forward(problem%model%obstacle(obstacle), x, [cos(theta), sin(theta)])
          end associate
       end subroutine set_end
    end function find_ground_regions
@@ -164,7 +125,8 @@ contains
       do round = 0, rounds(problem, contact)
          do c = 1, problem%ground%chain%n
             if (.not. part_of_stretch(problem, state, contact, c, round, from, to, range)) cycle
-            call profile_least(element_profile(problem, state, problem%ground%chain, c), range(1), range(2), value, tau)
+            call gap_extreme(problem, new_element_gap(problem, state, problem%ground%chain, c), .false., range(1), range(2), &
+               & value, tau)
             least = min(least, value)
          end do
       end do
@@ -178,29 +140,25 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
       real(wp), intent(in) :: from, to
-      integer, parameter :: samples = 6
-      type(profile_t) :: profile
+      type(element_gap_t) :: between
       real(wp), allocatable :: gap(:), peak(:)
-      real(wp) :: range(2), value, tau
+      real(wp) :: range(2), place(2), tau
       integer :: c, i, n, round, first_contact, last_contact
-      allocate (gap((samples + 1) * (1 + rounds(problem, contact)) * problem%ground%chain%n))
+      allocate (gap((most_samples + 1) * (1 + rounds(problem, contact)) * problem%ground%chain%n))
       allocate (peak(size(gap)))
       n = 0
       do round = 0, rounds(problem, contact)
          do c = 1, problem%ground%chain%n
             if (.not. part_of_stretch(problem, state, contact, c, round, from, to, range)) cycle
-            profile = element_profile(problem, state, problem%ground%chain, c)
-            do i = 0, samples
+            between = new_element_gap(problem, state, problem%ground%chain, c)
+            do i = 0, between%samples
                if (i == 0 .and. n > 0) cycle
                n = n + 1
-               gap(n) = profile_value(profile, range(1) + (range(2) - range(1)) * i / samples)
+               place = range(1) + (range(2) - range(1)) * [i - 1, i] / between%samples
+               gap(n) = gap_value(problem, between, place(2))
                peak(n) = gap(n)
-               if (i == 0) cycle
                ! The value between this sample and the last one, if it is larger than both.
-               call profile_least(profile_t(-profile%value, -profile%slope, -profile%bend), &
-                  & range(1) + (range(2) - range(1)) * (i - 1) / samples, &
-                  & range(1) + (range(2) - range(1)) * i / samples, value, tau)
-               peak(n) = -value
+               if (i > 0) call gap_extreme(problem, between, .true., place(1), place(2), peak(n), tau)
             end do
          end do
       end do

@@ -5,16 +5,16 @@ module balance
    use model, only: family_ge
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t, node_position, element_displacement, element_load, candidate_gap, candidate_opening, &
-      & candidate_offset, obstacle_shift
-   use obstacle_geometry, only: obstacle_gap
+      & is_stress_free
+   use contact_set, only: gap_tolerance
    use force_law, only: law_reaction
    use section_forces, only: end_forces
    use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t
-   use ge_element, only: ge_load_t, ge_interior
+   use ge_element, only: ge_load_t
    use ul2_element, only: ul2_heat_scale
    use gauss_tableau, only: max_stages
-   use path_record, only: accuracy_t
+   use run_accuracy, only: accuracy_t, place_t, note_worst
    implicit none
    private
    public :: measure_balance
@@ -24,26 +24,29 @@ module balance
 contains
 
    !> Raises the worst values in `accuracy` by those of one converged state.
-   subroutine measure_balance(problem, state, residual, accuracy)
+   !>
+   !> Errors are measured against the largest force, or reaction, of the run so far: a state that carries next to nothing is
+   !> not wrong because rounding is much of it. What the rounding of positions makes of forces is no error at all.
+   subroutine measure_balance(problem, state, at, residual, accuracy)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      type(place_t), intent(in) :: at            !! the point
       real(wp), intent(in) :: residual
       type(accuracy_t), intent(inout) :: accuracy
-      real(wp), parameter :: unsettled = 10.0_wp !! tolerances of the step, of the force scale: forces that are as good as none
       real(wp), allocatable :: support(:, :), left(:, :)
-      real(wp) :: total(3), scale, first(3), second(3), x(2), force(3), gap, normal(2), bend, size_, largest, noise, middle(2)
-      real(wp) :: push, spring
+      real(wp) :: total(3), scale, first(3), second(3), x(2), force(3), size_, noise, middle(2)
       type(ge_load_t) :: load
-      integer :: e, i, node, c
+      integer :: e, node
 
       size_ = problem%size
-      accuracy%residual = max(accuracy%residual, residual)
+      ! The start is no solution: nothing is in balance there but what the deck begins with, overlaps included.
+      if (is_stress_free(state)) return
+      call note_worst(accuracy%residual, residual, at)
       allocate (support(3, problem%model%mesh%n_nodes), source=0.0_wp)
       middle = 0.5_wp * (maxval(state%geometry%x, 2) + minval(state%geometry%x, 2))
       total = 0.0_wp
-      ! A foundation's force is no better than the rounding of its gap.
-      noise = problem%ground%stiffest * rounding_gap(problem) * count(problem%ground%founded)
-      scale = max(problem%force_floor, noise)
+      noise = position_noise(problem)
+      scale = max(problem%force_floor, accuracy%force)
       elements: do e = 1, problem%model%mesh%n_elements
          call end_forces(problem, state, e, first, second)
          associate (a => problem%model%mesh%node(1, e), b => problem%model%mesh%node(2, e))
@@ -76,87 +79,29 @@ contains
          scale = max(scale, maxval(abs(force(1:2))))
          total = total + [force(1:2), force(3) + x(1) * force(2) - x(2) * force(1)]
       end do nodes
-      largest = 0.0_wp
-      contacts: do c = 1, problem%candidates%n
-         largest = max(largest, abs(state%reaction(c)))
-      end do contacts
-      scale = max(scale, largest)
-      ! Reactions that are all rounding have no sign.
-      largest = max(largest, least_reaction * scale)
-      do c = 1, problem%candidates%n
-         node = problem%candidates%node(c)
-         call candidate_gap(problem, state, c, gap, normal, bend)
-         x = node_position(state, node) - middle
-         force(1:2) = state%reaction(c) * normal
-         left(1:2, node) = left(1:2, node) - force(1:2)
-         ! What the support of the same node already counted is not counted twice.
-         do i = 1, 2
-            if (problem%model%fixed(i, node)) force(i) = 0.0_wp
-         end do
-         total = total + [force(1:2), x(1) * force(2) - x(2) * force(1)]
-         if (problem%coupling%entry(c) > 0) gap = candidate_opening(problem, state, c)
-         if (problem%model%obstacle(problem%candidates%obstacle(c))%rigid .or. problem%coupling%entry(c) > 0) then
-            ! A bilateral obstacle is left on neither side, nor the surface of a ground that settles.
-            if (state%active(c) .or. .not. problem%candidates%bilateral(c)) &
-               & accuracy%penetration = max(accuracy%penetration, merge(abs(gap), -gap, problem%candidates%bilateral(c) .or. &
-               & (state%active(c) .and. problem%coupling%entry(c) > 0)) / size_)
-            accuracy%complementarity = max(accuracy%complementarity, abs(state%reaction(c) * gap) / (largest * size_))
-            if (problem%coupling%entry(c) > 0 .and. state%active(c)) accuracy%foundation = max(accuracy%foundation, &
-               & (abs(gap) - rounding_gap(problem)) / problem%coupling%local(problem%coupling%entry(c)) / largest)
-         else
-            if (.not. problem%candidates%bilateral(c) .and. state%reaction(c) > 0.0_wp .and. gap > 0.0_wp) &
-               & accuracy%complementarity = max(accuracy%complementarity, state%reaction(c) * gap / (largest * size_))
-            call foundation_answer(problem, c, gap, push, spring)
-            accuracy%foundation = max(accuracy%foundation, &
-               & (abs(state%reaction(c) - push) - spring * rounding_gap(problem)) / largest)
-         end if
-         if (.not. problem%candidates%bilateral(c)) &
-            & accuracy%tension = max(accuracy%tension, (-state%reaction(c) - &
-            & unsettled * problem%model%step(problem%step)%tolerance * scale) / largest)
-      end do
-      call look_between()
+      if (problem%candidates%n > 0) scale = max(scale, maxval(abs(state%reaction)))
+      call measure_contact(problem, state, at, scale, middle, accuracy, total, left)
       if (problem%ground%chain%n > 0) call add_foundations()
-      ! Nothing but rounding: a structure that lies on its foundation without load.
-      if (scale <= noise) return
-      accuracy%force_balance = max(accuracy%force_balance, norm2(total(1:2)) / scale)
-      accuracy%moment_balance = max(accuracy%moment_balance, abs(total(3)) / (scale * size_))
+      accuracy%force = scale
+      call note_worst(accuracy%force_balance, beyond(norm2(total(1:2)), noise) / scale, at)
+      call note_worst(accuracy%moment_balance, beyond(abs(total(3)), noise * size_) / (scale * size_), at)
       where (problem%model%fixed) left = 0.0_wp
-      accuracy%node_balance = max(accuracy%node_balance, maxval(abs(left(1:2, :))) / scale, &
-         & maxval(abs(left(3, :))) / (scale * size_))
+      left(3, :) = left(3, :) / size_
+      node = maxloc(maxval(abs(left), 1), 1)
+      call note_worst(accuracy%node_balance, beyond(maxval(abs(left(:, node))), noise) / scale, at, &
+         & node=problem%model%mesh%node_label(node))
 
    contains
-
-      !> How deep the middles of elements in contact with a rigid obstacle are behind it: what the mesh does not see.
-      subroutine look_between()
-         real(wp) :: at(2), turn, resultant(3)
-         integer :: next, o
-         do c = 1, problem%candidates%n
-            next = problem%candidates%neighbour(2, c)
-            if (next == 0) cycle
-            o = problem%candidates%obstacle(c)
-            if (.not. problem%model%obstacle(o)%rigid .or. problem%candidates%bilateral(c)) cycle
-            if (.not. (state%active(c) .and. state%active(next))) cycle
-            e = problem%candidates%element(2, c)
-            if (problem%model%mesh%family(e) /= family_ge) cycle
-            associate (g => state%geometry%element(e))
-               call ge_interior(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%angle, &
-                  & problem%compliance(e), element_load(problem, state, e), element_displacement(problem, state, e), &
-                  & state%z(:problem%z_size(e), e), 0.5_wp, at, turn, resultant)
-            end associate
-            at = at + node_position(state, problem%model%mesh%node(1, e)) - obstacle_shift(problem, state, o)
-            call obstacle_gap(problem%model%obstacle(o), at, gap, normal, bend)
-            accuracy%between = max(accuracy%between, -(gap + candidate_offset(problem, state, problem%candidates, c)) / size_)
-         end do
-      end subroutine look_between
 
       !> Foundations that act inside elements, from their pressure where it acts.
       subroutine add_foundations()
          type(inner_forces_t) :: inner
          real(wp) :: push(2), most, least, shortest
-         integer :: q
+         integer :: q, pulled
          shortest = minval(state%geometry%element%length, mask=problem%ground%founded)
          most = 0.0_wp
          least = 0.0_wp
+         pulled = 0
          do e = 1, problem%model%mesh%n_elements
             if (.not. problem%ground%founded(e)) cycle
             call foundation_forces(problem, state, e, inner)
@@ -165,12 +110,86 @@ contains
                total = total + [push, (inner%x(1, q) - middle(1)) * push(2) - (inner%x(2, q) - middle(2)) * push(1)]
                if (problem%ground%chain%bilateral(inner%source(q))) cycle
                most = max(most, inner%pressure(q))
+               if (inner%pressure(q) < least) pulled = e
                least = min(least, inner%pressure(q))
             end do
          end do
-         if (most > noise / shortest) accuracy%tension = max(accuracy%tension, -least / most)
+         if (most > noise / shortest .and. pulled > 0) call note_worst(accuracy%tension, -least / most, at, &
+            & element=problem%model%mesh%element_label(pulled))
       end subroutine add_foundations
    end subroutine measure_balance
+
+   !> What the rounding of positions makes of the forces of all foundations.
+   pure real(wp) function position_noise(problem) result(noise)
+      type(problem_t), intent(in) :: problem
+      noise = problem%ground%stiffest * rounding_gap(problem) * count(problem%ground%founded)
+   end function position_noise
+
+   !> The part of an error that is beyond rounding.
+   pure real(wp) function beyond(error, noise)
+      real(wp), intent(in) :: error, noise
+      beyond = max(error - noise, 0.0_wp)
+   end function beyond
+
+   !> Signs, complementarity and laws of contact at nodes; adds its forces to the balances.
+   subroutine measure_contact(problem, state, at, scale, middle, accuracy, total, left)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(place_t), intent(in) :: at
+      real(wp), intent(in) :: scale              !! largest force
+      real(wp), intent(in) :: middle(2)          !! moments count about it
+      type(accuracy_t), intent(inout) :: accuracy
+      real(wp), intent(inout) :: total(3)        !! force and moment of all
+      real(wp), intent(inout) :: left(:, :)      !! (3, nodes) force and moment left at each node
+      ! What the corrector lets pass: a reaction this much below zero over the force scale (or ten tolerances of the step), an
+      ! open node this deep over the size.
+      real(wp), parameter :: let_pull = 1.0e-8_wp, let_in = 10.0_wp * gap_tolerance
+      real(wp) :: x(2), force(2), gap, normal(2), bend, largest, push, spring, depth, pull, unsettled, uncertain
+      integer :: c, i, node, label
+      logical :: rigid, coupled
+      if (problem%candidates%n == 0) return
+      accuracy%reaction = max(accuracy%reaction, maxval(abs(state%reaction)))
+      ! Reactions that are all rounding have no sign.
+      largest = max(accuracy%reaction, least_reaction * scale)
+      unsettled = max(let_pull, 10.0_wp * problem%model%step(problem%step)%tolerance) * scale
+      do c = 1, problem%candidates%n
+         node = problem%candidates%node(c)
+         label = problem%model%mesh%node_label(node)
+         rigid = problem%model%obstacle(problem%candidates%obstacle(c))%rigid
+         coupled = problem%coupling%entry(c) > 0
+         call candidate_gap(problem, state, c, gap, normal, bend)
+         x = node_position(state, node) - middle
+         force = state%reaction(c) * normal
+         left(1:2, node) = left(1:2, node) - force
+         ! What the support of the same node already counted is not counted twice.
+         do i = 1, 2
+            if (problem%model%fixed(i, node)) force(i) = 0.0_wp
+         end do
+         total = total + [force, x(1) * force(2) - x(2) * force(1)]
+         if (coupled) gap = candidate_opening(problem, state, c)
+         if (rigid .or. coupled) then
+            ! A bilateral obstacle is left on neither side, nor the surface of a ground that settles.
+            depth = -gap
+            if (problem%candidates%bilateral(c) .or. (state%active(c) .and. coupled)) depth = abs(gap)
+            if (state%active(c) .or. .not. problem%candidates%bilateral(c)) &
+               & call note_worst(accuracy%penetration, depth / problem%size, at, node=label)
+            call note_worst(accuracy%complementarity, abs(state%reaction(c) * gap) / (largest * problem%size), at, node=label)
+            if (coupled .and. state%active(c)) call note_worst(accuracy%foundation, &
+               & (abs(gap) - rounding_gap(problem)) / problem%coupling%local(problem%coupling%entry(c)) / largest, at, node=label)
+         else
+            if (.not. problem%candidates%bilateral(c) .and. state%reaction(c) > 0.0_wp .and. gap > 0.0_wp) &
+               & call note_worst(accuracy%complementarity, state%reaction(c) * gap / (largest * problem%size), at, node=label)
+            call foundation_answer(problem, c, gap, push, spring)
+            uncertain = rounding_gap(problem)
+            if (.not. state%active(c)) uncertain = let_in * problem%size
+            call note_worst(accuracy%foundation, (abs(state%reaction(c) - push) - spring * uncertain - &
+               & merge(unsettled, 0.0_wp, push <= 0.0_wp)) / largest, at, node=label)
+         end if
+         if (problem%candidates%bilateral(c)) cycle
+         pull = -state%reaction(c) - unsettled
+         call note_worst(accuracy%tension, pull / largest, at, node=label)
+      end do
+   end subroutine measure_contact
 
    !> What a foundation's spring at a node answers to a gap.
    pure subroutine foundation_answer(problem, candidate, gap, push, spring)

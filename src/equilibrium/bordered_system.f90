@@ -1,6 +1,7 @@
 !> The linearised equations with their border: factored once, solved for any right-hand side.
 !>
-!>   K x - load y_1 - slide y_2.. = rhs      row_1.x + corner y_1 = path      row_k.x + rate_k y_1 + corner_k y_k = tangency
+!>   K x - load y_1 - slide y_2.. = rhs      row_1.x + corner y_1 + along.y_2.. = path
+!>   row_k.x + rate_k y_1 + corner_k y_k = tangency
 !>
 !> K is the band less the excess of the ground that couples candidates (active_coupling).
 !> y_1 is the increment of the load factor, y_2.. are those of the sliding contact nodes' coordinates. Row 1 is the path
@@ -184,12 +185,14 @@ contains
       call timing_stop(timers, phase_solution)
    end subroutine solve_constrained
 
-   !> Sets the path constraint row.x + corner * (load factor increment) = right-hand side of solve_bordered.
-   subroutine set_path_row(problem, system, row, corner)
+   !> Sets the path constraint row.x + corner * (load factor increment) + slide.(coordinates' increments) = right-hand side of
+   !> solve_bordered.
+   subroutine set_path_row(problem, system, row, corner, slide)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(inout) :: system
       real(wp), intent(in) :: row(:, :)    !! (3, nodes) in global axes
       real(wp), intent(in) :: corner
+      real(wp), intent(in), optional :: slide(:) !! (n_slides) without it: zero
       integer :: node, d
       do node = 1, size(row, 2)
          d = dof(problem, node, 1)
@@ -197,6 +200,8 @@ contains
          if (system%turned(node)) call turn_pair(system%axis(:, node), system%path_row(d:d + 1))
       end do
       system%path_corner = corner
+      system%path_slide = spread(0.0_wp, 1, system%n_slides)
+      if (present(slide)) system%path_slide = slide
    end subroutine set_path_row
 
    !> Solves the bordered system. Fails (ok false) when it is singular: a bifurcation, or no constraint at all.
@@ -223,6 +228,7 @@ contains
          end do
       end do
       matrix(1, 1) = matrix(1, 1) + system%path_corner
+      matrix(1, 2:) = matrix(1, 2:) + system%path_slide(:system%n_slides)
       b(1, 1) = path_rhs - dot_product(system%path_row, x)
       do i = 2, m
          matrix(i, 1) = matrix(i, 1) + system%tangency_rate(i - 1)

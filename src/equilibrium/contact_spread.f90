@@ -2,7 +2,7 @@
 !>
 !> A contact point is a point as long as the rod curves away from the obstacle there. Where its curvature becomes the
 !> obstacle's, contact spreads to both sides: two nodes are needed for its ends. And a node that does not slide (it has a
-!> support, a load or a monitor, or its elements differ) holds a contact that came along the rod only while it is near: the
+!> support or a load, or its elements differ) holds a contact that came along the rod only while it is near: the
 !> next node goes to where the rod really touches, or lets go.
 module contact_spread
    use kinds, only: wp

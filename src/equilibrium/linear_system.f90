@@ -67,6 +67,7 @@ module linear_system
       real(wp), allocatable :: tangent(:)       !! (n) derivative along the path by the load factor, tangency kept
       real(wp), allocatable :: path_row(:)      !! (n) node axes
       real(wp) :: path_corner = 0.0_wp
+      real(wp), allocatable :: path_slide(:)    !! (n_slides)
       real(wp), allocatable :: slide_rate(:)    !! (n_slides) the same of the sliding coordinates
       integer :: negative_pivots = 0            !! of the tangent on the null space of the active constraints
       ! Measures of the state itself.
@@ -92,8 +93,6 @@ contains
       z = maxval(problem%z_size)
       system%n = n
       system%k = new_band(n, problem%numbering%half_bandwidth)
-      ! Rotations as displacements at the distance of the structure's size.
-      system%k%unit(3::3) = 2.0_wp**(-exponent(problem%size))
       allocate (system%residual(n), system%raw(n), system%load(n), source=0.0_wp)
       allocate (system%value(n), system%rate(n), system%path_row(n), source=0.0_wp)
       allocate (system%fixed(n), source=.false.)

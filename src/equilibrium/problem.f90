@@ -27,6 +27,7 @@ module problem
       logical, allocatable :: pressurised(:)             !! (elements) a pressure acts in some step
       integer, allocatable :: z_size(:)                  !! (elements) stored unknowns
       real(wp), allocatable :: coordinates(:, :)         !! (2, nodes) of the deck: what stored displacements count from
+      integer, allocatable :: beside(:, :)               !! (2, nodes) an element that ends there, one that begins; 0: none
       type(load_t) :: constant                           !! left behind by the steps before this one
       integer :: step = 1
       integer :: n_unknowns = 0                          !! three a node
@@ -61,6 +62,7 @@ contains
       problem%size = structure_size(home%x)
       problem%coordinates = model%mesh%x
       problem%resting = rests(problem, problem%candidates, home) .and. rests(problem, problem%ground%chain, home)
+      allocate (problem%beside(2, model%mesh%n_nodes), source=0)
       allocate (problem%compliance(model%mesh%n_elements), problem%z_size(model%mesh%n_elements))
       allocate (problem%pressurised(model%mesh%n_elements), source=.false.)
       allocate (problem%weight(model%mesh%n_nodes), source=0.0_wp)
@@ -79,6 +81,7 @@ contains
             & problem%z_size(e) = ge_size(model%mesh%stages(e), problem%pressurised(e) .or. problem%ground%founded(e))
          do i = 1, 2
             associate (node => model%mesh%node(i, e))
+               problem%beside(3 - i, node) = e
                problem%weight(node) = problem%weight(node) + 0.5_wp * home%element(e)%length
             end associate
          end do

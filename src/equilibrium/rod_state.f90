@@ -10,7 +10,8 @@ module rod_state
    implicit none
    private
    public :: state_t, new_state, element_displacement, element_load, node_position, candidate_position, &
-      & obstacle_shift, candidate_gap, candidate_opening, chain_gap, candidate_offset, closing_rate, may_react, parallel
+      & obstacle_shift, candidate_gap, candidate_opening, chain_gap, candidate_offset, closing_rate, may_react, parallel, &
+      & is_stress_free
 
    real(wp), parameter :: parallel = 1.0e-6_wp !! sine of the angle between two obstacles that make no corner
 
@@ -62,6 +63,12 @@ contains
          end do
       end do
    end function new_state
+
+   !> True for the start, which nothing has moved or stressed yet.
+   pure logical function is_stress_free(state)
+      type(state_t), intent(in) :: state
+      is_stress_free = all(abs(state%u) <= 0.0_wp) .and. all(abs(state%z) <= 0.0_wp)
+   end function is_stress_free
 
    !> The six displacements of an element's nodes.
    pure function element_displacement(problem, state, e) result(u)

@@ -1,16 +1,17 @@
-!> Resultants at the ends of the elements, from the stored unknowns.
+!> Resultants at the ends of the elements and inside, from the stored unknowns.
 module section_forces
    use kinds, only: wp
    use model, only: family_ge
    use problem, only: problem_t
    use rod_state, only: state_t, element_displacement, element_load
-   use ge_element, only: ge_end_forces, ge_load_t
+   use rod_profile, only: new_profile, profile_angle
+   use ge_element, only: ge_end_forces, ge_interior, ge_load_t
    use ul2_element, only: ul2_forces
    use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t
    implicit none
    private
-   public :: end_forces, local_forces, rod_direction
+   public :: end_forces, local_forces, inner_local_forces, rod_direction
 
 contains
 
@@ -71,4 +72,27 @@ contains
          local(3, side) = ends(3, side)
       end do
    end subroutine local_forces
+
+   !> The same inside an element on which no distributed foundation acts: O(h^(s+1)) with s stages.
+   function inner_local_forces(problem, state, e, tau) result(local)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau               !! 0 to 1 of the element
+      real(wp) :: local(3), span(2), rotation, resultant(3), angle, ends(3, 2)
+      integer :: s
+      if (problem%model%mesh%family(e) /= family_ge) then
+         call local_forces(problem, state, e, ends)
+         local = ends(:, 1) + tau * (ends(:, 2) - ends(:, 1))
+         return
+      end if
+      s = problem%model%mesh%stages(e)
+      associate (g => state%geometry%element(e))
+         call ge_interior(problem%tableau(s), g%length, g%scale, g%angle, problem%compliance(e), element_load(problem, state, e), &
+            & element_displacement(problem, state, e), state%z(:problem%z_size(e), e), tau, span, rotation, resultant)
+      end associate
+      angle = profile_angle(problem, state, new_profile(problem, state, e), tau)
+      local = [cos(angle) * resultant(1) + sin(angle) * resultant(2), cos(angle) * resultant(2) - sin(angle) * resultant(1), &
+         & resultant(3)]
+   end function inner_local_forces
 end module section_forces

@@ -10,7 +10,6 @@ module band_matrix
    type :: band_t
       integer :: n = 0, kd = 0
       real(wp), allocatable :: a(:, :)   !! (kd + 1, n)
-      real(wp), allocatable :: unit(:)   !! (n) rows and columns times these, powers of two, have comparable units; 1 at first
    end type band_t
 
    type :: factor_t
@@ -21,8 +20,7 @@ module band_matrix
       real(wp), allocatable :: cholesky(:, :) !! (kd + 1, n)
       real(wp), allocatable :: lu(:, :)       !! (3 kd + 1, n), allocated at the first indefinite matrix
       integer, allocatable :: pivot(:)
-      real(wp), allocatable :: unit(:)        !! (n) of the band: the LU is that of the scaled matrix, so that its pivots do not
-      !! depend on the units
+      real(wp), allocatable :: unit(:)        !! (n) LU: the matrix with rows and columns times these is what is factored
    end type factor_t
 
 contains
@@ -34,7 +32,6 @@ contains
       band%n = n
       band%kd = min(kd, max(n - 1, 0))
       allocate (band%a(band%kd + 1, n), source=0.0_wp)
-      allocate (band%unit(n), source=1.0_wp)
    end function new_band
 
    !> y = A x.
@@ -62,9 +59,8 @@ contains
       if (factor%positive) return
       if (.not. allocated(factor%lu)) allocate (factor%lu(3 * band%kd + 1, band%n), factor%pivot(band%n))
       call copy_masked(band, fixed, factor%cholesky)
+      call measure_unknowns(factor)
       call to_general(factor)
-      factor%unit = band%unit
-      call scale_general(factor)
       factor%negative_pivots = count_negative(factor)
       call dgbtrf(band%n, band%n, band%kd, band%kd, factor%lu, 3 * band%kd + 1, factor%pivot, info)
       factor%deficient = info > 0
@@ -102,6 +98,23 @@ contains
       end do
    end subroutine copy_masked
 
+   !> Units for the unknowns in which the diagonal is about 1, powers of two: which pivots are large then does not depend on
+   !> the units of displacements and rotations. (Cholesky has no choice of pivots.)
+   subroutine measure_unknowns(factor)
+      type(factor_t), intent(inout) :: factor  !! its masked matrix is multiplied by the units
+      integer :: i, j
+      if (.not. allocated(factor%unit)) allocate (factor%unit(factor%n))
+      do i = 1, factor%n
+         factor%unit(i) = 1.0_wp
+         if (abs(factor%cholesky(1, i)) > 0.0_wp) factor%unit(i) = scale(1.0_wp, -exponent(factor%cholesky(1, i)) / 2)
+      end do
+      do j = 1, factor%n
+         do i = j, min(factor%n, j + factor%kd)
+            factor%cholesky(1 + i - j, j) = factor%unit(i) * factor%cholesky(1 + i - j, j) * factor%unit(j)
+         end do
+      end do
+   end subroutine measure_unknowns
+
    !> Solves A X = B in place.
    subroutine solve_factored(factor, b)
       type(factor_t), intent(in) :: factor
@@ -134,19 +147,6 @@ contains
          end do
       end do
    end subroutine to_general
-
-   !> Rows and columns of the general storage in comparable units.
-   subroutine scale_general(factor)
-      type(factor_t), intent(inout) :: factor
-      integer :: j, i
-      associate (kd => factor%kd, unit => factor%unit)
-         do j = 1, factor%n
-            do i = max(1, j - kd), min(factor%n, j + kd)
-               factor%lu(2 * kd + 1 + i - j, j) = (unit(i) * unit(j)) * factor%lu(2 * kd + 1 + i - j, j)
-            end do
-         end do
-      end associate
-   end subroutine scale_general
 
    !> Negative pivots of L D L^T without pivoting (a Sturm count), from the general storage.
    integer function count_negative(factor)

@@ -6,7 +6,8 @@ module listing
    use timing, only: timers_t
    use model, only: model_t
    use model_words, only: method_name
-   use path_record, only: point_t, critical_t, accuracy_t, branch_start_t, buckling_t, limit_point_t
+   use path_record, only: point_t, critical_t, branch_start_t, buckling_t, limit_point_t
+   use run_accuracy, only: accuracy_t
    use columns, only: significant, scientific, whole
    use text_table, only: column_t, cell_t, page_rows, monitor_digits, fitting_columns, widen_columns, write_head, write_row
    use side_tables, only: limit_table_t, open_limit_table, write_limit_point, leave_limit_table, write_buckling_table
@@ -100,6 +101,7 @@ contains
       call widen_columns(listing%column, cell)
       call write_title(listing, point%step)
       call write_row(listing%unit, listing%column, cell)
+      if (allocated(point%warning)) write (listing%unit, '(a)') '        ! '//point%warning
       listing%rows = listing%rows + 1
       flush (listing%unit)
    end subroutine listing_point

@@ -5,7 +5,7 @@ module path_record
    use timing, only: timers_t
    implicit none
    private
-   public :: point_t, region_t, critical_t, accuracy_t, branch_start_t, buckling_t, limit_point_t, recorder_t
+   public :: point_t, region_t, critical_t, branch_start_t, buckling_t, limit_point_t, recorder_t
 
    !> One connected stretch of contact. A point contact has start = end.
    type :: region_t
@@ -26,6 +26,7 @@ module path_record
       integer :: free_pivots = 0              !! the same without contacts that carry no force
       integer :: active_contacts = 0
       integer :: lcp_size = 0, lcp_pivots = 0 !! largest LCP and all pivots of this increment
+      character(:), allocatable :: warning    !! something begins here that makes the answer doubtful: one sentence
       real(wp), allocatable :: monitor(:)
       type(region_t), allocatable :: region(:)        !! allocated only when the model has contacts
       real(wp), allocatable :: reaction_total(:)      !! (n_contacts) sum of the normal reactions
@@ -37,6 +38,7 @@ module path_record
       real(wp), allocatable :: reaction(:)            !! (nodes of all contacts, in the deck's order) share of the node
       real(wp), allocatable :: reaction_density(:)    !! (the same) [force/length]
       real(wp), allocatable :: gap(:)                 !! (the same)
+      real(wp), allocatable :: contact_point(:, :)    !! (2, the same) where reaction and gap are: contact nodes move along the rod
    end type point_t
 
    !> A located critical point.
@@ -84,19 +86,6 @@ module path_record
       real(wp), allocatable :: monitor(:)
       character(2) :: label = ''              !! blank, TP where the parameter turns back, EP end
    end type limit_point_t
-
-   !> Worst values over all accepted points, measured by routines that share nothing with the solver.
-   type :: accuracy_t
-      real(wp) :: residual = 0.0_wp           !! largest relative residual
-      real(wp) :: penetration = 0.0_wp        !! largest penetration of a rigid obstacle over the structure's size
-      real(wp) :: tension = 0.0_wp            !! largest tensile reaction beyond the tolerance, over the largest reaction
-      real(wp) :: complementarity = 0.0_wp    !! largest |reaction * gap| over (largest reaction * size)
-      real(wp) :: force_balance = 0.0_wp      !! |loads + supports + contact| over the force scale
-      real(wp) :: moment_balance = 0.0_wp     !! the same for moments about the structure's middle, over the size
-      real(wp) :: node_balance = 0.0_wp       !! the same for each node without its supports
-      real(wp) :: foundation = 0.0_wp         !! largest |reaction - that of the gap| of foundations at nodes, over the largest
-      real(wp) :: between = 0.0_wp            !! as penetration, halfway between nodes in contact
-   end type accuracy_t
 
    !> Whoever wants to know of points as they happen: the path loop only knows this.
    type, abstract :: recorder_t

@@ -34,7 +34,7 @@ module path_series
    end type contact_series_t
 
    type :: field_series_t
-      integer :: point = 0, displacement = 0, section_forces = 0, reaction = 0, reaction_density = 0, gap = 0
+      integer :: point = 0, displacement = 0, section_forces = 0, reaction = 0, reaction_density = 0, gap = 0, contact_point = 0
    end type field_series_t
 
    type :: critical_series_t
@@ -165,6 +165,7 @@ contains
       call append_field(set, id%reaction, series_row_size(set, id%reaction), point%reaction)
       call append_field(set, id%reaction_density, series_row_size(set, id%reaction_density), point%reaction_density)
       call append_field(set, id%gap, series_row_size(set, id%gap), point%gap)
+      call append_field(set, id%contact_point, series_row_size(set, id%contact_point), point%contact_point)
    end subroutine append_fields
 
    subroutine append_field(set, id, n, value)
@@ -293,7 +294,7 @@ contains
       call hdf5_group(file, group)
       call series_integer(set, file, id%point, group//'/point', number, '1', 'point of the path of each row, from 1')
       if (displacement) call series_real(set, file, id%displacement, group//'/displacement', &
-         & [3, model%mesh%n_nodes], 'length, length, radian', 'displacements u, v and rotation of every node')
+         & [3, model%mesh%n_nodes], 'length, length, radian', 'displacements u, v and rotation of every node of the deck')
       if (section_forces) call series_real(set, file, id%section_forces, group//'/section_forces', &
          & [3, 2, model%mesh%n_elements], 'force, force, moment', 'N, Q, M at both ends of every element')
       if (reaction) call series_real(set, file, id%reaction, group//'/reaction', [n_candidates], 'force', &
@@ -301,5 +302,7 @@ contains
       if (reaction) call series_real(set, file, id%reaction_density, group//'/reaction_density', [n_candidates], &
          & 'force/length', 'normal reaction per stress-free length; reactions at nodes: over half of both elements')
       if (gap) call series_real(set, file, id%gap, group//'/gap', [n_candidates], 'length', 'gap at every candidate')
+      if (reaction .or. gap) call series_real(set, file, id%contact_point, group//'/contact_point', [2, n_candidates], 'length', &
+         & 'where reaction and gap of every candidate are: its node, or the contact point that it follows along the rod')
    end subroutine open_fields
 end module path_series

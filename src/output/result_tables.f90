@@ -12,7 +12,8 @@ module result_tables
    use rod_geometry, only: geometry_t, new_geometry
    use candidates, only: candidates_t, new_candidates
    use model_words, only: side_name, kind_name, points_name
-   use path_record, only: accuracy_t, branch_start_t, buckling_t
+   use path_record, only: branch_start_t, buckling_t
+   use run_accuracy, only: accuracy_t, worst_t
    use columns, only: whole
    use hdf5_file, only: hdf5_file_t, hdf5_group
    use hdf5_attributes, only: hdf5_attribute
@@ -235,27 +236,43 @@ contains
          & 'the counts')
    end subroutine write_performance
 
+   !> Every worst value with where it stands as attributes.
    subroutine write_accuracy(file, accuracy)
       type(hdf5_file_t), intent(inout) :: file
       type(accuracy_t), intent(in) :: accuracy
       call hdf5_group(file, '/accuracy')
-      call hdf5_write(file, '/accuracy/residual', accuracy%residual, '1', 'largest relative residual of all points')
-      call hdf5_write(file, '/accuracy/penetration', accuracy%penetration, '1', &
-         & 'largest penetration of a rigid obstacle over the size of the structure')
-      call hdf5_write(file, '/accuracy/tension', accuracy%tension, '1', &
-         & 'largest tensile reaction over the largest reaction')
-      call hdf5_write(file, '/accuracy/complementarity', accuracy%complementarity, '1', &
+      call put('residual', accuracy%residual, 'largest relative residual of all points')
+      call put('penetration', accuracy%penetration, 'largest penetration of a rigid obstacle over the size of the structure')
+      call put('tension', accuracy%tension, 'largest tensile reaction over the largest reaction')
+      call put('complementarity', accuracy%complementarity, &
          & 'largest |reaction * gap| over largest reaction * size of the structure')
-      call hdf5_write(file, '/accuracy/force_balance', accuracy%force_balance, '1', &
-         & 'largest |loads + supports + contact| over the force scale')
-      call hdf5_write(file, '/accuracy/moment_balance', accuracy%moment_balance, '1', &
+      call put('force_balance', accuracy%force_balance, 'largest |loads + supports + contact| over the force scale')
+      call put('moment_balance', accuracy%moment_balance, &
          & 'largest sum of all moments about the middle of the structure over the moment scale')
-      call hdf5_write(file, '/accuracy/node_balance', accuracy%node_balance, '1', &
+      call put('node_balance', accuracy%node_balance, &
          & 'largest force, or moment over the size, that is left at a node without its supports, over the force scale')
-      call hdf5_write(file, '/accuracy/foundation', accuracy%foundation, '1', &
+      call put('foundation', accuracy%foundation, &
          & 'largest difference between a reaction of a foundation at a node and that of its gap over the largest reaction')
-      call hdf5_write(file, '/accuracy/between', accuracy%between, '1', &
-         & 'largest penetration of a rigid obstacle halfway between nodes in contact over the size of the structure')
+      call put('mesh', accuracy%mesh, &
+         & 'longest element beside or in contact: N h^2/EI, or the error that it makes, over what the mesh can carry')
+      call put('rounding', accuracy%rounding, &
+         & 'largest relative error that rounding makes in the slope of the path (and what is located by it)')
+
+   contains
+
+      subroutine put(name, worst, description)
+         character(*), intent(in) :: name, description
+         type(worst_t), intent(in) :: worst
+         character(:), allocatable :: dataset
+         dataset = '/accuracy/'//name
+         call hdf5_write(file, dataset, worst%value, '1', description)
+         call hdf5_attribute(file, dataset, 'branch', worst%at%branch)
+         call hdf5_attribute(file, dataset, 'step', worst%at%step)
+         call hdf5_attribute(file, dataset, 'point', worst%at%point)
+         call hdf5_attribute(file, dataset, 'load_factor', worst%at%load_factor)
+         call hdf5_attribute(file, dataset, 'node', worst%at%node)
+         call hdf5_attribute(file, dataset, 'element', worst%at%element)
+      end subroutine put
    end subroutine write_accuracy
 
    !> A count as an integer of the file; one that is too large is cut to the largest there is.

@@ -10,7 +10,8 @@ module results
    use errors, only: error_t
    use timing, only: timers_t
    use model, only: model_t
-   use path_record, only: point_t, critical_t, accuracy_t, branch_start_t, buckling_t, limit_point_t
+   use path_record, only: point_t, critical_t, branch_start_t, buckling_t, limit_point_t
+   use run_accuracy, only: accuracy_t
    use result_tables, only: write_root, write_status, write_mesh, write_obstacles, write_candidates, write_branch, &
       & branch_group, write_buckling, write_performance, write_accuracy
    use path_series, only: path_series_t, open_path_series, append_point, append_critical, write_null_vectors

@@ -3,8 +3,8 @@ module run_summary
    use kinds, only: wp
    use timing, only: timers_t, timing_seconds, timing_calls, timing_total, counted, n_phases, phase_name, n_counters, &
       & counter_name
-   use path_record, only: accuracy_t
-   use columns, only: scientific, fixed, whole, left, right
+   use run_accuracy, only: accuracy_t, worst_t, place_t
+   use columns, only: scientific, fixed, whole, brief, left, right
    implicit none
    private
    public :: write_accuracy, write_cost, failed_checks
@@ -21,17 +21,18 @@ contains
       logical, intent(in) :: has_contact          !! else nothing is said of contact
       type(accuracy_t), intent(in) :: accuracy
       write (unit, '(/a)') 'Accuracy: worst of all points'
-      call write_value('relative residual', accuracy%residual)
+      call write_value('relative residual', accuracy%residual%value)
       if (has_contact) then
-         call write_value('penetration / size of the structure', accuracy%penetration)
-         call write_value('tension / largest reaction', accuracy%tension)
-         call write_value('complementarity violation', accuracy%complementarity)
-         call write_value('reactions and law of foundations', accuracy%foundation)
-         call write_value('penetration between nodes / size', accuracy%between)
+         call write_value('penetration / size of the structure', accuracy%penetration%value)
+         call write_value('tension / largest reaction', accuracy%tension%value)
+         call write_value('complementarity violation', accuracy%complementarity%value)
+         call write_value('reactions and law of foundations', accuracy%foundation%value)
+         call write_value('mesh: longest element / allowed', accuracy%mesh%value)
       end if
-      call write_value('balance of forces', accuracy%force_balance)
-      call write_value('balance of moments', accuracy%moment_balance)
-      call write_value('balance of every node', accuracy%node_balance)
+      call write_value('rounding of the slope of the path', accuracy%rounding%value)
+      call write_value('balance of forces', accuracy%force_balance%value)
+      call write_value('balance of moments', accuracy%moment_balance%value)
+      call write_value('balance of every node', accuracy%node_balance%value)
    contains
       subroutine write_value(name, value)
          character(*), intent(in) :: name
@@ -40,7 +41,7 @@ contains
       end subroutine write_value
    end subroutine write_accuracy
 
-   !> The measures that say the answer is wrong, in words; '' when all are good.
+   !> Why the answer is not to be trusted, in words; '' when all checks are good.
    pure function failed_checks(accuracy) result(text)
       type(accuracy_t), intent(in) :: accuracy
       character(:), allocatable :: text
@@ -52,17 +53,37 @@ contains
       call look('tension', accuracy%tension, unbalanced)
       call look('complementarity', accuracy%complementarity, misplaced)
       call look('reactions and law of foundations', accuracy%foundation, unbalanced)
+      if (text /= '') text = 'its own checks found it wrong: '//text
+      if (allocated(accuracy%mesh_words)) call add(accuracy%mesh_words)
+      if (allocated(accuracy%rounding_words)) call add(accuracy%rounding_words)
 
    contains
 
-      pure subroutine look(name, value, bound)
+      pure subroutine look(name, worst, bound)
          character(*), intent(in) :: name
-         real(wp), intent(in) :: value, bound
-         if (value <= bound) return
-         if (text /= '') text = text//', '
-         text = text//name//' '//scientific(value, 2)
+         type(worst_t), intent(in) :: worst
+         real(wp), intent(in) :: bound
+         if (worst%value <= bound) return
+         call add(name//' '//scientific(worst%value, 2)//' '//place_in_words(worst%at))
       end subroutine look
+
+      pure subroutine add(words)
+         character(*), intent(in) :: words
+         if (text /= '') text = text//'; '
+         text = text//words
+      end subroutine add
    end function failed_checks
+
+   !> "at point 12 (load factor 1.5), node 7"
+   pure function place_in_words(at) result(text)
+      type(place_t), intent(in) :: at
+      character(:), allocatable :: text
+      text = 'at point '//whole(at%point)
+      if (at%branch > 0) text = text//' of branch '//whole(at%branch)
+      text = text//' (load factor '//brief(at%load_factor)//')'
+      if (at%node > 0) text = text//', node '//whole(at%node)
+      if (at%element > 0) text = text//', element '//whole(at%element)
+   end function place_in_words
 
    !> Seconds and calls of every phase that was used, and the counters that are not zero.
    subroutine write_cost(unit, timers)

@@ -123,6 +123,7 @@ contains
       as_branch%stop = branch%stop
       as_branch%max_points = branch%max_points
       run%system = new_system(problem)
+      run%branch = number
       run%keep_landmarks = .true.
       allocate (run%landmark(0))
       run%state = landmarks(at)%state

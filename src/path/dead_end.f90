@@ -9,7 +9,8 @@ module dead_end
    use problem, only: problem_t
    use rod_state, only: state_t
    use bordered_system, only: linearise
-   use path_control, only: control_t, set_tangent, is_arc_length, monitor_change
+   use path_control, only: control_t, set_tangent, is_arc_length
+   use monitor_rows, only: monitor_change
    use path_continuity, only: heading_t, heading_at, relate, same_path
    use path_run, only: run_t
    use corrector, only: increment_t, take_increment
@@ -81,7 +82,7 @@ contains
       do while (point < most_points .and. cuts <= most_cuts)
          call linearise(problem, here, here, run%system, timers)
          if (.not. run%system%ok) return
-         rate_here = rate(heading)
+         rate_here = rate(here, heading)
          call set_tangent(problem, run%system, heading%u, heading%load, control)
          call take_increment(problem, here, control, next, run%system, report, timers)
          if (report%converged) then
@@ -94,7 +95,7 @@ contains
             cycle
          end if
          point = point + 1
-         found = rate_here * rate(ahead) < 0.0_wp
+         found = rate_here * rate(next, ahead) < 0.0_wp
          at = here%load_factor
          if (abs(next%load_factor) > abs(at)) at = next%load_factor
          if (found) return
@@ -105,11 +106,13 @@ contains
    contains
 
       !> Of what the strategy prescribes, along the path, where the system is factored now.
-      real(wp) function rate(along)
+      real(wp) function rate(state, along)
+         type(state_t), intent(in) :: state
          type(heading_t), intent(in) :: along
          rate = along%load
          if (run%control%method == method_displacement) &
-            & rate = along%load * monitor_change(problem, run%control%monitor, run%system, run%system%tangent)
+            & rate = along%load * monitor_change(problem, run%control%monitor, state, run%system, run%system%tangent, &
+            & [1.0_wp, run%system%slide_rate])
       end function rate
    end subroutine look_ahead
 end module dead_end

@@ -7,7 +7,7 @@ module event_location
    use linear_system, only: system_t
    use bordered_system, only: linearise
    use path_control, only: path_length
-   use path_continuity, only: heading_t, lies_between, alike
+   use path_continuity, only: heading_t, lies_between, alike, largest_distance
    use increment_points, only: division_t, new_division, point_within, chord_fraction
    use path_events, only: event_value, event_bifurcation, event_release, event_contact, event_limit, event_turning
    use sightings, only: sighting_t
@@ -43,9 +43,11 @@ contains
          call bracket_zero(problem, step, run, trial, ahead, division, sighting, timers)
       end if
       if (.not. sighting%located) return
-      if (division%smooth) sighting%located = is_what_it_says(problem, step, run, trial, ahead, sighting)
-      if (sighting%located .and. division%length > 0.0_wp) &
-         & sighting%fraction = chord_fraction(problem, run, ahead, division, sighting%place)
+      if (division%smooth) then
+         sighting%located = is_what_it_says(problem, step, run, trial, ahead, sighting)
+      else if (division%length > 0.0_wp) then
+         sighting%fraction = chord_fraction(problem, run, ahead, division, sighting%place)
+      end if
    end subroutine locate
 
    !> The zero of the event's function by the Illinois rule.
@@ -123,10 +125,9 @@ contains
                sighting%heading = heading_above
                sighting%fraction = bracket%high
                ! What is continuous shrinks with its bracket, what jumps does not, and is no event. The force of a contact may
-               ! begin with any slope, but the structure does not jump.
+               ! begin with any slope, and the structure may give way by what a node more or less in contact makes.
                if (event%kind == event_contact) then
-                  located = path_length(problem, below, above) <= sqrt(step%locate_tolerance) * &
-                     & path_length(problem, run%state, trial)
+                  located = path_length(problem, below, above) <= largest_distance * path_length(problem, run%state, trial)
                else
                   located = abs(f_above - f_below) <= sqrt(step%locate_tolerance) * bracket%scale
                end if
@@ -166,14 +167,20 @@ contains
       end associate
    end function is_what_it_says
 
-   !> Signs of the gaps and reactions of all but some candidates.
+   !> Signs of the gaps and reactions of all but some candidates; of these only that they do not work against each other.
    pure logical function holds_elsewhere(problem, system, marked, state) result(holds)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! assembled at `state`
-      logical, intent(in) :: marked(:)           !! (candidates) that do not count
+      logical, intent(in) :: marked(:)           !! (candidates) whose own signs do not count
       type(state_t), intent(in) :: state
       real(wp), parameter :: tolerance = 1.0e-8_wp
+      real(wp) :: least
+      least = tolerance * system%force_scale
+      ! Held, a region may pull at one node what it pushes at another: their sum vanishes where no contact is lost.
+      holds = .not. (any(marked .and. state%active .and. state%reaction < -least) .and. &
+         & any(marked .and. state%active .and. state%reaction > least))
+      if (.not. holds) return
       holds = .not. any(.not. marked .and. .not. problem%candidates%bilateral .and. &
-         & merge(state%reaction < -tolerance * system%force_scale, system%opening < -tolerance * problem%size, state%active))
+         & merge(state%reaction < -least, system%opening < -tolerance * problem%size, state%active))
    end function holds_elsewhere
 end module event_location

@@ -12,7 +12,8 @@ module first_contact
    use bordered_system, only: linearise
    use contact_slides, only: drop_slides, close_short_gaps
    use contact_set, only: contact_step_t, solve_contact_step
-   use path_control, only: control_t, control_row, monitor_change
+   use path_control, only: control_t, control_row
+   use monitor_rows, only: monitor_change
    use timing, only: timers_t
    implicit none
    private
@@ -51,7 +52,7 @@ contains
             if (.not. system%ok) exit
          end do
          if (step%ok .and. .not. step%flipped) then
-            if (monitor_change(problem, monitor, system, step%x) * increment > 0.0_wp) then
+            if (monitor_change(problem, monitor, trial, system, step%x, step%y) * increment > 0.0_wp) then
                call close_short_gaps(problem, trial%active)
                state = trial
                exit senses

@@ -7,7 +7,7 @@ module monitors
    use linear_system, only: system_t, to_global, row_times
    use contact_set, only: reaction_rate
    use ground_regions, only: foundation_totals, foundation_total_rates
-   use path_control, only: monitor_change
+   use monitor_rows, only: watched_displacement, monitor_change
    implicit none
    private
    public :: monitor_values, monitor_rate
@@ -23,12 +23,12 @@ contains
       integer :: m, i
       do m = 1, size(problem%model%monitor)
          associate (monitor => problem%model%monitor(m))
-            total = 0.0_wp
             if (monitor%quantity == quantity_displacement) then
-               do i = 1, size(monitor%node)
-                  total = total + state%u(monitor%component, monitor%node(i)) / size(monitor%node)
-               end do
-            else if (monitor%quantity == quantity_contact) then
+               values(m) = watched_displacement(problem, state, m)
+               cycle
+            end if
+            total = 0.0_wp
+            if (monitor%quantity == quantity_contact) then
                do i = 1, problem%candidates%n
                   if (problem%candidates%obstacle(i) /= monitor%obstacle) cycle
                   total = total + state%reaction(i) * share(monitor, system%normal(:, i))
@@ -64,7 +64,7 @@ contains
       associate (monitor => problem%model%monitor(m))
          rate = 0.0_wp
          if (monitor%quantity == quantity_displacement) then
-            rate = monitor_change(problem, m, system, system%tangent)
+            rate = monitor_change(problem, m, state, system, system%tangent, [1.0_wp, system%slide_rate])
          else if (monitor%quantity == quantity_contact) then
             do i = 1, problem%candidates%n
                if (problem%candidates%obstacle(i) /= monitor%obstacle .or. .not. state%active(i)) cycle

@@ -5,8 +5,9 @@ module path_acceptance
    use errors, only: error_t
    use text, only: to_text
    use model, only: step_t
-   use problem, only: problem_t, rounding_gap
-   use rod_state, only: state_t
+   use problem, only: problem_t
+   use rod_state, only: state_t, is_stress_free
+   use linear_system, only: system_t
    use bordered_system, only: linearise
    use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode
    use weak_contacts, only: release_weak, count_released, opening_sense
@@ -21,8 +22,9 @@ module path_acceptance
    use event_location, only: locate
    use sliding_nodes, only: rehome_nodes
    use point_report, only: report_point
-   use balance, only: measure_balance
-   use path_record, only: recorder_t, point_t, critical_t, accuracy_t
+   use point_checks, only: check_point
+   use path_record, only: recorder_t, point_t, critical_t
+   use run_accuracy, only: accuracy_t, place_t
    use timing, only: timers_t, count_up, counter_points, counter_located
    implicit none
    private
@@ -60,6 +62,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
       type(sighting_t), allocatable :: seen(:)
+      type(system_t), allocatable :: at_trial    ! what is looked at on the way changes nothing of it
       type(probe_t) :: probe
       logical, allocatable :: told(:)
       integer, allocatable :: order(:)
@@ -72,7 +75,7 @@ contains
          run%probe%load_rate = probe%load_rate
          run%probe%monitor_rate = probe%monitor_rate
       end if
-      call find_events(problem, step, run, trial, ahead, probe, seen, timers)
+      call find_events(problem, step, run, trial, ahead, probe, seen, at_trial, timers)
       told = told_otherwise(run, trial, label, seen)
       ! Values that are only looked for change nothing.
       shorter = can_cut .and. (one_sided(run, trial, probe) .or. any(.not. (told .or. seen%located .or. &
@@ -86,7 +89,7 @@ contains
          end associate
          if (finished .or. allocated(outcome%why)) return
       end do
-      if (size(seen) > 0) call linearise(problem, trial, trial, run%system, timers)
+      if (allocated(at_trial)) run%system = at_trial
       finished = stop_met(step, run%probe, probe)
       call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers)
       if (allocated(outcome%why)) return
@@ -139,7 +142,7 @@ contains
 
    !> All events between the last point and the trial, looked for. A load that is passed on the way to a limit point, and
    !> again on the way back, does not show at the ends: to values such an increment is two.
-   subroutine find_events(problem, step, run, trial, ahead, probe, seen, timers)
+   subroutine find_events(problem, step, run, trial, ahead, probe, seen, at_trial, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
@@ -147,6 +150,7 @@ contains
       type(heading_t), intent(in) :: ahead
       type(probe_t), intent(in) :: probe
       type(sighting_t), allocatable, intent(out) :: seen(:)
+      type(system_t), allocatable, intent(out) :: at_trial !! the run's system as it was; allocated where something was seen
       type(timers_t), intent(inout) :: timers
       type(event_t), allocatable :: events(:)
       type(probe_t) :: top
@@ -154,6 +158,7 @@ contains
       real(wp) :: part
       integer :: i, limit, n
       call detect_events(problem, step, run%probe, probe, run%state, trial, events)
+      if (size(events) > 0) at_trial = run%system
       call look(run, trial, ahead, events)
       limit = 0
       do i = 1, size(seen)
@@ -418,10 +423,10 @@ contains
       point%arc_length = run%arc_length + path_length(problem, run%state, state)
       call count_released(problem, state, run%system, point%free_pivots, weak, timers)
       ! At the stress-free start there is no force to measure a residual against.
-      if (report%iterations == 0 .and. run%system%force_scale <= max(problem%force_floor, &
-         & problem%ground%stiffest * rounding_gap(problem))) point%residual = 0.0_wp
-      call measure_balance(problem, state, point%residual, outcome%accuracy)
+      if (is_stress_free(state)) point%residual = 0.0_wp
       run%points = run%points + 1
+      call check_point(problem, state, run%system, place_t(run%branch, problem%step, run%points, state%load_factor), point, &
+         & outcome%accuracy, timers)
       call count_up(timers, counter_points)
       call recorder%point(point, timers, error)
       if (allocated(error)) outcome%why = error%message

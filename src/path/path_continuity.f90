@@ -19,7 +19,7 @@ module path_continuity
    implicit none
    private
    public :: heading_t, relation_t, heading_at, relate, same_path, at_corner, chord_between, between, part_at, lies_between, &
-      & alike, largest_turn
+      & alike, largest_turn, largest_distance
 
    !> Unit tangent of a path at a point.
    type :: heading_t

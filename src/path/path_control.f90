@@ -16,18 +16,17 @@
 !> generalised displacement: the tangent of the increment before               (Yang & Shieh 1990)
 module path_control
    use kinds, only: wp
-   use model, only: monitor_t, quantity_displacement, method_load, method_displacement, method_cylindrical, &
-      & method_spherical, method_linearised, method_minimum_residual, method_variable_load, method_generalised, &
-      & method_largest
-   use problem, only: problem_t, dof
+   use model, only: method_load, method_displacement, method_cylindrical, method_spherical, method_linearised, &
+      & method_minimum_residual, method_variable_load, method_generalised, method_largest
+   use problem, only: problem_t
    use rod_state, only: state_t
-   use linear_system, only: system_t, to_global, row_times
+   use linear_system, only: system_t, to_global
    use bordered_system, only: set_path_row, solve_bordered
+   use monitor_rows, only: monitor_row_t, monitor_row, watched_displacement
    use timing, only: timers_t
    implicit none
    private
-   public :: control_t, control_row, control_error, is_arc_length, set_tangent, &
-      & monitor_change, path_length, metric
+   public :: control_t, control_row, control_error, is_arc_length, set_tangent, path_length, metric
 
    type :: control_t
       integer :: method = method_load
@@ -106,6 +105,7 @@ contains
       real(wp), intent(out) :: rhs
       type(timers_t), intent(inout) :: timers
       real(wp), allocatable :: row(:, :)
+      type(monitor_row_t) :: watched
       real(wp) :: dl, travelled
       integer :: node, component
       allocate (row(3, size(state%u, 2)), source=0.0_wp)
@@ -116,9 +116,9 @@ contains
          call set_path_row(problem, system, row, 1.0_wp)
          return
       case (method_displacement)
-         call monitor_row(problem%model%monitor(control%monitor), row)
-         rhs = control%increment - sum(row * (state%u - start%u))
-         call set_path_row(problem, system, row, 0.0_wp)
+         call monitor_row(problem, state, system, control%monitor, watched)
+         rhs = control%increment - change_so_far(problem, control, start, state) - watched%defect
+         call set_path_row(problem, system, watched%node, watched%load, watched%slide)
          return
       end select
       if (control%method == method_largest) then
@@ -145,6 +145,14 @@ contains
          call circle_row(problem, control, row, dl, system, rhs, timers)
       end if
    end subroutine control_row
+
+   !> What the controlled monitor has changed by since the start.
+   pure real(wp) function change_so_far(problem, control, start, state) result(change)
+      type(problem_t), intent(in) :: problem
+      type(control_t), intent(in) :: control
+      type(state_t), intent(in) :: start, state
+      change = watched_displacement(problem, state, control%monitor) - watched_displacement(problem, start, control%monitor)
+   end function change_so_far
 
    !> The displacement that the tangent moves most.
    pure subroutine largest_component(control, node, component)
@@ -223,7 +231,7 @@ contains
    end function nodal
 
    !> How far an iterate is from meeting the constraint, relative to the increment.
-   real(wp) function control_error(problem, control, start, state)
+   pure real(wp) function control_error(problem, control, start, state)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
       type(state_t), intent(in) :: start, state
@@ -237,9 +245,7 @@ contains
       case (method_load)
          control_error = abs(control%increment - dl) / scale
       case (method_displacement)
-         allocate (row(3, size(state%u, 2)), source=0.0_wp)
-         call monitor_row(problem%model%monitor(control%monitor), row)
-         control_error = abs(control%increment - sum(row * (state%u - start%u))) / scale
+         control_error = abs(control%increment - change_so_far(problem, control, start, state)) / scale
       case default
          row = state%u - start%u
          if (is_free(control%method)) then
@@ -255,46 +261,6 @@ contains
          end if
       end select
    end function control_error
-
-   !> Change of a monitor along the tangent: nodal increments x per unit of load factor.
-   real(wp) function monitor_change(problem, monitor, system, x) result(change)
-      type(problem_t), intent(in) :: problem
-      integer, intent(in) :: monitor           !! index into model%monitor
-      type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:)             !! (n) node axes; system%tangent gives the derivative by the load factor
-      real(wp) :: row(3, problem%model%mesh%n_nodes)
-      integer :: node, i, d
-      associate (watched => problem%model%monitor(monitor))
-         if (watched%quantity /= quantity_displacement) then
-            change = 0.0_wp
-            do i = 1, size(watched%node)
-               if (.not. problem%model%fixed(watched%component, watched%node(i))) cycle
-               d = dof(problem, watched%node(i), watched%component)
-               change = change + watched%factor * (row_times(system, d, x) - system%load(d))
-            end do
-            return
-         end if
-      end associate
-      row = 0.0_wp
-      call monitor_row(problem%model%monitor(monitor), row)
-      change = 0.0_wp
-      do node = 1, size(row, 2)
-         if (any(abs(row(:, node)) > 0.0_wp)) change = change + &
-            & dot_product(row(:, node), to_global(problem, system, x, node))
-      end do
-   end function monitor_change
-
-   !> Gradient of a displacement monitor.
-   pure subroutine monitor_row(monitor, row)
-      type(monitor_t), intent(in) :: monitor
-      real(wp), intent(inout) :: row(:, :)   !! (3, nodes), zero on entry
-      integer :: i
-      if (monitor%quantity /= quantity_displacement) return
-      do i = 1, size(monitor%node)
-         row(monitor%component, monitor%node(i)) = row(monitor%component, monitor%node(i)) + &
-            & monitor%factor / size(monitor%node)
-      end do
-   end subroutine monitor_row
 
    !> Dimensionless length between two states, displacements only: the arc length that the results report.
    pure real(wp) function path_length(problem, from, to)

@@ -18,6 +18,7 @@ module path_loop
    use path_events, only: new_probe
    use path_acceptance, only: record, note_trouble, outcome_t
    use linear_buckling, only: buckle
+   use tangent_rounding, only: slope_error, rounding_cure
    use path_follower, only: follow_points
    use branches, only: follow_branches
    use limit_curves, only: follow_limit_curves
@@ -83,6 +84,7 @@ contains
       type(timers_t), intent(inout) :: timers
       character(*), parameter :: unheld = 'supports and touching obstacles do not hold the structure'
       character(:), allocatable :: part
+      real(wp) :: slope, wrong
       run%step_points = 0
       run%keep_landmarks = size(problem%model%step(problem%step)%branch) > 0 .or. &
          & size(problem%model%step(problem%step)%limit_curve) > 0
@@ -99,6 +101,14 @@ contains
       if (.not. run%system%ok .or. run%system%factor%deficient) then
          outcome%why = 'the tangent at the start is singular: '//unheld
          return
+      end if
+      if (starts_fresh(problem)) then
+         ! Such a tangent tells nothing of stability, and Newton's method does not converge with it.
+         call slope_error(problem, run%state, run%system, slope, wrong, timers)
+         if (wrong >= 0.5_wp * slope .and. slope > 0.0_wp) then
+            outcome%why = 'the tangent at the start is nothing but rounding: '//rounding_cure(problem, run%state)
+            return
+         end if
       end if
       if (starts_fresh(problem) .and. run%system%negative_pivots > 0) then
          outcome%why = 'the stress-free start is not stable: '//unheld

@@ -5,7 +5,8 @@ module path_run
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
-   use path_control, only: control_t, monitor_change
+   use path_control, only: control_t
+   use monitor_rows, only: monitor_change
    use path_continuity, only: heading_t, heading_at
    use path_events, only: probe_t, new_probe
    implicit none
@@ -32,6 +33,7 @@ module path_run
       type(control_t) :: control
       type(probe_t) :: probe
       real(wp) :: arc_length = 0.0_wp            !! travelled since the start of the run
+      integer :: branch = 0                      !! number in the result file; 0: the path of the steps
       integer :: points = 0                      !! recorded so far, all steps
       integer :: step_points = 0                 !! accepted in this step
       logical :: on_bifurcation = .false.        !! the last point is one that was recorded: its pivots have the sign of rounding
@@ -57,7 +59,8 @@ contains
       case (method_load)
          heading = heading_at(problem, run%system, 0.0_wp * state%u, run%control%increment)
       case (method_displacement)
-         ahead = monitor_change(problem, run%control%monitor, run%system, run%system%tangent)
+         ahead = monitor_change(problem, run%control%monitor, state, run%system, run%system%tangent, &
+            & [1.0_wp, run%system%slide_rate])
          heading = heading_at(problem, run%system, 0.0_wp * state%u, sign(1.0_wp, ahead * run%control%increment))
       case default
          heading = heading_at(problem, run%system, state%u - run%state%u, state%load_factor - run%state%load_factor)

@@ -2,12 +2,12 @@
 module point_report
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, obstacle_shift
+   use rod_state, only: state_t, obstacle_shift, node_position
    use linear_system, only: system_t
    use monitors, only: monitor_values
    use contact_regions, only: find_regions
    use ground_regions, only: ground_reaction, ground_pressure, foundation_totals
-   use section_forces, only: local_forces
+   use deck_nodes, only: deck_node_displacement, deck_section_forces
    use path_record, only: point_t
    use model, only: obstacles_move
    implicit none
@@ -65,14 +65,17 @@ contains
          if (step%field_every == 0) return
          if (mod(number, step%field_every) /= 0 .and. label == '') return
          if (step%field_displacement) then
-            point%displacement = state%u
-            ! Of a node that slides along the rod, or began with an imperfection: what takes the deck's node to where it is.
-            point%displacement(1:2, :) = state%u(1:2, :) + (state%geometry%x - problem%coordinates)
+            allocate (point%displacement(3, problem%model%mesh%n_nodes))
+            do c = 1, problem%model%mesh%n_nodes
+               point%displacement(:, c) = deck_node_displacement(problem, state, c)
+            end do
+            ! An imperfection that the path began with is a part of it: what takes the deck's node to where it is.
+            point%displacement(1:2, :) = point%displacement(1:2, :) + (problem%model%mesh%x - problem%coordinates)
          end if
          if (step%field_section_forces) then
             allocate (point%section_forces(3, 2, problem%model%mesh%n_elements))
             do e = 1, problem%model%mesh%n_elements
-               call local_forces(problem, state, e, point%section_forces(:, :, e))
+               call deck_section_forces(problem, state, e, point%section_forces(:, :, e))
             end do
          end if
          if (size(problem%model%contact) == 0) return
@@ -87,7 +90,7 @@ contains
          real(wp), allocatable :: pressure(:), distance(:)
          integer :: n, side
          n = problem%candidates%n + problem%ground%chain%n
-         allocate (point%reaction(n), point%reaction_density(n), point%gap(n))
+         allocate (point%reaction(n), point%reaction_density(n), point%gap(n), point%contact_point(2, n))
          associate (list => problem%candidates)
             do c = 1, list%n
                length = 0.0_wp
@@ -100,6 +103,7 @@ contains
                point%reaction(list%row(c)) = share
                point%reaction_density(list%row(c)) = density
                point%gap(list%row(c)) = system%gap(c)
+               point%contact_point(:, list%row(c)) = node_position(state, list%node(c))
             end do
          end associate
          associate (chain => problem%ground%chain)
@@ -109,6 +113,7 @@ contains
                point%reaction(chain%row(c)) = shares(c)
                point%reaction_density(chain%row(c)) = pressure(c)
                point%gap(chain%row(c)) = distance(c)
+               point%contact_point(:, chain%row(c)) = node_position(state, chain%node(c))
             end do
          end associate
          if (.not. problem%model%step(problem%step)%field_reaction) deallocate (point%reaction, point%reaction_density)

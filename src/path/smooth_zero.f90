@@ -170,14 +170,15 @@ contains
       type(event_t), intent(in) :: event
       real(wp), intent(inout) :: mu(n_samples)  !! by its number on entry
       integer :: first, last, k, i, j, left
-      logical :: wanted
+      logical :: wanted, beyond
       first = negative_count(modes(1))
       last = negative_count(modes(n_samples))
       if (abs(last - first) < 2) return
       k = event%number - min(max(min(first, last), event%least), event%most - 1)
       if (k < 1 .or. k > abs(last - first)) return
       do i = 1, n_samples
-         wanted = merge(last > first, first > last, i > n_samples / 2)
+         beyond = abs(negative_count(modes(i)) - last) < abs(negative_count(modes(i)) - first)
+         wanted = merge(last > first, first > last, beyond)
          left = k
          ! The nearest to zero come first.
          do j = 1, modes(i)%n

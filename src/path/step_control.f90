@@ -4,7 +4,8 @@ module step_control
    use model, only: step_t, method_load, method_displacement, method_cylindrical
    use problem, only: problem_t
    use contact_slides, only: planned_fraction
-   use path_control, only: control_t, is_arc_length, monitor_change
+   use path_control, only: control_t, is_arc_length
+   use monitor_rows, only: monitor_change
    use path_continuity, only: relation_t, largest_turn
    use path_events, only: probe_t
    use path_run, only: run_t, heading_of
@@ -107,8 +108,8 @@ contains
       case (method_load)
          load = run%control%increment
       case (method_displacement)
-         load = run%control%increment / monitor_change(problem, run%control%monitor, run%system, &
-            & run%system%tangent)
+         load = run%control%increment / monitor_change(problem, run%control%monitor, run%state, run%system, &
+            & run%system%tangent, [1.0_wp, run%system%slide_rate])
       case default
          load = run%control%increment * run%control%tangent_load
       end select

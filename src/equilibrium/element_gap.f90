@@ -1,0 +1,269 @@
+!> The gap between an obstacle and the rod between two nodes, and where along the element it takes a value: what the quadrature of
+!> a foundation uses, and what is reported of its contact.
+!>
+!> The rod is that of rod_profile, a polynomial of degree s, so its gap bends at most some 2 s times: it is sampled at 2 s + 3
+!> places, and between two of them it is taken for as smooth as all of them are.
+module element_gap
+   use kinds, only: wp
+   use model, only: family_ge
+   use problem, only: problem_t, rounding_gap
+   use candidates, only: candidates_t
+   use rod_state, only: state_t, obstacle_shift, candidate_offset, element_displacement
+   use rod_profile, only: profile_t, new_profile, profile_displacement, profile_home
+   use obstacle_geometry, only: moved_gap
+   use gauss_tableau, only: max_stages
+   implicit none
+   private
+   public :: element_gap_t, new_element_gap, gap_look, gap_value, gap_parts, gap_crossings, gap_extreme, &
+      & most_samples, most_crossings, most_parts
+
+   integer, parameter :: most_samples = 2 * max_stages + 2
+   integer, parameter :: most_crossings = 2 * most_samples  !! of a value: none or one, or two in a dip, between two samples
+   integer, parameter :: most_parts = most_crossings / 2 + 1 !! of an element in contact
+
+   !> One element before one obstacle.
+   type :: element_gap_t
+      private
+      type(profile_t), public :: profile
+      integer :: obstacle = 0
+      logical :: bilateral = .false.            !! the gap is what has been added to that of the stress-free axis
+      real(wp) :: shift(2) = 0.0_wp             !! of the obstacle
+      real(wp) :: home_offset = 0.0_wp          !! of the gap of the stress-free axis
+      real(wp) :: offset = 0.0_wp               !! what came on top of that since
+      real(wp) :: touching = 0.0_wp             !! below it is contact
+      integer, public :: samples = 0            !! places at equal distances that show how it bends, less one
+      logical :: sampled = .false.
+      real(wp) :: sample(0:most_samples) = 0.0_wp
+   end type element_gap_t
+
+contains
+
+   !> The gap on the element after a candidate of either list.
+   pure function new_element_gap(problem, state, list, candidate) result(gap)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(candidates_t), intent(in) :: list
+      integer, intent(in) :: candidate          !! with an element after it
+      type(element_gap_t) :: gap
+      associate (e => list%element(2, candidate))
+         gap%profile = new_profile(problem, state, e)
+         gap%samples = 4
+         if (problem%model%mesh%family(e) == family_ge) gap%samples = 2 * problem%model%mesh%stages(e) + 2
+         gap%touching = touching_gap(problem, state, e)
+      end associate
+      gap%obstacle = list%obstacle(candidate)
+      gap%bilateral = list%bilateral(candidate)
+      gap%shift = obstacle_shift(problem, state, gap%obstacle)
+      gap%home_offset = list%gap_offset(candidate)
+      gap%offset = candidate_offset(problem, state, list, candidate) - gap%home_offset
+   end function new_element_gap
+
+   !> Place of the rod, gap, its gradient and its curvature along the obstacle.
+   pure subroutine gap_look(problem, gap, tau, x, value, normal, bend)
+      type(problem_t), intent(in) :: problem
+      type(element_gap_t), intent(in) :: gap
+      real(wp), intent(in) :: tau               !! 0 to 1 of the element
+      real(wp), intent(out) :: x(2), value, normal(2), bend
+      real(wp) :: at_home, home(2), displacement(3)
+      home = profile_home(problem, gap%profile, tau)
+      displacement = profile_displacement(problem, gap%profile, tau)
+      x = home + displacement(1:2)
+      call moved_gap(problem%model%obstacle(gap%obstacle), home, displacement(1:2) - gap%shift, at_home, value, normal, bend)
+      at_home = at_home + gap%home_offset
+      ! What lies on its obstacle begins with no gap, what a bilateral one holds without force.
+      if (gap%bilateral .or. abs(at_home) <= rounding_gap(problem)) at_home = 0.0_wp
+      value = value + at_home + gap%offset
+   end subroutine gap_look
+
+   !> The gap at a place.
+   pure real(wp) function gap_value(problem, gap, tau) result(value)
+      type(problem_t), intent(in) :: problem
+      type(element_gap_t), intent(in) :: gap
+      real(wp), intent(in) :: tau
+      real(wp) :: x(2), normal(2), bend
+      call gap_look(problem, gap, tau, x, value, normal, bend)
+   end function gap_value
+
+   !> The parts of the element in contact, in order; all of it under a bilateral obstacle.
+   subroutine gap_parts(problem, gap, n, part)
+      type(problem_t), intent(in) :: problem
+      type(element_gap_t), intent(inout) :: gap !! gets its samples
+      integer, intent(out) :: n
+      real(wp), intent(out) :: part(:, :)       !! (2, most_parts) from, to
+      real(wp) :: coarse(3), cut(0:most_crossings + 1)
+      integer :: j, crossings
+      n = 1
+      part(:, 1) = [0.0_wp, 1.0_wp]
+      if (gap%bilateral) return
+      ! Most elements touch with all of their length or not at all: the gap bends little compared to its size.
+      do j = 1, 3
+         coarse(j) = gap_value(problem, gap, 0.5_wp * (j - 1)) - gap%touching
+      end do
+      if (minval(abs(coarse)) > 4.0_wp * abs(coarse(1) - 2.0_wp * coarse(2) + coarse(3))) then
+         if (all(coarse < 0.0_wp)) return
+         n = 0
+         if (all(coarse > 0.0_wp)) return
+      end if
+      n = 0
+      call gap_crossings(problem, gap, gap%touching, crossings, cut(1:most_crossings))
+      cut(0) = 0.0_wp
+      cut(crossings + 1) = 1.0_wp
+      do j = 0, crossings
+         if (gap_value(problem, gap, 0.5_wp * (cut(j) + cut(j + 1))) >= gap%touching) cycle
+         if (n > 0) then
+            if (part(2, n) >= cut(j)) then
+               part(2, n) = cut(j + 1)
+               cycle
+            end if
+         end if
+         n = n + 1
+         part(:, n) = cut(j:j + 1)
+      end do
+   end subroutine gap_parts
+
+   !> Places where the gap passes a value, in order.
+   subroutine gap_crossings(problem, gap, level, n, place)
+      type(problem_t), intent(in) :: problem
+      type(element_gap_t), intent(inout) :: gap !! gets its samples
+      real(wp), intent(in) :: level
+      integer, intent(out) :: n
+      real(wp), intent(out) :: place(:)         !! (most_crossings)
+      real(wp) :: a, b, fa, fb, vertex, fv, waviness
+      integer :: j
+      call take_samples(problem, gap)
+      ! How far the gap may leave its samples between them.
+      waviness = maxval(abs(gap%sample(:gap%samples - 2) - 2.0_wp * gap%sample(1:gap%samples - 1) + gap%sample(2:gap%samples)))
+      n = 0
+      do j = 1, gap%samples
+         a = real(j - 1, wp) / gap%samples
+         b = real(j, wp) / gap%samples
+         fa = gap%sample(j - 1) - level
+         fb = gap%sample(j) - level
+         if ((fa < 0.0_wp) .neqv. (fb < 0.0_wp)) then
+            call add_root(a, b, fa, fb)
+         else if (min(abs(fa), abs(fb)) <= waviness) then
+            ! It may dip through between two samples.
+            call find_extreme(vertex, fv)
+            if ((fv < 0.0_wp) .eqv. (fa < 0.0_wp)) cycle
+            call add_root(a, vertex, fa, fv)
+            call add_root(vertex, b, fv, fb)
+         end if
+      end do
+
+   contains
+
+      !> A place between a and b where gap - level has the other sign, if there is one: vertices of parabolas, the second
+      !> one through places close to the first.
+      subroutine find_extreme(top, f_top)
+         real(wp), intent(out) :: top, f_top
+         real(wp) :: half, f(2), curvature
+         integer :: round
+         top = 0.5_wp * (a + b)
+         half = 0.5_wp * (b - a)
+         f = [fa, fb]
+         do round = 1, 3
+            f_top = gap_value(problem, gap, top) - level
+            if ((f_top < 0.0_wp) .neqv. (fa < 0.0_wp)) return
+            if (round == 2) then
+               half = min(0.125_wp * half, top - a, b - top)
+               f = [gap_value(problem, gap, top - half), gap_value(problem, gap, top + half)] - level
+            end if
+            curvature = f(1) - 2.0_wp * f_top + f(2)
+            if (round == 3 .or. 2.0_wp * abs(curvature) <= abs(f(1) - f(2))) return
+            top = top + 0.5_wp * half * (f(1) - f(2)) / curvature
+         end do
+      end subroutine find_extreme
+
+      !> One root between two places of different sign: regula falsi, Illinois variant.
+      subroutine add_root(first, second, value_first, value_second)
+         real(wp), intent(in) :: first, second, value_first, value_second
+         real(wp) :: low, high, f_low, f_high, x, fx
+         integer :: iteration
+         low = first; high = second; f_low = value_first; f_high = value_second
+         do iteration = 1, 100
+            x = min(max(high - f_high * (high - low) / (f_high - f_low), first), second)
+            fx = gap_value(problem, gap, x) - level
+            if ((fx < 0.0_wp) .neqv. (f_high < 0.0_wp)) then
+               low = high
+               f_low = f_high
+            else
+               f_low = 0.5_wp * f_low
+            end if
+            high = x
+            f_high = fx
+            if (abs(high - low) <= 1.0e-13_wp .or. .not. abs(fx) > 0.0_wp) exit
+            if (.not. abs(f_high - f_low) > 0.0_wp) exit
+         end do
+         n = n + 1
+         place(n) = x
+      end subroutine add_root
+   end subroutine gap_crossings
+
+   !> Largest or smallest gap between two places, ends included: from samples, the best improved by parabolas.
+   pure subroutine gap_extreme(problem, gap, largest, from, to, value, tau)
+      type(problem_t), intent(in) :: problem
+      type(element_gap_t), intent(in) :: gap
+      logical, intent(in) :: largest            !! false: the smallest
+      real(wp), intent(in) :: from, to          !! 0 <= from <= to <= 1
+      real(wp), intent(out) :: value, tau
+      integer, parameter :: rounds = 40
+      real(wp), parameter :: finest = 1.0e-4_wp !! of the stretch: differences of three values have half their digits
+      real(wp) :: step, f(3), curvature, place, middle, last, sense
+      integer :: i
+      sense = merge(-1.0_wp, 1.0_wp, largest)
+      value = huge(1.0_wp)
+      tau = from
+      do i = 0, gap%samples
+         place = from + (to - from) * i / gap%samples
+         if (at(place) >= value) cycle
+         tau = place
+         value = at(place)
+      end do
+      step = 0.5_wp * (to - from) / gap%samples
+      place = tau
+      do i = 1, rounds
+         last = place
+         middle = min(max(place, from + step), to - step)
+         f = [at(middle - step), at(middle), at(middle + step)]
+         curvature = f(1) - 2.0_wp * f(2) + f(3)
+         if (2.0_wp * curvature > abs(f(1) - f(3))) then
+            place = middle + 0.5_wp * step * (f(1) - f(3)) / curvature
+         else
+            place = middle + sign(step, f(1) - f(3))
+         end if
+         if (step <= finest * (to - from) .and. abs(place - last) <= finest * step) exit
+         step = max(0.5_wp * step, finest * (to - from))
+      end do
+      if (at(place) < value) tau = place
+      value = sense * min(at(place), value)
+
+   contains
+
+      pure real(wp) function at(t)
+         real(wp), intent(in) :: t
+         at = sense * gap_value(problem, gap, t)
+      end function at
+   end subroutine gap_extreme
+
+   !> Values at equal distances.
+   subroutine take_samples(problem, gap)
+      type(problem_t), intent(in) :: problem
+      type(element_gap_t), intent(inout) :: gap
+      integer :: k
+      if (gap%sampled) return
+      do k = 0, gap%samples
+         gap%sample(k) = gap_value(problem, gap, real(k, wp) / gap%samples)
+      end do
+      gap%sampled = .true.
+   end subroutine take_samples
+
+   !> Gaps below it are contact: zero, or the rounding of positions where an element has not moved yet. A structure may
+   !> begin with all of it on the surface.
+   pure real(wp) function touching_gap(problem, state, e)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      touching_gap = 0.0_wp
+      if (all(abs(element_displacement(problem, state, e)) <= 0.0_wp)) touching_gap = rounding_gap(problem)
+   end function touching_gap
+end module element_gap

@@ -1,0 +1,200 @@
+!> Whether the mesh can carry the answer where a rod leans on an obstacle that holds it at nodes only.
+!>
+!> What an obstacle would hold between the nodes bends freely, and a compressed rod bends in waves of the length
+!> 2 pi (EI/N)^(1/2). With mu = N h^2/EI, N in compression, an element of length h can go wrong in four ways; each of
+!> them is measured against the load that it spoils by `wanted`:
+!>
+!> - buckled:  held at both ends by the obstacle it buckles through it between them, alternately to both sides, at mu = pi^2
+!>             (elements whose stages see their own bending: GE4 and more).
+!> - unheld:   where contact ends on a node the next node to lift leaves a span of 2 h, hinged at the worst, that buckles at
+!>             4 mu = pi^2. At half of that what it bends by itself is doubled.
+!> - unbent:   an element carries waves as they should be but for a relative error of the load of mu/12 (order 2: its
+!>             stress stiffness is that of a string) or 2 mu^s s!^2 / ((2s)! (2s + 1)!) (s Gauss stages: twice the phase error
+!>             of the diagonal Pade approximant). This holds for those that lift and for those between two contacts.
+!> - slack:    held along a curve kappa, the obstacle's force N kappa bends it outwards, N kappa h^4/(720 EI) on average, and
+!>             lets it shorten as an axial flexibility kappa^2 h^4/(720 EI) would (GE6 and more: two stages lie where this
+!>             moment vanishes). Loads at which rods lift from a rigid wall go with EA^(2/5) (Glock 1977), so the strain energy of
+!>             all that over the whole strain energy may be 5/2 of `wanted`.
+module mesh_adequacy
+   use kinds, only: wp, pi
+   use model, only: family_ge
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use section_forces, only: local_forces, rod_direction
+   use columns, only: scientific, whole
+   implicit none
+   private
+   public :: verdict_t, judge_mesh, verdict_words
+
+   real(wp), parameter :: wanted = 0.01_wp !! relative error of a load that looks right
+   integer, parameter :: buckled = 1, unheld = 2, unbent = 3, slack = 4
+   real(wp), parameter :: limits(4) = [pi**2, pi**2 / 8.0_wp, wanted, 2.5_wp * wanted]
+
+   !> The worst of one state.
+   type :: verdict_t
+      real(wp) :: ratio = 0.0_wp              !! the worst measure over its limit: above 1 the mesh is too coarse
+      real(wp) :: value = 0.0_wp              !! the measure itself
+      real(wp) :: limit = 0.0_wp
+      integer :: kind = 0
+      integer, allocatable :: element(:)      !! labels of those beyond the limit of that kind; of the worst, when none is
+   end type verdict_t
+
+contains
+
+   !> Judges the elements between neighbouring candidates of contacts at nodes.
+   subroutine judge_mesh(problem, state, verdict)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state     !! converged
+      type(verdict_t), intent(out) :: verdict
+      real(wp), allocatable :: measure(:, :), spent(:)
+      real(wp) :: mu, energy
+      integer :: c, next, e, stages, held
+      allocate (verdict%element(0))
+      if (problem%candidates%n == 0) return
+      allocate (measure(problem%model%mesh%n_elements, size(limits)), spent(problem%model%mesh%n_elements), source=0.0_wp)
+      do c = 1, problem%candidates%n
+         next = problem%candidates%neighbour(2, c)
+         if (next == 0) cycle
+         e = problem%candidates%element(2, c)
+         stages = problem%model%mesh%stages(e)
+         mu = compression(problem, state, e)
+         held = count(state%active([c, next]))
+         if (held == 2) then
+            if (stages > 1) measure(e, buckled) = mu
+            if (stages > 2) spent(e) = slack_energy(problem, state, e)
+         else
+            if (held == 1 .and. .not. any(problem%candidates%may_slide([c, next]))) &
+               & measure(e, unheld) = max(measure(e, unheld), mu)
+            measure(e, unbent) = wave_error(stages, mu)
+         end if
+      end do
+      if (any(spent > 0.0_wp)) then
+         energy = strain_energy(problem, state)
+         where (spent > 0.0_wp) measure(:, slack) = sum(spent) / (sum(spent) + energy)
+      end if
+      verdict%kind = maxloc(maxval(measure, 1) / limits, 1)
+      verdict%limit = limits(verdict%kind)
+      verdict%value = maxval(measure(:, verdict%kind))
+      verdict%ratio = verdict%value / verdict%limit
+      associate (worst => measure(:, verdict%kind), label => problem%model%mesh%element_label)
+         if (verdict%kind == slack) worst = spent
+         e = maxloc(worst, 1)
+         verdict%element = [label(e)]
+         if (verdict%ratio <= 1.0_wp) return
+         ! Of what all have in common those count that have more than their share.
+         if (verdict%kind == slack) worst = (spent / sum(spent)) * (count(spent > 0.0_wp) * verdict%limit)
+         verdict%element = pack(label, worst > verdict%limit .or. label == label(e))
+      end associate
+   end subroutine judge_mesh
+
+   !> mu of an element: its mean normal force, positive in compression, times h^2/EI; zero in tension.
+   real(wp) function compression(problem, state, e) result(mu)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp) :: local(3, 2)
+      call local_forces(problem, state, e, local)
+      mu = max(-0.5_wp * sum(local(1, :)), 0.0_wp) * state%geometry%element(e)%length**2 * problem%compliance(e)%bending
+   end function compression
+
+   !> Relative error of the load at which a rod of such elements is in neutral balance with a wave.
+   pure real(wp) function wave_error(stages, mu) result(error)
+      integer, intent(in) :: stages          !! 0: UL2
+      real(wp), intent(in) :: mu
+      integer :: i
+      error = mu / 12.0_wp
+      if (stages < 2) return
+      error = 2.0_wp / (2 * stages + 1)
+      do i = 1, stages
+         ! s!^2 / (2s)!^2, factor by factor
+         error = error * mu / real(stages + i, wp)**2
+      end do
+   end function wave_error
+
+   !> Strain energy of the bending between the nodes of an element held along a curve, times two.
+   real(wp) function slack_energy(problem, state, e) result(energy)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp) :: local(3, 2), turn
+      call local_forces(problem, state, e, local)
+      turn = rod_direction(problem, state, e, 2) - rod_direction(problem, state, e, 1)
+      energy = (0.5_wp * sum(local(1, :)) * turn)**2 * state%geometry%element(e)%length**3 * problem%compliance(e)%bending / &
+         & 720.0_wp
+   end function slack_energy
+
+   !> Strain energy of the structure, times two, each element's force and moment linear between its ends.
+   real(wp) function strain_energy(problem, state) result(energy)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp) :: local(3, 2)
+      integer :: e
+      energy = 0.0_wp
+      do e = 1, problem%model%mesh%n_elements
+         call local_forces(problem, state, e, local)
+         associate (h => state%geometry%element(e)%length)
+            energy = energy + h * problem%compliance(e)%axial * mean_square(local(1, :)) + &
+               & h * problem%compliance(e)%bending * mean_square(local(3, :))
+         end associate
+      end do
+   contains
+      pure real(wp) function mean_square(ends)
+         real(wp), intent(in) :: ends(2)
+         mean_square = (ends(1)**2 + ends(1) * ends(2) + ends(2)**2) / 3.0_wp
+      end function mean_square
+   end function strain_energy
+
+   !> What is wrong with which elements and what to do, one sentence.
+   pure function verdict_words(verdict) result(words)
+      type(verdict_t), intent(in) :: verdict !! beyond its limit
+      character(:), allocatable :: words
+      words = trim(merge('element ', 'elements', size(verdict%element) == 1))//' '//ranges(verdict%element)
+      select case (verdict%kind)
+      case (buckled)
+         words = words//' may buckle through the obstacle between the nodes that it holds (N h^2/EI '//number(verdict%value)// &
+            & ', they buckle at '//number(verdict%limit)//')'
+      case (unheld)
+         words = words//' too long for where contact ends (N h^2/EI '//number(verdict%value)//', at most '// &
+            & number(verdict%limit)//')'
+      case (unbent)
+         words = words//' too long for the waves of the compressed rod (loads are wrong by '//number(verdict%value)//')'
+      case (slack)
+         words = words//' bend through the curved obstacle between the nodes that it holds (this is '// &
+            & number(verdict%value)//' of the strain energy, at most '//number(verdict%limit)//')'
+      end select
+      words = words//': more elements are needed there'
+   contains
+      pure function number(x) result(text)
+         real(wp), intent(in) :: x
+         character(:), allocatable :: text
+         text = scientific(x, 2)
+      end function number
+   end function verdict_words
+
+   !> Labels as ranges, the first few of them: "3-7, 12".
+   pure function ranges(label) result(text)
+      integer, intent(in) :: label(:)        !! rising within each run of neighbours
+      character(:), allocatable :: text
+      integer, parameter :: most = 5         ! what one can read
+      integer :: i, first, n
+      text = ''
+      n = 0
+      i = 1
+      do while (i <= size(label))
+         first = i
+         do while (i < size(label))
+            if (label(i + 1) /= label(i) + 1) exit
+            i = i + 1
+         end do
+         n = n + 1
+         if (n > most) then
+            text = text//', ...'
+            return
+         end if
+         if (n > 1) text = text//', '
+         text = text//whole(label(first))
+         if (i > first) text = text//'-'//whole(label(i))
+         i = i + 1
+      end do
+   end function ranges
+end module mesh_adequacy

@@ -1,0 +1,258 @@
+!> Where the rod is between two nodes: place and rotation anywhere inside an element.
+!>
+!> GE elements with s stages: the collocation polynomial, of degree s in tau, 0 to 1 of the element's stress-free length. The
+!> stress-free axis is exact: what it deviates from its own collocation polynomial is added, turned and stretched with the rod.
+!> So a rigid motion is exact, and an error between nodes is that of what the deformation adds: O(h^(s+1)).
+!> At the nodes, where place and rotation are those of the state, it is O(h^(2 s)).
+!> UL2: the cubic through the ends of the deformed chord whose slopes there are the natural rotations; O(h^2).
+module rod_profile
+   use kinds, only: wp
+   use model, only: family_ge
+   use problem, only: problem_t
+   use rod_geometry, only: element_geometry_t
+   use reference_curve, only: curve_point, curve_length, curve_abscissa
+   use rod_state, only: state_t, element_displacement, element_load
+   use gauss_tableau, only: max_stages, stage_basis
+   use ge_element, only: ge_load_t, ge_direction_changes, ge_direction_rates
+   use ground, only: home_deviation
+   implicit none
+   private
+   public :: profile_t, new_profile, profile_on, profile_place, profile_displacement, profile_home, profile_angle, &
+      & profile_rate, element_place
+
+   !> One element of one state. Polynomials by their coefficients of tau^0, tau^1, ...
+   type :: profile_t
+      private
+      integer :: element = 0
+      integer :: degree = 0
+      real(wp) :: stretch = 1.0_wp              !! by heat, without stress
+      real(wp) :: s = 0.0_wp, length = 0.0_wp   !! nominal coordinate of the first end; stress-free length
+      logical :: curved = .false.               !! the stress-free axis may deviate from its polynomial
+      real(wp) :: axis(2, 0:max_stages) = 0.0_wp     !! polynomial of the stress-free axis
+      real(wp) :: moved(2, 0:max_stages) = 0.0_wp    !! displacements
+      real(wp) :: rotation(0:max_stages) = 0.0_wp
+   end type profile_t
+
+contains
+
+   !> The profile of an element.
+   pure function new_profile(problem, state, e) result(profile)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e                      !! element
+      type(profile_t) :: profile
+      profile = profile_on(problem, state, e, state%geometry%element(e), state%geometry%x(:, problem%model%mesh%node(1, e)))
+   end function new_profile
+
+   !> The same with another stress-free geometry under the displacements and resultants of the state.
+   pure function profile_on(problem, state, e, geometry, start) result(profile)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      type(element_geometry_t), intent(in) :: geometry !! of the element
+      real(wp), intent(in) :: start(2)              !! stress-free position of its first node
+      type(profile_t) :: profile
+      type(ge_load_t) :: load
+      real(wp) :: u(6), slope(2, max_stages), home(2, max_stages), turn(max_stages), phi(2), d(2), side(2)
+      integer :: s, j, k
+      u = element_displacement(problem, state, e)
+      load = element_load(problem, state, e)
+      profile%element = e
+      profile%stretch = 1.0_wp + load%strain
+      profile%s = geometry%s(1)
+      profile%length = geometry%length
+      profile%axis(:, 0) = start
+      profile%moved(:, 0) = u(1:2)
+      profile%rotation(0) = u(3)
+      if (problem%model%mesh%family(e) == family_ge) then
+         s = problem%model%mesh%stages(e)
+         profile%degree = s
+         profile%curved = deviates(problem, e)
+         associate (tab => problem%tableau(s), scaled => geometry%length * geometry%scale, z => state%z(:problem%z_size(e), e))
+            call ge_direction_changes(tab, geometry%length, geometry%angle, problem%compliance(e), load, u, z, slope(:, :s))
+            home(1, :s) = cos(geometry%angle(:s))
+            home(2, :s) = sin(geometry%angle(:s))
+            turn(:s) = geometry%length * (problem%compliance(e)%bending * z(4:3 + s) + load%curvature)
+            home(:, :s) = scaled * home(:, :s)
+            slope(:, :s) = scaled * slope(:, :s)
+            do j = 1, s
+               do k = 1, s
+                  profile%axis(:, k) = profile%axis(:, k) + tab%integral(k, j) * home(:, j)
+                  profile%moved(:, k) = profile%moved(:, k) + tab%integral(k, j) * slope(:, j)
+                  profile%rotation(k) = profile%rotation(k) + tab%integral(k, j) * turn(j)
+               end do
+            end do
+         end associate
+      else
+         ! Stored are M = EI/h (4 phi_1 + 2 phi_2) and EI/h (2 phi_1 + 4 phi_2).
+         phi = (geometry%length * problem%compliance(e)%bending / 6.0_wp) * &
+            & [2.0_wp * state%z(2, e) - state%z(3, e), 2.0_wp * state%z(3, e) - state%z(2, e)]
+         d = geometry%chord + u(4:5) - u(1:2)
+         side = [-d(2), d(1)]
+         profile%degree = 3
+         profile%axis(:, 1) = geometry%chord
+         profile%moved(:, 1) = d - geometry%chord + phi(1) * side
+         profile%moved(:, 2) = -(2.0_wp * phi(1) + phi(2)) * side
+         profile%moved(:, 3) = (phi(1) + phi(2)) * side
+         profile%rotation(1:2) = [-4.0_wp * phi(1) - 2.0_wp * phi(2), 3.0_wp * (phi(1) + phi(2))]
+      end if
+   end function profile_on
+
+   !> Deformed place.
+   pure function profile_place(problem, profile, tau) result(x)
+      type(problem_t), intent(in) :: problem
+      type(profile_t), intent(in) :: profile
+      real(wp), intent(in) :: tau                   !! 0 to 1 of the stress-free length
+      real(wp) :: x(2)
+      x = polynomial(profile%axis + profile%moved, profile%degree, tau)
+      if (profile%curved) x = x + profile%stretch * turned(turning(profile, tau), deviation(problem, profile, tau))
+   end function profile_place
+
+   !> Stress-free place.
+   pure function profile_home(problem, profile, tau) result(x)
+      type(problem_t), intent(in) :: problem
+      type(profile_t), intent(in) :: profile
+      real(wp), intent(in) :: tau
+      real(wp) :: x(2)
+      x = polynomial(profile%axis, profile%degree, tau)
+      if (profile%curved) x = x + deviation(problem, profile, tau)
+   end function profile_home
+
+   !> Displacement and rotation of the material point.
+   pure function profile_displacement(problem, profile, tau) result(u)
+      type(problem_t), intent(in) :: problem
+      type(profile_t), intent(in) :: profile
+      real(wp), intent(in) :: tau
+      real(wp) :: u(3)
+      real(wp) :: d(2)
+      u(1:2) = polynomial(profile%moved, profile%degree, tau)
+      u(3) = turning(profile, tau)
+      if (.not. profile%curved) return
+      d = deviation(problem, profile, tau)
+      u(1:2) = u(1:2) + profile%stretch * turned(u(3), d) - d
+   end function profile_displacement
+
+   !> Tangent angle of the deformed rod, that of its sections where it shears.
+   pure function profile_angle(problem, state, profile, tau) result(angle)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(profile_t), intent(in) :: profile
+      real(wp), intent(in) :: tau
+      real(wp) :: angle
+      real(wp) :: x(2), speed
+      integer :: c
+      c = problem%model%mesh%curve(profile%element)
+      if (c > 0 .and. problem%model%mesh%family(profile%element) == family_ge) then
+         call curve_point(problem%model%curve(c), problem%model%imperfection, abscissa(problem, profile, tau), x, angle, speed)
+      else
+         angle = state%geometry%element(profile%element)%end_angle(1)
+      end if
+      angle = angle + turning(profile, tau)
+   end function profile_angle
+
+   !> Change of profile_displacement of a GE element, its stress-free geometry held.
+   pure function profile_rate(problem, state, profile, tau, du, dz, load_change) result(rate)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state            !! that of the profile
+      type(profile_t), intent(in) :: profile
+      real(wp), intent(in) :: tau
+      real(wp), intent(in) :: du(6)                 !! changes of the nodes' displacements,
+      real(wp), intent(in) :: dz(:)                 !! (z_size) of the stored resultants
+      real(wp), intent(in) :: load_change           !! and of the load factor
+      real(wp) :: rate(3)
+      real(wp) :: basis(max_stages), slope(2, max_stages), d(2)
+      type(ge_load_t) :: load
+      integer :: s
+      associate (e => profile%element, g => state%geometry%element(profile%element))
+         s = problem%model%mesh%stages(e)
+         load = element_load(problem, state, e)
+         call stage_basis(problem%tableau(s), tau, basis)
+         call ge_direction_rates(problem%tableau(s), g%length, g%angle, problem%compliance(e), load, &
+            & element_displacement(problem, state, e), state%z(:problem%z_size(e), e), du, dz, load_change, slope(:, :s))
+         rate(1:2) = du(1:2) + g%length * g%scale * matmul(slope(:, :s), basis(:s))
+         rate(3) = du(3) + g%length * (problem%compliance(e)%bending * dot_product(basis(:s), dz(4:3 + s)) + &
+            & tau * load_change * load%curvature_rate)
+      end associate
+      if (.not. profile%curved) return
+      d = turned(turning(profile, tau), deviation(problem, profile, tau))
+      rate(1:2) = rate(1:2) + load_change * load%strain_rate * d + profile%stretch * rate(3) * [-d(2), d(1)]
+   end function profile_rate
+
+   !> Where a nominal coordinate lies in an element that lies on a curve.
+   pure real(wp) function element_place(problem, geometry, e, s) result(tau)
+      type(problem_t), intent(in) :: problem
+      type(element_geometry_t), intent(in) :: geometry !! of the element
+      integer, intent(in) :: e
+      real(wp), intent(in) :: s                     !! nominal coordinate between those of its ends
+      tau = curve_length(problem%model%curve(problem%model%mesh%curve(e)), problem%model%imperfection, geometry%s(1), s) / &
+         & geometry%length
+   end function element_place
+
+   !> True where the stress-free axis may deviate from its polynomial.
+   pure logical function deviates(problem, e)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: e
+      deviates = problem%model%mesh%curve(e) > 0
+      if (.not. deviates) return
+      associate (curve => problem%model%curve(problem%model%mesh%curve(e)))
+         deviates = abs(curve%curvature) > 0.0_wp .or. curve%imperfection > 0
+      end associate
+      if (problem%ground%founded(e)) deviates = problem%ground%curved(e)
+   end function deviates
+
+   !> Stress-free axis less its polynomial.
+   pure function deviation(problem, profile, tau) result(d)
+      type(problem_t), intent(in) :: problem
+      type(profile_t), intent(in) :: profile
+      real(wp), intent(in) :: tau
+      real(wp) :: d(2), x(2), angle, speed
+      if (problem%ground%founded(profile%element)) then
+         ! Tabulated where the quadratures of foundations ask many times.
+         d = home_deviation(problem%ground, profile%element, tau)
+      else
+         call curve_point(problem%model%curve(problem%model%mesh%curve(profile%element)), problem%model%imperfection, &
+            & abscissa(problem, profile, tau), x, angle, speed)
+         d = x - polynomial(profile%axis, profile%degree, tau)
+      end if
+   end function deviation
+
+   !> Nominal coordinate of a place.
+   pure real(wp) function abscissa(problem, profile, tau) result(s)
+      type(problem_t), intent(in) :: problem
+      type(profile_t), intent(in) :: profile
+      real(wp), intent(in) :: tau
+      s = curve_abscissa(problem%model%curve(problem%model%mesh%curve(profile%element)), problem%model%imperfection, &
+         & profile%s, tau * profile%length)
+   end function abscissa
+
+   !> Rotation at a place.
+   pure real(wp) function turning(profile, tau)
+      type(profile_t), intent(in) :: profile
+      real(wp), intent(in) :: tau
+      integer :: k
+      turning = profile%rotation(profile%degree)
+      do k = profile%degree - 1, 0, -1
+         turning = profile%rotation(k) + tau * turning
+      end do
+   end function turning
+
+   !> Value of a polynomial in the plane.
+   pure function polynomial(coefficient, degree, tau) result(x)
+      real(wp), intent(in) :: coefficient(2, 0:max_stages)
+      integer, intent(in) :: degree
+      real(wp), intent(in) :: tau
+      real(wp) :: x(2)
+      integer :: k
+      x = coefficient(:, degree)
+      do k = degree - 1, 0, -1
+         x = coefficient(:, k) + tau * x
+      end do
+   end function polynomial
+
+   !> A vector turned by an angle, anticlockwise.
+   pure function turned(angle, d) result(x)
+      real(wp), intent(in) :: angle, d(2)
+      real(wp) :: x(2)
+      x = [cos(angle) * d(1) - sin(angle) * d(2), sin(angle) * d(1) + cos(angle) * d(2)]
+   end function turned
+end module rod_profile

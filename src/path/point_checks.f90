@@ -1,0 +1,67 @@
+!> What is checked at every recorded point: balance and signs, and whether mesh and numbers can carry the answer.
+module point_checks
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use balance, only: measure_balance
+   use mesh_adequacy, only: verdict_t, judge_mesh, verdict_words
+   use run_accuracy, only: accuracy_t, place_t, note_worst
+   use path_record, only: point_t
+   use columns, only: whole, brief, scientific
+   use linear_system, only: system_t
+   use tangent_rounding, only: slope_error, rounding_cure
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: check_point
+
+   !> Of the slope: what it does to a limit load goes with its square, and may be 1 % of an increment.
+   real(wp), parameter :: told_rounding = 0.1_wp
+
+contains
+
+   !> Raises the worst values by those of a point, which gets a warning where mesh or numbers begin to carry too little.
+   subroutine check_point(problem, state, system, at, point, accuracy, timers)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state         !! converged
+      type(system_t), intent(in) :: system       !! assembled and factored there
+      type(place_t), intent(in) :: at            !! the point
+      type(point_t), intent(inout) :: point      !! gives its residual
+      type(accuracy_t), intent(inout) :: accuracy
+      type(timers_t), intent(inout) :: timers
+      type(verdict_t) :: verdict
+      call measure_balance(problem, state, at, point%residual, accuracy)
+      call judge_mesh(problem, state, verdict)
+      if (size(verdict%element) > 0) call note_worst(accuracy%mesh, verdict%ratio, at, element=verdict%element(1))
+      if (verdict%ratio > 1.0_wp) call warn('the mesh is too coarse', verdict_words(verdict), accuracy%mesh_words)
+      call check_rounding()
+
+   contains
+
+      !> The slope at a limit point is zero: its error counts beside the slope before.
+      subroutine check_rounding()
+         real(wp) :: slope, error
+         call slope_error(problem, state, system, slope, error, timers)
+         if (slope > 0.0_wp) then
+            call note_worst(accuracy%rounding, error / max(slope, accuracy%slope), at)
+            if (error > told_rounding * max(slope, accuracy%slope)) call warn('rounding spoils limit points and stability', &
+               & 'the slope of the path is wrong by '//scientific(error / max(slope, accuracy%slope), 2)// &
+               & ' of itself: '//rounding_cure(problem, state), accuracy%rounding_words)
+         end if
+         accuracy%slope = slope
+      end subroutine check_rounding
+
+      !> The first time, at the point too.
+      subroutine warn(what, words, kept)
+         character(*), intent(in) :: what, words
+         character(:), allocatable, intent(inout) :: kept
+         if (allocated(kept)) return
+         kept = what//' from point '//whole(at%point)//' (load factor '//brief(at%load_factor)//') on: '//words
+         if (allocated(point%warning)) then
+            point%warning = point%warning//'; '//what//': '//words
+         else
+            point%warning = 'From here on '//what//': '//words
+         end if
+      end subroutine warn
+   end subroutine check_point
+end module point_checks

@@ -1,0 +1,133 @@
+"""Known failures of contact points that live at nodes: what contact spans are to mend. Strict: whoever mends one takes its mark away.
+
+Each run stops early and says so today, which test_decks_path.py asks for where it once did not.
+"""
+import numpy as np
+import pytest
+
+import deck_runner as dr
+from test_decks_path import LINER, TUBE
+
+pytestmark = pytest.mark.xfail(strict=True, reason="contact spans")
+
+WALLS = """*HEADING
+{title}
+*NODE
+1, 0., 0.
+2, {length}, 0.
+*LINE, ELSET=S, NSET=S, TYPE=GE6
+1, 2, {elements}
+*BEAM SECTION, ELSET=S, SECTION=STIFFNESS
+1e6, 1.
+*BOUNDARY
+1, ENCASTRE
+{guide}
+*OBSTACLE, NAME=UPPER, TYPE=LINE
+1., 0.1, 0., 0.1
+*OBSTACLE, NAME=LOWER, TYPE=LINE
+0., -0.1, 1., -0.1
+*CONTACT, OBSTACLE=UPPER, NSET=S
+*CONTACT, OBSTACLE=LOWER, NSET=S
+*MONITOR, NAME=d
+2, U1, {factor}
+*STEP
+*STATIC
+1., 1e-9, 0.02
+*CONTROLS, POINTS=600
+*CLOAD
+2, 1, -1.
+{trigger}*LOCATE
+LOAD, 60, 100, 140, 160, 200
+*STOP
+LOAD, ABOVE, {end}
+d, ABOVE, 0.6
+{branch}*END STEP
+"""
+PINNED = """*HEADING
+Pinned imperfect column beside a wall, a2/d = 0.02
+*NODE
+1, 0., 0.
+{middle}3, 1.0, 0.
+*LINE, ELSET=COLUMN, NSET=COLUMN, TYPE=GE4
+{lines}
+*IMPERFECTION, ELSET=COLUMN, SHAPE=SINE
+0.0014, 1
+0.0004, 2
+*BEAM SECTION, ELSET=COLUMN, SECTION=STIFFNESS
+480000.0, 1.0
+*BOUNDARY
+1, PINNED
+3, 2
+*OBSTACLE, NAME=WALL, TYPE=LINE
+1.0, 0.02, 0., 0.02
+*CONTACT, OBSTACLE=WALL, NSET=COLUMN
+*MONITOR, NAME=shortening
+3, U1, -1.0
+{monitor}*STEP
+*STATIC
+0.1
+*CLOAD
+3, 1, -9.869604401089358
+*STOP
+shortening, ABOVE, {end}
+*END STEP
+"""
+
+
+def test_half_of_a_strip_between_walls():
+    """Point contact to P = 155.482, then line contact; d = 0.0313907 at P = 160."""
+    run = dr.run_deck(WALLS.format(title="half of a strip", length=0.5, elements=60, guide="2, 6", factor=-2, trigger="2, 2, 1e-5\n",
+                                   end=240, branch=""))
+    point, = [c for c in run.labelled("UZ") if abs(c.load_factor - 160.0) < 1e-6]
+    dr.assert_close(point.monitors["d"], 0.0313907, relative=1e-5)
+
+
+def test_strip_between_walls():
+    """The same without symmetry, on the branch of the perfect strip; on the line contact it may shift along itself: no bifurcations."""
+    run = dr.run_deck(WALLS.format(title="strip", length=1.0, elements=120, guide="2, 2\n2, 6", factor=-1, trigger="", end=45,
+                                   branch="*BRANCH, SIDE=PLUS\nLOAD, ABOVE, 240.\n"))
+    branch = run.results.branches[1]
+    point, = [c for c in branch.critical if c.label == "UZ" and abs(c.load_factor - 160.0) < 1e-6]
+    dr.assert_close(point.monitors["d"], 0.0313907, relative=1e-5)
+    assert not [c for c in branch.critical if c.label == "BP" and 150.0 < c.load_factor]
+
+
+def test_a_line_contact_passes_a_node_with_a_monitor():
+    """Exact: line contact from P/Pcr = 3.974122318, one line up to 4.804326 (shortening 0.001413)."""
+    run = dr.run_deck(PINNED.format(middle="2, 0.5, 0.\n", lines="1, 2, 40\n2, 3, 40", monitor="*MONITOR, NAME=mid\n2, U2\n", end=0.0014))
+    assert run.column("load_factor")[-1] > 4.7
+    assert np.max(run.results.contact.count) == 1
+
+
+def test_a_line_contact_opens_inside():
+    run = dr.run_deck(PINNED.format(middle="", lines="1, 3, 81", monitor="", end=0.0018))
+    split = [c for c in run.labelled("C-") if "split" in c.note]
+    dr.assert_close(split[0].load_factor, 4.804326, relative=1e-4)
+
+
+@pytest.mark.parametrize("disturbance", ["1e-5", "2e-4", "5e-3"])
+def test_liner_without_a_gap(disturbance):
+    """R/t = 25: 35.1 with the disturbances 1e-3 and 2e-3 (Glock 34.3)."""
+    run = dr.run_deck(dr.changed(LINER, ("0., 0.004, 1.004", "0., 0., 1."), ("30000, 1.", "7500, 1."), ("1, 2, -0.001", f"1, 2, -{disturbance}")))
+    dr.assert_close(run.load("LP"), 35.1, relative=3e-3)
+
+
+def test_liner_with_a_gap():
+    """The bottom point becomes two at p = 2.207, all below 94 degrees lies down at 7.0389, then the limit point."""
+    run = dr.run_deck(LINER)
+    dr.assert_close(run.load("LP"), 36.277501, relative=1e-5)
+
+
+def test_tube_between_plates():
+    """Whether one mesh comes through is a matter of rounding today."""
+    for element, elements in (("GE4", 80), ("GE6", 40), ("GE6", 80), ("GE8", 40)):
+        for method in ("LOAD", "SPHERICAL"):
+            run = dr.run_deck(dr.changed(TUBE, ("TYPE=GE6", f"TYPE={element}"), ("0., 0., 80", f"0., 0., {elements}"),
+                                         ("SPHERICAL", method)))
+            dr.assert_close([c.monitors["F"] for c in run.labelled("UZ")][2:], (5.7421601, 15.950445), relative=1e-5)
+
+
+@pytest.mark.xfail(run=False, reason="contact spans: minutes for one increment, hundreds of sliding points in a dense border")
+def test_ring_of_2560_elements():
+    run = dr.run_deck(dr.changed(dr.example("ring"), ("0., 0., 160, 6.", "0., 0., 2560"), ("ABOVE, 0.6", "ABOVE, 0.05")))
+    dr.assert_close(run.load("LP"), 81.557427564661, relative=1e-8)
