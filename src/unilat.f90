@@ -1,7 +1,8 @@
 !> unilat: equilibrium paths of planar rods with unilateral contact.
 !>
 !> deck -> model -> numbering -> path loop -> results and listing. Exit codes: 0 the path is complete, 1 the deck (or the
-!> command line) has errors, 2 stopped early with the path up to there in the result file, 3 internal or system error.
+!> command line) has errors (where one shows on the way only the result file holds the path up to there), 2 stopped early with
+!> the path up to there in the result file, 3 internal or system error.
 program unilat
    use, intrinsic :: iso_fortran_env, only: input_unit, output_unit, error_unit
    use, intrinsic :: iso_c_binding, only: c_int
@@ -10,7 +11,7 @@ program unilat
    use build_info, only: program_version, compiler, lapack_version, hdf5_version
    use deck_source, only: deck_source_t, read_source_file, read_source_unit
    use deck_to_model, only: read_deck
-   use diagnostics, only: diagnostics_t, diagnostics_report
+   use diagnostics, only: diagnostics_t, diagnostics_report, place_t
    use card_manual, only: write_card_manual
    use deck_summary, only: write_deck_summary
    use model, only: model_t
@@ -90,6 +91,7 @@ program unilat
    call timing_stop(timers, phase_output)
    if (.not. options%quiet) call listing_close(recorder%listing, status, timers, outcome%accuracy)
    if (allocated(error)) call stop_with(exit_internal, error%message)
+   if (outcome%deck_line > 0) call stop_at_line(outcome%deck_line, outcome%why)
    if (.not. outcome%complete) call stop_with(exit_stopped, status)
    call end_program(exit_complete)
 
@@ -121,6 +123,15 @@ contains
       write (output_unit, '(a)') 'LAPACK '//lapack_version()
       write (output_unit, '(a)') 'HDF5 '//hdf5_version()
    end subroutine write_version
+
+   !> Ends with an error of the deck that showed on the way, told as those found in reading are.
+   subroutine stop_at_line(line, message)
+      integer, intent(in) :: line
+      character(*), intent(in) :: message
+      call diagnostics%add(place_t(line, 1, len_trim(source%line(line))), message)
+      write (error_unit, '(a)', advance='no') diagnostics_report(diagnostics, source)
+      call end_program(exit_deck_error)
+   end subroutine stop_at_line
 
    !> Ends with a message on standard error.
    subroutine stop_with(code, message)

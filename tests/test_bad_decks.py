@@ -89,3 +89,12 @@ def test_a_missing_deck_is_named():
     code, stderr = check("no-such-deck.inp")
     assert "no-such-deck.inp" in stderr
     assert code == 1
+
+
+def test_messages_about_long_lines(tmp_path):
+    """Two million characters in a field and messages behind it: a second. Time that goes with the square takes an hour."""
+    deck = tmp_path / "long.inp"
+    deck.write_text("*NODE\n" + 2000000 * "A" + "\n*" + 2000000 * "B" + "\n", encoding="utf-8")
+    code, stderr = check(deck)
+    assert code == 1
+    assert "long.inp:2:2000001: *NODE: x is missing" in stderr and "long.inp:3:1: unknown keyword" in stderr

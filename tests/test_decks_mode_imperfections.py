@@ -184,6 +184,27 @@ def test_a_mode_that_was_not_found():
     assert "they cannot make anything buckle" in run.results.status and "found no modes" in run.results.status
 
 
+@pytest.mark.parametrize("foundation, points", [("", "SLIDING"), ("", "NODES"), (", FOUNDATION=WINKLER, MODULUS=100.", "NODES"),
+                                                (", FOUNDATION=WINKLER, MODULUS=100.", "DISTRIBUTED")])
+def test_behind_an_obstacle(foundation, points):
+    """An error of the deck, told with its line as those found in reading are: nothing could be stress-free there."""
+    def deck(amplitude, more=""):
+        obstacle = (f"*OBSTACLE, NAME=GROUND, TYPE=LINE{foundation}\n0., -0.005, 2., -0.005\n"
+                    f"*CONTACT, OBSTACLE=GROUND, NSET=ROD, POINTS={points}\n*STEP, NAME=EULER\n")
+        text = dr.changed(column(-amplitude), ("ELSET=ROD, TYPE", "ELSET=ROD, NSET=ROD, TYPE"), ("*STEP, NAME=EULER\n", obstacle),
+                          ("MID, ABOVE, 0.2", "LOAD, ABOVE, 0.3"))
+        return text.replace("*STEP\n*STATIC", f"*STEP\n{more}*STATIC")
+    text = deck(0.01)
+    run = dr.run_deck(text, code=1)
+    line = text.splitlines().index("*IMPERFECTION, SHAPE=MODE, ELSET=ROD, STEP=EULER") + 1
+    assert f"deck.inp:{line}:1: step" in run.stderr and "contact with GROUND: the imperfection puts node" in run.stderr
+    assert "0.005 behind the obstacle; leave it room with GAP" in run.stderr and "1 error in deck.inp" in run.stderr
+    # the modes found before are in the file
+    assert run.results.status.startswith("stopped: step") and len(run.results.buckling["EULER"].load_factor) > 0
+    dr.run_deck(deck(0.004))
+    dr.run_deck(deck(0.01, "*CONTACT INTERFERENCE, SHRINK\nGROUND\n"))
+
+
 def test_example():
     """What the comments of the deck say: limit loads over six decades of the amplitude, the largest a tenth of the rise."""
     run = dr.run_deck(dr.example("arch-imperfect"))

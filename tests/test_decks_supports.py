@@ -363,3 +363,41 @@ def test_interference_buckles_a_ring():
     exact = [((n * n - 1)**2 + 50) / (n * n - 2) / 50 * (1 + 50 / 1e6) for n in (3, 3, 4, 4)]
     # EA R^2/EI = 1e6 leaves the inextensible ring by 1e-5.
     dr.assert_close(run.results.buckling["SQUEEZE"].load_factor, exact, relative=2e-5)
+
+
+@pytest.mark.parametrize("bilateral", ["", ", BILATERAL"])
+def test_ground_that_moves_under_a_supported_node(bilateral):
+    """Ground rises by 0.01 under a clamped cantilever: springs k h/2 at both end nodes, the clamped one's too, are pressed. With
+    soft ground each gives k times its length times 0.01, less what the cantilever yields (1.276e-3 k L^4/EI/0.01 of it at its tip)."""
+    run = dr.run_deck(f"""*HEADING
+ground that moves
+*NODE
+1, 0, 0
+2, 1, 0
+*LINE, ELSET=E, NSET=N, TYPE=GE4
+1, 2, 4
+*BEAM SECTION, ELSET=E, SECTION=STIFFNESS
+1000, 1
+*BOUNDARY
+1, ENCASTRE
+*OBSTACLE, NAME=O, TYPE=LINE, FOUNDATION=WINKLER, MODULUS=0.01{bilateral}
+0, 0, 1, 0
+*CONTACT, OBSTACLE=O, NSET=N, POINTS=NODES
+*MONITOR, NAME=SUPPORT
+1, RF2
+*MONITOR, NAME=GROUND, OBSTACLE=O
+RF2
+*STEP
+*STATIC, METHOD=LOAD
+0.5
+*OBSTACLE MOTION
+O, 0, 0.01
+*FIELD OUTPUT
+REACTION
+*END STEP
+""")
+    dr.assert_close(run.column("GROUND")[-1], 1e-4, relative=1.28e-3)
+    # nothing else loads the cantilever
+    dr.assert_close(run.column("SUPPORT")[-1], -run.column("GROUND")[-1], relative=1e-7)
+    reaction = run.results.field("reaction", run.results.field_points[-1])
+    dr.assert_close(reaction / 1e-4, [0.125, 0.25, 0.25, 0.25, 0.125], relative=1.28e-3)

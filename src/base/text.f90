@@ -3,7 +3,7 @@ module text
    use kinds, only: wp, i8
    implicit none
    private
-   public :: upper, squeeze, same_name, is_blank, to_text, join, nearest_word, plural
+   public :: upper, squeeze, same_name, is_blank, to_text, rounded, join, nearest_word, plural
    public :: parse_integer, parse_real, word_count, word_at, word_index
 
    !> The shortest text of an integer, or of a real that reads back as the same number.
@@ -109,6 +109,17 @@ contains
       end if
    end function real_to_text
 
+   !> A number with 3 digits, for messages.
+   pure function rounded(x) result(string)
+      real(wp), intent(in) :: x !! any real
+      character(:), allocatable :: string
+      character(12) :: buffer
+      real(wp) :: short
+      write (buffer, '(es12.2e3)') x
+      read (buffer, *) short
+      string = to_text(short)
+   end function rounded
+
    !> "1 error", "2 errors".
    pure function plural(number, noun) result(string)
       integer, intent(in) :: number    !! how many
@@ -174,13 +185,16 @@ contains
    pure function nearest_word(list, word) result(nearest)
       character(*), intent(in) :: list !! words between bars
       character(*), intent(in) :: word !! the word as typed
-      character(:), allocatable :: nearest
+      character(:), allocatable :: nearest, key
       integer :: i, distance, least
       nearest = ''
+      key = squeeze(word)
       least = len_trim(word) / 3 + 1 ! one wrong letter in three; words shorter than that are not guessed
       do i = 1, word_count(list)
-         distance = edit_distance(squeeze(word_at(list, i)), squeeze(word))
-         if (len_trim(word) > 2 .and. index(squeeze(word_at(list, i)), squeeze(word)) == 1) distance = 0
+         ! No fewer than the letters that one has more than the other.
+         distance = abs(len(squeeze(word_at(list, i))) - len(key))
+         if (distance < least) distance = edit_distance(squeeze(word_at(list, i)), key)
+         if (len_trim(word) > 2 .and. index(squeeze(word_at(list, i)), key) == 1) distance = 0
          if (distance >= least) cycle
          least = distance
          nearest = word_at(list, i)

@@ -24,7 +24,7 @@ module contact_set
       & counter_lcp_failed, counter_set_changes
    implicit none
    private
-   public :: contact_step_t, solve_contact_step, reaction_rate, gap_rate, gap_tolerance, &
+   public :: contact_step_t, solve_contact_step, reaction_rate, gap_rate, gap_tolerance, overlap_allowed, &
       & inside_region, weak_reaction
 
    real(wp), parameter :: gap_tolerance = 1.0e-11_wp      !! of the structure's size
@@ -485,15 +485,15 @@ contains
          ! A prediction is as good as the iterate it comes from.
          if (inside_region(problem, state, c)) limit(c) = max(weak_reaction(problem), system%force_residual)
       end do
-      wrong = merge(reaction < -limit * scale, gap < -gap_tolerance * problem%size, state%active) &
-         & .and. .not. problem%candidates%bilateral
+      wrong = merge(reaction < -limit * scale, gap < -[(overlap_allowed(problem, system, c), c=1, problem%candidates%n)], &
+         & state%active) .and. .not. problem%candidates%bilateral
       ! Beside a sliding contact the gap grows with the cube of the distance: its linear prediction means nothing there,
       ! and as long as it is open now only the converged state can tell.
       do k = 1, system%n_slides
          do side = 1, 2
             c = problem%candidates%neighbour(side, system%slide(k))
             if (c == 0) cycle
-            if (.not. state%active(c) .and. system%gap(c) >= -gap_tolerance * problem%size) wrong(c) = .false.
+            if (.not. state%active(c) .and. system%gap(c) >= -overlap_allowed(problem, system, c)) wrong(c) = .false.
          end do
       end do
    end function violated
@@ -534,6 +534,18 @@ contains
       type(problem_t), intent(in) :: problem
       weak_reaction = 10.0_wp * problem%model%step(problem%step)%tolerance
    end function weak_reaction
+
+   !> How far behind its obstacle an open candidate may be: on a foundation no further than what its reaction there, and the
+   !> rounding of gaps, tell from nothing.
+   pure real(wp) function overlap_allowed(problem, system, candidate) result(overlap)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: candidate
+      overlap = gap_tolerance * problem%size
+      if (.not. system%soft(candidate) .or. problem%coupling%entry(candidate) > 0) return
+      overlap = min(overlap, max(reaction_tolerance * system%force_scale / max(system%spring(candidate), tiny(overlap)), &
+         & system%gap_error))
+   end function overlap_allowed
 
    !> A support may take all that an obstacle could push (see may_react).
    pure logical function can_act(system, candidate)

@@ -20,6 +20,7 @@ module ground
       integer, allocatable :: candidate(:)      !! at the element's first node: index into chain
       logical, allocatable :: founded(:)        !! (elements) some foundation acts on it
       logical, allocatable :: curved(:)         !! (elements) the deviation is not zero
+      real(wp), allocatable :: slope(:)         !! (obstacles) [force/length^2] largest of its law, where it acts inside elements
       real(wp) :: stiffest = 0.0_wp             !! [force/length] of a node's share of the foundation
       real(wp), allocatable :: deviation(:, :, :) !! (2, n_knots, elements) Newton's divided differences
       real(wp) :: knot(n_knots) = 0.0_wp        !! in (0, 1)
@@ -58,6 +59,7 @@ contains
          places(e) = places(e) - 1
          ground%candidate(ground%first(e) + places(e)) = c
       end do
+      allocate (ground%slope(size(model%obstacle)), source=0.0_wp)
       if (.not. any(ground%founded)) return
       do c = 1, ground%chain%n
          associate (obstacle => model%obstacle(ground%chain%obstacle(c)))
@@ -69,6 +71,7 @@ contains
                      & (law%penetration(2:) - law%penetration(:n - 1)))
                end associate
             end if
+            ground%slope(ground%chain%obstacle(c)) = slope
             ground%stiffest = max(ground%stiffest, slope * ground%chain%tributary(c))
          end associate
       end do

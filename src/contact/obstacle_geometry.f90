@@ -5,7 +5,7 @@ module obstacle_geometry
    use obstacle_curve, only: foot_t, nearest_point
    implicit none
    private
-   public :: obstacle_gap, has_angle, contact_angle, turns_forward, unwrap_angle, contact_curvature
+   public :: obstacle_gap, moved_gap, has_angle, contact_angle, turns_forward, unwrap_angle, contact_curvature
 
 contains
 
@@ -53,6 +53,31 @@ contains
          if (r > epsilon(r)) bend = -foot%curvature / r
       end select
    end subroutine obstacle_gap
+
+   !> What a motion does to the gap of a point, with normal and curvature where it ends. On lines and circles the change is
+   !> exact to the rounding of the motion, not to that of positions: a stiff foundation would multiply it.
+   pure subroutine moved_gap(obstacle, home, motion, at_home, change, normal, bend)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: home(2), motion(2)
+      real(wp), intent(out) :: at_home     !! gap before
+      real(wp), intent(out) :: change      !! of the gap
+      real(wp), intent(out) :: normal(2), bend !! as those of obstacle_gap
+      real(wp) :: gap, d(2)
+      call obstacle_gap(obstacle, home, at_home, normal, bend)
+      call obstacle_gap(obstacle, home + motion, gap, normal, bend)
+      select case (obstacle%kind)
+      case (obstacle_line)
+         change = dot_product(motion, normal)
+      case (obstacle_circle)
+         d = home - obstacle%centre
+         change = 0.0_wp
+         if (norm2(d) + norm2(d + motion) > 0.0_wp) &
+            & change = dot_product(2.0_wp * d + motion, motion) / (norm2(d) + norm2(d + motion))
+         if (obstacle%inside) change = -change
+      case default
+         change = gap - at_home
+      end select
+   end subroutine moved_gap
 
    !> True where contact has an angle about a centre.
    pure logical function has_angle(obstacle)

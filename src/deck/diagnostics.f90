@@ -77,7 +77,7 @@ contains
       character(:), allocatable :: string
       character(:), allocatable :: line, margin
       character(8) :: number
-      integer :: first, last, i
+      integer :: first, last
       if (item%place%line == 0) then
          string = source%name//': '//item%message//new_line('a')
          return
@@ -86,23 +86,28 @@ contains
       first = item%place%first
       last = max(item%place%last, first)
       ! Columns count characters; a character outside ASCII takes several bytes.
-      string = source%name//':'//to_text(item%place%line)//':'//to_text(1 + characters(line(:first - 1)))//': '// &
-         item%message//new_line('a')
+      margin = blanked(line(:min(first - 1, len(line))))//repeat(' ', max(0, first - 1 - len(line)))
+      string = source%name//':'//to_text(item%place%line)//':'//to_text(1 + len(margin))//': '//item%message//new_line('a')
       write (number, '(i8)') item%place%line
       string = string//number//' | '//line//new_line('a')
-      margin = ''
-      do i = 1, first - 1
-         if (i > len(line)) then
-            margin = margin//' '
-         else if (line(i:i) == achar(9)) then
-            margin = margin//achar(9)
-         else if (.not. inside_character(line(i:i))) then
-            margin = margin//' '
-         end if
-      end do
       if (last <= len(line)) last = first - 1 + characters(line(first:last))
       string = string//repeat(' ', 8)//' | '//margin//repeat('^', max(1, last - first + 1))//new_line('a')
    end function described
+
+   !> Blanks that take as much room as a text does when it is printed; its tabs stay.
+   pure function blanked(string) result(blanks)
+      character(*), intent(in) :: string        !! UTF-8
+      character(:), allocatable :: blanks
+      integer :: i, n
+      n = characters(string)
+      allocate (character(n) :: blanks)
+      n = 0
+      do i = 1, len(string)
+         if (inside_character(string(i:i))) cycle
+         n = n + 1
+         blanks(n:n) = merge(string(i:i), ' ', string(i:i) == achar(9))
+      end do
+   end function blanked
 
    !> Number of characters of UTF-8 text.
    pure integer function characters(string)

@@ -1,11 +1,11 @@
 !> *CONTACT: which nodes may touch which obstacle.
 module read_contact
    use kinds, only: wp
-   use text, only: to_text
+   use text, only: to_text, rounded
    use model, only: model_t, contact_t, family_ge, ground_independent, obstacle_line, obstacle_circle, obstacle_arc
    use obstacle_geometry, only: obstacle_gap
    use obstacle_curve, only: sharpest_turn
-   use initial_overlap, only: least_gap_of_nodes, least_gap_between
+   use initial_overlap, only: overlap_of_nodes, overlap_between, deepest_start
    use diagnostics, only: diagnostics_t
    use deck_cards, only: deck_t, complain
    use card_values, only: given, parameter_word, parameter_real, parameter_place, value_place
@@ -14,8 +14,6 @@ module read_contact
    implicit none
    private
    public :: read_contact_cards
-
-   real(wp), parameter :: penetration_tolerance = 1.0e-6_wp !! of the perfect geometry, over the structure's extent
 
 contains
 
@@ -74,10 +72,9 @@ contains
       integer, intent(in) :: card
       type(contact_t), intent(in) :: contact
       integer, intent(inout) :: touched(:)
-      real(wp) :: gap, least, normal(2), bend, extent
+      real(wp) :: gap, least, normal(2), bend
       integer :: i, node, deepest
       character(:), allocatable :: hint
-      extent = maxval(maxval(model%mesh%x_nominal, 2) - minval(model%mesh%x_nominal, 2))
       least = huge(least)
       deepest = 0
       do i = 1, size(contact%node)
@@ -100,7 +97,7 @@ contains
       if (model%obstacle(contact%obstacle)%bilateral) return
       if (pushes_out(deck, model%obstacle(contact%obstacle)%name)) return
       call check_imperfect()
-      if (deepest == 0 .or. least >= -penetration_tolerance * extent) return
+      if (deepest == 0 .or. least >= -deepest_start(model)) return
       if (names%obstacle%incomplete) return ! its place may be wrong
       hint = 'the order of its points'
       if (model%obstacle(contact%obstacle)%kind == obstacle_circle) hint = 'its SIDE'
@@ -112,13 +109,10 @@ contains
 
       !> An imperfection must not push nodes into an obstacle: nothing could be stress-free then.
       subroutine check_imperfect()
-         integer :: worst
-         real(wp) :: deepest_gap
-         if (least < -penetration_tolerance * extent) return
-         call least_gap_of_nodes(model, contact, deepest_gap, worst)
-         if (deepest_gap < -penetration_tolerance * extent) call wrong('the imperfection puts node '//label(worst)//' '// &
-            rounded(-deepest_gap)//' behind the obstacle; leave it room with GAP, or push it out with *CONTACT '// &
-            'INTERFERENCE, SHRINK')
+         character(:), allocatable :: overlap
+         if (least < -deepest_start(model)) return
+         call overlap_of_nodes(model, contact, overlap)
+         if (overlap /= '') call wrong(overlap)
       end subroutine check_imperfect
 
       !> Contact is looked for at nodes and along elements that see the obstacle: what bulges towards the structure must not
@@ -173,30 +167,13 @@ contains
       type(diagnostics_t), intent(inout) :: diagnostics
       integer, intent(in) :: card
       type(contact_t), intent(in) :: contact
-      real(wp) :: gap, nodes_gap, tolerance
-      integer :: element, node
-      associate (obstacle => model%obstacle(contact%obstacle), x => model%mesh%x_nominal)
+      character(:), allocatable :: overlap
+      associate (obstacle => model%obstacle(contact%obstacle))
          if (obstacle%bilateral .or. pushes_out(deck, obstacle%name)) return
-         tolerance = penetration_tolerance * maxval(maxval(x, 2) - minval(x, 2))
       end associate
-      call least_gap_of_nodes(model, contact, nodes_gap, node)
-      call least_gap_between(model, contact, gap, element)
-      if (gap >= -tolerance .or. nodes_gap < -tolerance) return
-      call complain(deck, diagnostics, card, parameter_place(deck, card, 'NSET'), 'element '// &
-         to_text(model%mesh%element_label(element))//' begins '//rounded(-gap)//' behind the obstacle, between its nodes; '// &
-         'leave it room with GAP')
+      call overlap_between(model, contact, overlap)
+      if (overlap /= '') call complain(deck, diagnostics, card, parameter_place(deck, card, 'NSET'), overlap)
    end subroutine check_between
-
-   !> A number with 3 digits, for messages.
-   pure function rounded(x) result(string)
-      real(wp), intent(in) :: x
-      character(:), allocatable :: string
-      character(12) :: buffer
-      real(wp) :: short
-      write (buffer, '(es12.2e3)') x
-      read (buffer, *) short
-      string = to_text(short)
-   end function rounded
 
    !> Along a contact the elements must run one way: arc lengths and regions count along them.
    subroutine check_directions(deck, model, diagnostics, card, contact)

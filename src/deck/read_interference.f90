@@ -6,7 +6,7 @@ module read_interference
    use obstacle_geometry, only: obstacle_gap
    use diagnostics, only: diagnostics_t
    use deck_cards, only: deck_t, complain
-   use card_values, only: given, field_text, field_real, field_place
+   use card_values, only: given, parameter_word, field_text, field_real, field_place
    use deck_names, only: deck_names_t, find_named
    implicit none
    private
@@ -33,7 +33,7 @@ contains
          load%closing(obstacle) = load%closing(obstacle) + field_real(deck, line, 2)
       else if (shrunk_in(obstacle) > 0) then
          call wrong('line '//to_text(shrunk_in(obstacle))//' pushes out all that penetrates already')
-      else if (.not. (names%contacts_incomplete .or. names%mesh_incomplete .or. penetrated())) then
+      else if (.not. (names%contacts_incomplete .or. names%mesh_incomplete .or. penetrated() .or. modes_to_come())) then
          call wrong('nothing begins behind '//trim(model%obstacle(obstacle)%name))
       else
          load%resolved(obstacle) = 1.0_wp
@@ -46,6 +46,16 @@ contains
          character(*), intent(in) :: message
          call complain(deck, diagnostics, card, field_place(deck, line, 1), message)
       end subroutine wrong
+
+      !> True when buckling modes are imperfections: where the structure then begins is known when they are.
+      logical function modes_to_come()
+         integer :: other
+         modes_to_come = .false.
+         do other = 1, deck%n_cards
+            if (deck%card(other)%sound .and. deck%card(other)%keyword == 'IMPERFECTION') &
+               & modes_to_come = modes_to_come .or. parameter_word(deck, other, 'SHAPE') == 'MODE'
+         end do
+      end function modes_to_come
 
       !> True when some candidate begins behind the obstacle.
       logical function penetrated()

@@ -92,7 +92,7 @@ contains
          if (n_modes > 0 .and. mode > n_modes) call complain(deck, diagnostics, card, field_place(deck, line, 1), &
             'that step finds '//plural(n_modes, 'mode')//' only')
          mode_offset = [mode_offset, mode_offset_t(step=from_step, mode=mode, amplitude=field_real(deck, line, 2), &
-            element=element)]
+            element=element, line=deck%card(card)%place%line)]
       end do
    end subroutine read_modes
 end module read_mode_imperfections

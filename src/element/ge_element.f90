@@ -24,7 +24,7 @@ module ge_element
    implicit none
    private
    public :: ge_compliance, ge_stiffness_t, ge_load_t, ge_rate_t, ge_evaluate, ge_end_forces, ge_interior, ge_directions, &
-      & ge_direction_rates, ge_size, ge_columns
+      & ge_direction_changes, ge_direction_rates, ge_size, ge_columns
 
    integer, parameter :: max_unknowns = 3 * max_stages
    integer, parameter :: ge_columns = 8 !! columns of the update operator: six node displacements, residual, load factor
@@ -114,6 +114,7 @@ contains
          & ends(3, ge_columns + 2)
       real(wp) :: t(2), nu(2), axial, shear, beta, end_defect(3), tail(3), hc, he, residual_m, turn(2), more(2), along, across
       real(wp) :: free, heat(2, max_stages), g_heat(max_stages), turning(max_stages), thinning(2, max_stages), by(3, 1)
+      real(wp) :: row_weight(max_unknowns)
       integer :: s, i, j, l, q, unknowns, nb
       logical :: stored, founded, singular
 
@@ -198,7 +199,10 @@ contains
          defect(1) = max(defect(1), abs(residual_m) * he)
       end do
       if (stored) call add_force_rows()
-      call solve_small(unknowns, system, rhs(:unknowns, :nb), singular)
+      ! Moments beside forces: as forces at a distance of h.
+      row_weight(:s) = 1.0_wp
+      row_weight(s + 1:) = h
+      call solve_small(unknowns, system, rhs(:unknowns, :nb), singular, row_weight)
       ok = .not. singular
       if (singular) then
          f = 0.0_wp; raw = 0.0_wp; k = 0.0_wp; fl = 0.0_wp; op = 0.0_wp
@@ -285,7 +289,7 @@ contains
          ends(:, 1:2) = ends(:, 1:2) - dend(:, by_x:by_y)
          ends(:, ge_columns + 1:) = -dend(:, by_x:by_y)
       end if
-      call solve_small(3, flexibility, ends(:, :merge(ge_columns + 2, ge_columns, founded)), singular)
+      call solve_small(3, flexibility, ends(:, :merge(ge_columns + 2, ge_columns, founded)), singular, [1.0_wp, 1.0_wp, h])
       ok = .not. singular
       if (present(shift)) shift = 0.0_wp
       if (singular) then
@@ -326,7 +330,7 @@ contains
                & (hc * rate%angle(i)) * [-sin(angle(i)), cos(angle(i))])
          end do
          flexibility = dend(:, by_nx:by_m)
-         call solve_small(3, flexibility, by, singular)
+         call solve_small(3, flexibility, by, singular, [1.0_wp, 1.0_wp, h])
          z_rate(1:3) = by(:, 1)
          z_rate(4:3 + unknowns) = matmul(rhs(:unknowns, by_nx:by_m), by(:, 1)) + rhs(:unknowns, by_rate)
          f_rate(1:3) = -by(:, 1)
@@ -494,6 +498,22 @@ contains
       type(ge_load_t), intent(in) :: load
       real(wp), intent(in) :: u(6), z(:)
       real(wp), intent(out) :: rho(:, :)       !! (2, stages)
+      integer :: i
+      call ge_direction_changes(tab, h, angle, compliance, load, u, z, rho)
+      do i = 1, tab%stages
+         rho(:, i) = rho(:, i) + [cos(angle(i)), sin(angle(i))]
+      end do
+   end subroutine ge_directions
+
+   !> The same less that of the stress-free element, exact to the rounding of displacements.
+   pure subroutine ge_direction_changes(tab, h, angle, compliance, load, u, z, change)
+      type(tableau_t), intent(in) :: tab
+      real(wp), intent(in) :: h
+      real(wp), intent(in) :: angle(:)         !! (stages)
+      type(ge_stiffness_t), intent(in) :: compliance
+      type(ge_load_t), intent(in) :: load
+      real(wp), intent(in) :: u(6), z(:)
+      real(wp), intent(out) :: change(:, :)    !! (2, stages)
       real(wp) :: phi, nn(2), t(2), nu(2)
       integer :: i, s
       s = tab%stages
@@ -502,10 +522,11 @@ contains
          nn = stage_force(tab, h, load, z, i)
          t = [cos(angle(i) + phi), sin(angle(i) + phi)]
          nu = [-t(2), t(1)]
-         rho(:, i) = (1.0_wp + load%strain + dot_product(nn, t) * compliance%axial) * t + &
-            & (dot_product(nn, nu) * compliance%shear) * nu
+         change(:, i) = (load%strain + dot_product(nn, t) * compliance%axial) * t + &
+            & (dot_product(nn, nu) * compliance%shear) * nu + &
+            & (2.0_wp * sin(0.5_wp * phi)) * [-sin(angle(i) + 0.5_wp * phi), cos(angle(i) + 0.5_wp * phi)]
       end do
-   end subroutine ge_directions
+   end subroutine ge_direction_changes
 
    !> Change of ge_directions with the first node's rotation, and the stored resultants.
    pure subroutine ge_direction_rates(tab, h, angle, compliance, load, u, z, du, dz, load_change, rate)

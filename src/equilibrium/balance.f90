@@ -3,13 +3,13 @@
 module balance
    use kinds, only: wp
    use model, only: family_ge
-   use problem, only: problem_t
+   use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t, node_position, element_displacement, element_load, candidate_gap, candidate_opening, &
       & is_stress_free
    use contact_set, only: gap_tolerance
    use force_law, only: law_reaction
    use section_forces, only: end_forces
-   use element_foundation, only: foundation_forces, rounding_gap
+   use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t
    use ge_element, only: ge_load_t
    use ul2_element, only: ul2_heat_scale

@@ -215,7 +215,7 @@ contains
       real(wp), intent(out) :: y(:)                 !! (1 + n_slides) load factor and coordinates
       logical, intent(out) :: ok
       type(timers_t), intent(inout) :: timers
-      real(wp) :: matrix(1 + system%n_slides, 1 + system%n_slides), b(1 + system%n_slides, 1)
+      real(wp) :: matrix(1 + system%n_slides, 1 + system%n_slides), b(1 + system%n_slides, 1), weight(1 + system%n_slides)
       integer :: i, j, m
       logical :: singular
       m = 1 + system%n_slides
@@ -235,7 +235,11 @@ contains
          matrix(i, i) = matrix(i, i) + system%tangency_corner(i - 1)
          b(i, 1) = tangency_rhs(i - 1) - slide_row(problem, system, i - 1, x)
       end do
-      call solve_small(m, matrix, b, singular)
+      do i = 1, m
+         weight(i) = maxval([abs(matrix(i, 1)), problem%size * abs(matrix(i, 2:))])
+      end do
+      weight = 1.0_wp / merge(weight, 1.0_wp, weight > 0.0_wp)
+      call solve_small(m, matrix, b, singular, weight)
       y = b(:, 1)
       ! Without a row of displacements, as under load control, the border cannot make a singular tangent regular.
       ok = .not. singular .and. .not. (system%factor%deficient .and. all(abs(system%path_row) <= 0.0_wp))

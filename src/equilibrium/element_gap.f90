@@ -6,15 +6,15 @@
 module element_gap
    use kinds, only: wp
    use model, only: family_ge
-   use problem, only: problem_t
+   use problem, only: problem_t, rounding_gap
    use candidates, only: candidates_t
    use rod_state, only: state_t, obstacle_shift, candidate_offset, element_displacement
-   use rod_profile, only: profile_t, new_profile, profile_place, profile_home
-   use obstacle_geometry, only: obstacle_gap
+   use rod_profile, only: profile_t, new_profile, profile_displacement, profile_home
+   use obstacle_geometry, only: moved_gap
    use gauss_tableau, only: max_stages
    implicit none
    private
-   public :: element_gap_t, new_element_gap, gap_look, gap_value, gap_parts, gap_crossings, gap_extreme, rounding_gap, &
+   public :: element_gap_t, new_element_gap, gap_look, gap_value, gap_parts, gap_crossings, gap_extreme, &
       & most_samples, most_crossings, most_parts
 
    integer, parameter :: most_samples = 2 * max_stages + 2
@@ -28,7 +28,8 @@ module element_gap
       integer :: obstacle = 0
       logical :: bilateral = .false.            !! the gap is what has been added to that of the stress-free axis
       real(wp) :: shift(2) = 0.0_wp             !! of the obstacle
-      real(wp) :: offset = 0.0_wp               !! of the gap
+      real(wp) :: home_offset = 0.0_wp          !! of the gap of the stress-free axis
+      real(wp) :: offset = 0.0_wp               !! what came on top of that since
       real(wp) :: touching = 0.0_wp             !! below it is contact
       integer, public :: samples = 0            !! places at equal distances that show how it bends, less one
       logical :: sampled = .false.
@@ -53,9 +54,8 @@ contains
       gap%obstacle = list%obstacle(candidate)
       gap%bilateral = list%bilateral(candidate)
       gap%shift = obstacle_shift(problem, state, gap%obstacle)
-      gap%offset = candidate_offset(problem, state, list, candidate)
-      ! What a bilateral one's offset takes off is the gap of the first node.
-      if (gap%bilateral) gap%offset = gap%offset - list%gap_offset(candidate)
+      gap%home_offset = list%gap_offset(candidate)
+      gap%offset = candidate_offset(problem, state, list, candidate) - gap%home_offset
    end function new_element_gap
 
    !> Place of the rod, gap, its gradient and its curvature along the obstacle.
@@ -64,14 +64,15 @@ contains
       type(element_gap_t), intent(in) :: gap
       real(wp), intent(in) :: tau               !! 0 to 1 of the element
       real(wp), intent(out) :: x(2), value, normal(2), bend
-      real(wp) :: at_home, other(2)
-      at_home = 0.0_wp
-      associate (obstacle => problem%model%obstacle(gap%obstacle))
-         if (gap%bilateral) call obstacle_gap(obstacle, profile_home(problem, gap%profile, tau), at_home, other, bend)
-         x = profile_place(problem, gap%profile, tau)
-         call obstacle_gap(obstacle, x - gap%shift, value, normal, bend)
-      end associate
-      value = value - at_home + gap%offset
+      real(wp) :: at_home, home(2), displacement(3)
+      home = profile_home(problem, gap%profile, tau)
+      displacement = profile_displacement(problem, gap%profile, tau)
+      x = home + displacement(1:2)
+      call moved_gap(problem%model%obstacle(gap%obstacle), home, displacement(1:2) - gap%shift, at_home, value, normal, bend)
+      at_home = at_home + gap%home_offset
+      ! What lies on its obstacle begins with no gap, what a bilateral one holds without force.
+      if (gap%bilateral .or. abs(at_home) <= rounding_gap(problem)) at_home = 0.0_wp
+      value = value + at_home + gap%offset
    end subroutine gap_look
 
    !> The gap at a place.
@@ -265,10 +266,4 @@ contains
       touching_gap = 0.0_wp
       if (all(abs(element_displacement(problem, state, e)) <= 0.0_wp)) touching_gap = rounding_gap(problem)
    end function touching_gap
-
-   !> What the rounding of positions may make of a gap.
-   pure real(wp) function rounding_gap(problem)
-      type(problem_t), intent(in) :: problem
-      rounding_gap = 8.0_wp * epsilon(rounding_gap) * problem%size
-   end function rounding_gap
 end module element_gap

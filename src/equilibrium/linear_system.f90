@@ -19,7 +19,7 @@ module linear_system
    implicit none
    private
    public :: system_t, new_system, assemble, sum_elements, contact_tangent, spring_tangent, &
-      & turn_pair, to_global, row_times, contact_reaction
+      & turn_pair, to_global, row_times, contact_reaction, worst_round_off
 
    real(wp), parameter :: worst_round_off = 1.0e-6_wp !! a residual above it is no equilibrium, whatever its reason
 
@@ -74,6 +74,8 @@ module linear_system
       real(wp) :: force_residual = 0.0_wp       !! relative, from the stored resultants
       real(wp) :: defect_residual = 0.0_wp      !! internal: rotations [rad], positions over the size
       real(wp) :: force_scale = 0.0_wp
+      real(wp) :: gap_error = 0.0_wp            !! of the gaps to foundations, by rounding [length]
+      real(wp) :: gap_noise = 0.0_wp            !! what that makes of the forces, relative
       real(wp) :: round_off = 0.0_wp            !! of force_residual, from stiff springs and UL2 elements
       logical :: ok = .true.                    !! false: an element or the matrix was singular
    end type system_t
@@ -561,8 +563,10 @@ contains
       end do
       system%force_scale = scale
       ! UL2 takes N from displacements, a foundation its reaction from a gap: no better than their rounding times stiffness.
-      noise = maxval([problem%ground%stiffest, system%spring]) * problem%size
       moved = max(maxval(abs(state%u(1:2, :))), maxval(abs(state%u(3, :))) * problem%size)
+      system%gap_error = 2.0_wp * epsilon(noise) * merge(moved, problem%size, problem%resting)
+      noise = maxval([problem%ground%stiffest, system%spring]) * merge(moved, problem%size, problem%resting)
+      system%gap_noise = 2.0_wp * epsilon(noise) * noise / scale
       noise = max(noise, moved * maxval(problem%spring(1:2, :)), moved * maxval(problem%spring(3, :)) / problem%size**2)
       do e = 1, problem%model%mesh%n_elements
          if (problem%model%mesh%family(e) == family_ge) cycle

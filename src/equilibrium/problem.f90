@@ -8,11 +8,12 @@ module problem
    use ul2_element, only: ul2_size
    use rod_geometry, only: geometry_t, new_geometry
    use candidates, only: candidates_t, new_candidates
+   use obstacle_geometry, only: obstacle_gap
    use ground, only: ground_t, new_ground
    use ground_coupling, only: coupling_t, new_coupling
    implicit none
    private
-   public :: problem_t, new_problem, structure_size, dof
+   public :: problem_t, new_problem, structure_size, rounding_gap, dof
 
    type :: problem_t
       type(model_t) :: model
@@ -31,6 +32,7 @@ module problem
       integer :: step = 1
       integer :: n_unknowns = 0                          !! three a node
       real(wp) :: size = 1.0_wp                          !! diagonal of the box around the structure
+      logical :: resting = .false.                       !! what foundations act on lies on them, or is bilateral: no gap at home
       real(wp) :: force_floor = 0.0_wp                   !! smallest force scale: rounding of EI/size^2
       real(wp), allocatable :: weight(:)                 !! (nodes) share of the rod's length over size^2: the arc-length metric
    end type problem_t
@@ -59,6 +61,7 @@ contains
       problem%n_unknowns = 3 * model%mesh%n_nodes
       problem%size = structure_size(home%x)
       problem%coordinates = model%mesh%x
+      problem%resting = rests(problem, problem%candidates, home) .and. rests(problem, problem%ground%chain, home)
       allocate (problem%beside(2, model%mesh%n_nodes), source=0)
       allocate (problem%compliance(model%mesh%n_elements), problem%z_size(model%mesh%n_elements))
       allocate (problem%pressurised(model%mesh%n_elements), source=.false.)
@@ -87,6 +90,23 @@ contains
       problem%force_floor = 1.0e-12_wp * softest / problem%size**2
    end function new_problem
 
+   !> True when no foundation of a list of candidates begins with a gap.
+   pure logical function rests(problem, list, home)
+      type(problem_t), intent(in) :: problem   !! with its size
+      type(candidates_t), intent(in) :: list
+      type(geometry_t), intent(in) :: home
+      real(wp) :: gap, normal(2), bend
+      integer :: c
+      rests = .true.
+      do c = 1, list%n
+         associate (obstacle => problem%model%obstacle(list%obstacle(c)))
+            if (obstacle%rigid .or. obstacle%bilateral) cycle
+            call obstacle_gap(obstacle, home%x(:, list%node(c)), gap, normal, bend)
+            rests = rests .and. abs(gap + list%gap_offset(c)) <= rounding_gap(problem)
+         end associate
+      end do
+   end function rests
+
    !> Diagonal of the box around a set of points.
    pure real(wp) function structure_size(x)
       real(wp), intent(in) :: x(:, :)   !! (2, points)
@@ -99,4 +119,9 @@ contains
       integer, intent(in) :: node, component
       dof = 3 * (problem%numbering%position(node) - 1) + component
    end function dof
+   !> What the rounding of positions may make of a gap.
+   pure real(wp) function rounding_gap(problem)
+      type(problem_t), intent(in) :: problem
+      rounding_gap = 8.0_wp * epsilon(rounding_gap) * problem%size
+   end function rounding_gap
 end module problem

@@ -13,7 +13,7 @@ module rod_profile
    use reference_curve, only: curve_point, curve_length, curve_abscissa
    use rod_state, only: state_t, element_displacement, element_load
    use gauss_tableau, only: max_stages, stage_basis
-   use ge_element, only: ge_load_t, ge_directions, ge_direction_rates
+   use ge_element, only: ge_load_t, ge_direction_changes, ge_direction_rates
    use ground, only: home_deviation
    implicit none
    private
@@ -69,12 +69,12 @@ contains
          profile%degree = s
          profile%curved = deviates(problem, e)
          associate (tab => problem%tableau(s), scaled => geometry%length * geometry%scale, z => state%z(:problem%z_size(e), e))
-            call ge_directions(tab, geometry%length, geometry%angle, problem%compliance(e), load, u, z, slope(:, :s))
+            call ge_direction_changes(tab, geometry%length, geometry%angle, problem%compliance(e), load, u, z, slope(:, :s))
             home(1, :s) = cos(geometry%angle(:s))
             home(2, :s) = sin(geometry%angle(:s))
             turn(:s) = geometry%length * (problem%compliance(e)%bending * z(4:3 + s) + load%curvature)
             home(:, :s) = scaled * home(:, :s)
-            slope(:, :s) = scaled * slope(:, :s) - home(:, :s)
+            slope(:, :s) = scaled * slope(:, :s)
             do j = 1, s
                do k = 1, s
                   profile%axis(:, k) = profile%axis(:, k) + tab%integral(k, j) * home(:, j)

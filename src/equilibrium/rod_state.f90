@@ -1,10 +1,10 @@
 !> Everything that changes along the path. Copying a state saves it; assigning the copy restores it.
 module rod_state
    use kinds, only: wp
-   use problem, only: problem_t
+   use problem, only: problem_t, rounding_gap
    use rod_geometry, only: geometry_t, new_geometry
    use candidates, only: candidates_t
-   use obstacle_geometry, only: obstacle_gap
+   use obstacle_geometry, only: moved_gap
    use ground_coupling, only: settlement
    use ge_element, only: ge_load_t
    implicit none
@@ -165,11 +165,15 @@ contains
       type(candidates_t), intent(in) :: list
       integer, intent(in) :: candidate
       real(wp), intent(out) :: gap, normal(2), bend
-      associate (obstacle => list%obstacle(candidate))
-         call obstacle_gap(problem%model%obstacle(obstacle), node_position(state, list%node(candidate)) - &
-            & obstacle_shift(problem, state, obstacle), gap, normal, bend)
+      real(wp) :: at_home
+      associate (obstacle => list%obstacle(candidate), node => list%node(candidate), offset => list%gap_offset(candidate))
+         call moved_gap(problem%model%obstacle(obstacle), state%geometry%x(:, node), state%u(1:2, node) - &
+            & obstacle_shift(problem, state, obstacle), at_home, gap, normal, bend)
+         ! What lies on its obstacle begins with no gap.
+         at_home = at_home + offset
+         if (abs(at_home) <= rounding_gap(problem)) at_home = 0.0_wp
+         gap = gap + at_home + (candidate_offset(problem, state, list, candidate) - offset)
       end associate
-      gap = gap + candidate_offset(problem, state, list, candidate)
    end subroutine chain_gap
 
    !> Gap of a candidate to the surface as the reactions have settled it; the gap itself where they do not.
@@ -182,14 +186,16 @@ contains
       opening = opening + settlement(problem%coupling, candidate, state%reaction)
    end function candidate_opening
 
-   !> False where a support of the node takes all that an obstacle of this normal could push.
+   !> False where a support of the node takes all that a rigid obstacle of this normal could push. A foundation answers to its
+   !> gap, whatever holds the node.
    pure logical function may_react(problem, candidate, normal)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
       real(wp), intent(in) :: normal(2)
       real(wp), parameter :: grazing = 1.0e-6_wp
       associate (fixed => problem%model%fixed(1:2, problem%candidates%node(candidate)))
-         may_react = any(.not. fixed .and. abs(normal) > grazing)
+         may_react = any(.not. fixed .and. abs(normal) > grazing) .or. &
+            & .not. problem%model%obstacle(problem%candidates%obstacle(candidate))%rigid
       end associate
    end function may_react
 end module rod_state

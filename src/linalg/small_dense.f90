@@ -8,24 +8,30 @@ module small_dense
 contains
 
    !> Solves A X = B by Gauss elimination with row pivoting; A and B are overwritten, X is in B.
-   pure subroutine solve_small(n, a, b, singular)
+   !>
+   !> Where rows have different units, `weight` makes them comparable: the choice of pivots must not depend on the units.
+   pure subroutine solve_small(n, a, b, singular, weight)
       integer, intent(in) :: n             !! unknowns
       real(wp), intent(inout) :: a(:, :)   !! (>= n, >= n) matrix, destroyed
       real(wp), intent(inout) :: b(:, :)   !! (>= n, right-hand sides), the solution on return
       logical, intent(out) :: singular     !! a pivot was exactly zero or not finite; B is then undefined
-      real(wp) :: factor, swap
+      real(wp), intent(in), optional :: weight(:) !! (>= n) of the rows when pivots are compared, positive
+      real(wp) :: factor, swap, w(n)
       integer :: i, j, k, p
       singular = .false.
+      w = 1.0_wp
+      if (present(weight)) w = weight(:n)
       do k = 1, n
          p = k
          do i = k + 1, n
-            if (abs(a(i, k)) > abs(a(p, k))) p = i
+            if (w(i) * abs(a(i, k)) > w(p) * abs(a(p, k))) p = i
          end do
          if (.not. abs(a(p, k)) > 0.0_wp) then
             singular = .true.
             return
          end if
          if (p /= k) then
+            w(p) = w(k)
             do j = k, n
                swap = a(k, j); a(k, j) = a(p, j); a(p, j) = swap
             end do

@@ -183,6 +183,7 @@ module model
       integer :: mode = 0
       real(wp) :: amplitude = 0.0_wp            !! its sign counts
       integer, allocatable :: element(:)        !! one chain of generated curves, in order
+      integer :: line = 0                       !! of the deck, that of its card
    end type mode_offset_t
 
    !> "Follow the k-th limit point of this step while a second parameter varies."

@@ -11,7 +11,7 @@ module branch_switching
    use rod_state, only: state_t
    use linear_system, only: to_global
    use bordered_system, only: linearise, apply_increment
-   use tangent_modes, only: modes_t, lowest_modes, nodal_mode
+   use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode
    use path_control, only: control_t, metric, path_length, is_arc_length
    use path_continuity, only: heading_at
    use path_events, only: new_probe
@@ -43,7 +43,7 @@ contains
       type(error_t), allocatable :: error
       type(state_t) :: trial, predicted
       type(control_t) :: hold
-      real(wp), allocatable :: shape(:, :), y(:)
+      real(wp), allocatable :: shape(:, :), y(:), chord(:, :), away(:, :)
       real(wp) :: length, along, sense, wander, drift
       integer :: try, node
 
@@ -54,10 +54,11 @@ contains
          return
       end if
       call lowest_modes(problem, run%state, run%system, landmark%multiplicity + 2, modes, error, timers)
-      if (modes%n < mode) then
+      if (modes%n < landmark%multiplicity) then
          report%message = 'the null vector was not found'
          return
       end if
+      call choose_null_vectors(problem, run%system, landmark%multiplicity, modes)
       allocate (shape(3, size(run%state%u, 2)))
       do node = 1, size(shape, 2)
          shape(:, node) = to_global(problem, run%system, modes%x(:, mode), node)
@@ -65,9 +66,10 @@ contains
       sense = side * sign(1.0_wp, sum(shape * nodal_mode(problem, run%system, modes%x(:, mode))))
       hold%method = method_linearised
       hold%tangent = sense * shape
-      along = metric(problem, landmark%direction, landmark%direction)
-      if (along > 0.0_wp) hold%tangent = hold%tangent - landmark%direction * &
-         & (metric(problem, hold%tangent, landmark%direction) / along)
+      ! Of the path without rounding, which has a share of the null vector itself.
+      chord = landmark%direction - landmark%drift
+      along = metric(problem, chord, chord)
+      if (along > 0.0_wp) hold%tangent = hold%tangent - chord * (metric(problem, hold%tangent, chord) / along)
       hold%tangent = hold%tangent / sqrt(metric(problem, hold%tangent, hold%tangent))
 
       length = distance
@@ -82,7 +84,8 @@ contains
          hold%increment = sense * length * metric(problem, hold%tangent, shape)
          ! Counted from where the path is without its rounding, so that points do not depend on that.
          drift = metric(problem, hold%tangent, landmark%drift)
-         if (abs(drift) < 0.1_wp * abs(hold%increment)) hold%increment = hold%increment - drift
+         if (abs(drift) >= 0.1_wp * abs(hold%increment)) drift = 0.0_wp
+         hold%increment = hold%increment - drift
          call correct(problem, run%state, hold, .false., trial, run%system, report, timers)
          if (report%converged) then
             wander = path_length(problem, predicted, trial)
@@ -94,9 +97,10 @@ contains
       end do
       if (.not. report%converged) return
 
-      run%last_length = path_length(problem, run%state, trial)
+      away = trial%u - (run%state%u - drift * hold%tangent)
+      run%last_length = sqrt(metric(problem, away, away))
       run%last_load = trial%load_factor - run%state%load_factor
-      run%heading = heading_at(problem, run%system, trial%u - run%state%u, run%last_load)
+      run%heading = heading_at(problem, run%system, away, run%last_load)
       run%arc_length = landmark%arc_length + run%last_length
       call set_increment()
       run%state = trial

@@ -9,7 +9,8 @@ module corrector
    use contact_slides, only: slide_fraction, pass_on, drop_slides
    use contact_spread, only: spread_contacts, close_touching
    use path_control, only: control_t, control_row, control_error, metric
-   use contact_set, only: contact_step_t, solve_contact_step, gap_tolerance, inside_region, weak_reaction
+   use contact_set, only: contact_step_t, solve_contact_step, overlap_allowed, inside_region, weak_reaction
+   use foundation_limits, only: why_too_stiff
    use step_search, only: shorten_step, step_work
    use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t
@@ -25,10 +26,12 @@ module corrector
       real(wp) :: residual = 0.0_wp
       integer :: lcp_size = 0, lcp_pivots = 0
       character(:), allocatable :: message     !! why it did not converge
+      logical :: hopeless = .false.            !! nor would a shorter one: to first order it is the same problem
    end type increment_t
 
    integer, parameter :: shifting_iterations = 8 !! after these the contact points must stay within their elements
    integer, parameter :: settling_grip = 20     !! times the most iterations while foundations still change where they touch
+   integer, parameter :: stalled = 4            !! times the most iterations without a smaller residual: it goes round in circles
    real(wp), parameter :: far_worse = 10.0_wp   !! a step that raises the residual by this factor may be far too long
    real(wp), parameter :: far_from_balance = 0.1_wp !! and above this residual
    integer, parameter :: settling_iterations = 5 !! until then the last correction must be small, too
@@ -124,10 +127,13 @@ contains
       type(state_t) :: origin, from
       type(contact_step_t) :: step
       real(wp), allocatable :: before(:, :), spring(:), wanted(:)
-      real(wp) :: rhs, tolerance, best, correction, travelled, work, worse, previous
+      real(wp) :: rhs, tolerance, best, correction, travelled, work, worse, previous, last_residual, second_order
       logical :: refactor, settled, passed, moving, searching
+      ! What leaves a stress-free start on a foundation has no scale of its own, as long as the strains rotation^2/2 make no forces.
+      real(wp), parameter :: negligible = 0.01_wp
       integer, allocatable :: grip(:)
-      integer :: iteration, spreads, most, last_change
+      character(:), allocatable :: blamed      ! why foundations cannot be followed
+      integer :: iteration, spreads, most, last_change, last_progress, same_tangent
 
       tolerance = problem%model%step(problem%step)%tolerance
       origin = start
@@ -139,11 +145,14 @@ contains
       if (present(moved)) moving = moved
       most = problem%model%step(problem%step)%max_iterations
       last_change = 0
+      last_progress = 0
+      same_tangent = 0
       searching = any(problem%ground%founded)
       previous = 0.0_wp
+      second_order = huge(1.0_wp)
       ! Foundations find out where they touch while Newton goes on; the limit counts from then on.
       newton: do iteration = 1, settling_grip * most
-         if (iteration > last_change + most) exit newton
+         if (iteration > min(last_change, last_progress + (stalled - 1) * most) + most) exit newton
          ! After nodes have moved signs mean little until the solution has followed.
          call solve_step(problem, state, system, rhs, frozen .or. moving, &
             & movable .and. iteration <= shifting_iterations, step, wanted, report, timers)
@@ -194,13 +203,16 @@ contains
             report%message = 'an element has become singular'
             return
          end if
+         last_residual = report%residual
          report%residual = max(system%force_residual, system%defect_residual, constraint_residual(problem, state, system))
          if (.not. report%residual < 1.0e8_wp) then
-            report%message = 'Newton diverged'
+            call give_up('Newton diverged')
             return
          end if
          ! A small residual after a large correction is luck, or softness: the next one still moves the point.
          travelled = metric(problem, state%u - origin%u, state%u - origin%u)
+         if (iteration == 1) second_order = maxval(abs(state%u(3, :) - origin%u(3, :)))**2 / &
+            & (minval(problem%compliance%axial) * system%force_scale)
          settled = correction <= (large_correction**2) * travelled .or. report%residual <= 1.0e-3_wp * tolerance
          if (passed) then
             moving = .true.
@@ -235,10 +247,16 @@ contains
             refactor = .true.
          end if
          if (iteration > 4 .and. report%residual * 1.0e-3_wp > best) then
-            report%message = 'Newton diverged'
+            call give_up('Newton diverged')
             return
          end if
+         if (report%residual < best) last_progress = iteration
          best = min(best, report%residual)
+         ! Foundations change the tangent where a contact's end moves: it stays frozen as long as it gets there in time. The first
+         ! step with it tells nothing yet.
+         if (searching .and. same_tangent > 0) refactor = refactor .or. &
+            & report%residual * (report%residual / last_residual)**(last_change + most - iteration) > tolerance
+         same_tangent = merge(0, same_tangent + 1, refactor)
          if (refactor) then
             call factor_system(problem, state, system, timers)
             if (.not. system%ok) then
@@ -248,7 +266,20 @@ contains
          end if
          call control_row(problem, control, origin, state, system, rhs, timers)
       end do newton
-      report%message = 'no convergence within the allowed iterations'
+      call give_up('no convergence within the allowed iterations')
+      if (allocated(blamed)) report%hopeless = problem%resting .and. all(abs(origin%u) <= 0.0_wp) .and. second_order <= negligible
+
+   contains
+
+      !> Says when foundations too stiff are the reason.
+      subroutine give_up(message)
+         character(*), intent(in) :: message
+         report%message = message
+         if (.not. (searching .or. any(system%soft))) return
+         blamed = why_too_stiff(problem, state, system)
+         if (blamed == '') deallocate (blamed)
+         if (allocated(blamed)) report%message = message//'; '//blamed
+      end subroutine give_up
    end subroutine iterate
 
    !> Solves one step. Where the LCP fails with sliding nodes it is tried with these held.
@@ -334,7 +365,7 @@ contains
             if (inside_region(problem, state, c)) limit = max(limit, weak_reaction(problem))
             contact_holds = contact_holds .and. reaction >= -limit * system%force_scale
          else
-            contact_holds = contact_holds .and. system%opening(c) >= -10.0_wp * gap_tolerance * problem%size
+            contact_holds = contact_holds .and. system%opening(c) >= -10.0_wp * overlap_allowed(problem, system, c)
          end if
       end do
    end function contact_holds

@@ -9,7 +9,7 @@ module path_acceptance
    use rod_state, only: state_t, is_stress_free
    use linear_system, only: system_t
    use bordered_system, only: linearise
-   use tangent_modes, only: modes_t, lowest_modes, nodal_mode
+   use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode
    use weak_contacts, only: release_weak, count_released, opening_sense
    use path_control, only: path_length
    use path_continuity, only: heading_t, heading_at
@@ -34,6 +34,7 @@ module path_acceptance
    type :: outcome_t
       logical :: complete = .false.
       character(:), allocatable :: why           !! the run cannot go on: the reason, one sentence
+      integer :: deck_line = 0                   !! and the deck is at fault: the line of the card; 0: it is not
       character(:), allocatable :: trouble       !! what could not be done beside the path of the steps: branches, limit curves
       type(accuracy_t) :: accuracy
    end type outcome_t
@@ -389,6 +390,7 @@ contains
       integer :: n, j
       call lowest_modes(problem, state, run%system, most_null_vectors, modes, error, timers)
       n = max(count(abs(modes%mu) <= min(max(1.0e3_wp * step%locate_tolerance, same_place), loosest) * event%scale), 1)
+      call choose_null_vectors(problem, run%system, n, modes)
       allocate (point%null_vector(3, size(run%state%u, 2), n))
       do j = 1, n
          point%null_vector(:, :, j) = nodal_mode(problem, run%system, modes%x(:, j))

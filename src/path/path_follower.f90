@@ -89,7 +89,10 @@ contains
                if (turned) cycle points
             end if
             run%control%increment = 0.5_wp * run%control%increment
-            if (cuts > max_cuts .or. abs(run%control%increment) < smallest(step, run%control)) then
+            if (report%hopeless) then
+               outcome%why = 'no first point: '//report%message
+               return
+            else if (cuts > max_cuts .or. abs(run%control%increment) < smallest(step, run%control)) then
                outcome%why = why_stuck(problem, step, run, report, timers)
                return
             end if

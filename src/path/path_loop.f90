@@ -3,9 +3,10 @@ module path_loop
    use kinds, only: wp
    use text, only: to_text
    use errors, only: error_t
-   use model, only: model_t, method_displacement
+   use model, only: model_t, mesh_t, mode_offset_t, method_displacement
    use problem, only: problem_t, new_problem
    use imperfect_mesh, only: add_mode_offsets
+   use initial_overlap, only: overlap_of_modes
    use rod_state, only: state_t, new_state
    use linear_system, only: new_system
    use bordered_system, only: linearise
@@ -129,7 +130,8 @@ contains
       starts_fresh = problem%step == 1 .or. size(problem%model%step(problem%step)%mode_offset) > 0
    end function starts_fresh
 
-   !> The stress-free structure with buckling modes as imperfections; nothing stays of the steps before.
+   !> The stress-free structure with buckling modes as imperfections; nothing stays of the steps before. The deck may turn out
+   !> to be wrong: outcome%deck_line.
    subroutine start_anew(perfect, buckled, problem, run, outcome)
       type(model_t), intent(in) :: perfect           !! the deck's
       type(buckling_t), intent(in) :: buckled(:)     !! (steps) modes found so far
@@ -139,7 +141,8 @@ contains
       type(problem_t) :: fresh
       type(error_t), allocatable :: error
       real(wp), allocatable :: mode(:, :, :)
-      integer :: i
+      character(:), allocatable :: overlap
+      integer :: i, node
       associate (step => problem%model%step(problem%step))
          allocate (mode(3, problem%model%mesh%n_nodes, size(step%mode_offset)))
          do i = 1, size(step%mode_offset)
@@ -160,8 +163,20 @@ contains
          fresh%model%curve = perfect%curve
          fresh%model%imperfection = perfect%imperfection
          call add_mode_offsets(fresh%model, step%mode_offset, mode, error)
+         ! Only now is it known whether the deck asks for something impossible.
          if (allocated(error)) then
+            outcome%deck_line = step%mode_offset(1)%line
             outcome%why = 'step '//trim(step%name)//': '//error%message
+            return
+         end if
+         call overlap_of_modes(fresh%model, problem%step, overlap, node)
+         if (overlap /= '') then
+            i = 1
+            do while (i < size(step%mode_offset) .and. .not. moves(fresh%model%mesh, step%mode_offset(i)))
+               i = i + 1
+            end do
+            outcome%deck_line = step%mode_offset(i)%line
+            outcome%why = 'step '//trim(step%name)//', '//overlap
             return
          end if
       end associate
@@ -171,6 +186,15 @@ contains
       problem = fresh
       run%state = new_state(problem)
       run%system = new_system(problem)
+
+   contains
+
+      !> True for the modes of a chain that the node is on.
+      pure logical function moves(mesh, offset)
+         type(mesh_t), intent(in) :: mesh
+         type(mode_offset_t), intent(in) :: offset
+         moves = any(mesh%node(:, offset%element) == node)
+      end function moves
    end subroutine start_anew
 
    !> A buckling step.

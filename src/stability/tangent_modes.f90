@@ -18,7 +18,7 @@ module tangent_modes
    use timing, only: timers_t
    implicit none
    private
-   public :: modes_t, lowest_modes, apply_tangent, nodal_mode, numbered_eigenvalue
+   public :: modes_t, lowest_modes, choose_null_vectors, apply_tangent, nodal_mode, numbered_eigenvalue
 
    !> The eigenvalues nearest zero, the nearest first.
    type :: modes_t
@@ -90,6 +90,66 @@ contains
          modes%was_negative([i, j]) = modes%was_negative([j, i])
       end do
    end subroutine lowest_modes
+
+   !> Turns the first n modes, whose eigenvalues are zero, into null vectors that do not depend on rounding: any rotation of a
+   !> null space is one, but few of them point along branches.
+   !>
+   !> The first is the one that moves some node as far as any of unit length can, the next does so among those normal to it.
+   !> Where separate parts buckle at the same load each vector is that of one part; in a symmetric structure a node on a mirror
+   !> has the vector with its symmetry, along which a branch exists (equivariant branching lemma).
+   subroutine choose_null_vectors(problem, system, n, modes)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system   !! gives the axes
+      integer, intent(in) :: n               !! at most modes%n
+      type(modes_t), intent(inout) :: modes  !! its eigenvalues stay, for they are all zero
+      real(wp) :: part(2, n, size(problem%weight)), turn(n, n), c(n), reach(size(problem%weight)), global(3), along(2), left(n)
+      integer :: i, j, node
+      if (n < 2) return
+      do node = 1, size(problem%weight)
+         do j = 1, n
+            global = to_global(problem, system, modes%x(:, j), node)
+            part(:, j, node) = global(1:2)
+         end do
+      end do
+      do i = 1, n
+         do node = 1, size(reach)
+            call furthest(part(:, :, node), reach(node), along)
+         end do
+         ! Equal ones, as in equal parts, are told apart by their numbers, not by the error of the modes.
+         node = findloc(reach >= (1.0_wp - 10.0_wp * tolerance) * maxval(reach), .true., 1)
+         call furthest(part(:, :, node), reach(node), along)
+         c = matmul(along, part(:, :, node))
+         do j = 1, i - 1
+            c = c - dot_product(c, turn(:, j)) * turn(:, j)
+         end do
+         turn(:, i) = c / norm2(c)
+         do node = 1, size(reach)
+            do j = 1, 2
+               left = part(j, :, node)
+               part(j, :, node) = left - dot_product(left, turn(:, i)) * turn(:, i)
+            end do
+         end do
+      end do
+      modes%x(:, :n) = matmul(modes%x(:, :n), turn)
+      modes%shift(:, :n) = matmul(modes%shift(:, :n), turn)
+   end subroutine choose_null_vectors
+
+   !> How far a node can move in a combination of modes of unit length, and which way.
+   pure subroutine furthest(part, reach, along)
+      real(wp), intent(in) :: part(:, :)     !! (2, modes) its displacement in each
+      real(wp), intent(out) :: reach, along(2) !! unit vector
+      real(wp) :: xx, xy, yy, half, angle
+      xx = dot_product(part(1, :), part(1, :))
+      xy = dot_product(part(1, :), part(2, :))
+      yy = dot_product(part(2, :), part(2, :))
+      half = hypot(0.5_wp * (xx - yy), xy)
+      reach = sqrt(0.5_wp * (xx + yy) + half)
+      along = [1.0_wp, 0.0_wp]
+      ! All ways alike: that of x.
+      if (half <= tolerance * (xx + yy)) return
+      angle = 0.5_wp * atan2(2.0_wp * xy, xx - yy)
+      along = [cos(angle), sin(angle)]
+   end subroutine furthest
 
    !> K x, and x^T K x, to an accuracy that the assembled tangent does not have (see apply_elements). Sliding points move
    !> along with the mode.

@@ -1,0 +1,156 @@
+!> How deep the stress-free structure, imperfections included, begins behind an obstacle: at its nodes, or between them
+!> where reactions are distributed.
+module initial_overlap
+   use kinds, only: wp
+   use text, only: to_text, rounded
+   use model, only: model_t, contact_t
+   use obstacle_geometry, only: obstacle_gap
+   use reference_curve, only: curve_point
+   implicit none
+   private
+   public :: overlap_of_nodes, overlap_between, overlap_of_modes, deepest_start
+
+   integer, parameter :: samples = 8 !! of an element
+   real(wp), parameter :: penetration_tolerance = 1.0e-6_wp !! of the perfect geometry's extent: what a deck's digits leave
+
+contains
+
+   !> How deep a structure may begin behind an obstacle because its coordinates are rounded.
+   pure real(wp) function deepest_start(model)
+      type(model_t), intent(in) :: model
+      deepest_start = penetration_tolerance * maxval(maxval(model%mesh%x_nominal, 2) - minval(model%mesh%x_nominal, 2))
+   end function deepest_start
+
+   !> Says which node an imperfection puts deepest behind a contact's obstacle.
+   subroutine overlap_of_nodes(model, contact, message, node)
+      type(model_t), intent(in) :: model
+      type(contact_t), intent(in) :: contact
+      character(:), allocatable, intent(out) :: message !! '' when all begin on the free side
+      integer, intent(out), optional :: node            !! which; not changed then
+      real(wp) :: gap
+      integer :: worst
+      message = ''
+      call least_gap_of_nodes(model, contact, gap, worst)
+      if (gap >= -deepest_start(model)) return
+      message = 'the imperfection puts node '//to_text(model%mesh%node_label(worst))//' '//rounded(-gap)// &
+         & ' behind the obstacle; leave it room with GAP, or push it out with *CONTACT INTERFERENCE, SHRINK'
+      if (present(node)) node = worst
+   end subroutine overlap_of_nodes
+
+   !> Says which element begins deepest behind a contact's obstacle where the nodes do not.
+   subroutine overlap_between(model, contact, message, node)
+      type(model_t), intent(in) :: model
+      type(contact_t), intent(in) :: contact
+      character(:), allocatable, intent(out) :: message !! '' when none does
+      integer, intent(out), optional :: node            !! its first node; not changed then
+      real(wp) :: gap, nodes_gap
+      integer :: element, worst
+      message = ''
+      call least_gap_of_nodes(model, contact, nodes_gap, worst)
+      call least_gap_between(model, contact, gap, element)
+      if (gap >= -deepest_start(model) .or. nodes_gap < -deepest_start(model)) return
+      message = 'element '//to_text(model%mesh%element_label(element))//' begins '//rounded(-gap)// &
+         & ' behind the obstacle, between its nodes; leave it room with GAP'
+      if (present(node)) node = model%mesh%node(1, element)
+   end subroutine overlap_between
+
+   !> The same for a step that begins with buckling modes as imperfections; nothing stays of the steps before it.
+   subroutine overlap_of_modes(model, step, message, node)
+      type(model_t), intent(in) :: model         !! moved by the modes
+      integer, intent(in) :: step
+      character(:), allocatable, intent(out) :: message !! with the obstacle's name; '' when all begin on the free side
+      integer, intent(out) :: node
+      integer :: c, k
+      logical :: pushed_out
+      message = ''
+      node = 0
+      do c = 1, size(model%contact)
+         associate (contact => model%contact(c), obstacle => model%obstacle(model%contact(c)%obstacle))
+            pushed_out = .false.
+            do k = step, size(model%step)
+               pushed_out = pushed_out .or. abs(model%step(k)%load%resolved(contact%obstacle)) > 0.0_wp
+            end do
+            ! What is bilateral, or a stop at a node, counts from where the node begins.
+            if (obstacle%bilateral .or. obstacle%at_nodes .or. pushed_out) cycle
+            call overlap_of_nodes(model, contact, message, node)
+            if (message == '' .and. contact%distributed) call overlap_between(model, contact, message, node)
+            if (message == '') cycle
+            message = 'contact with '//trim(obstacle%name)//': '//message
+            return
+         end associate
+      end do
+   end subroutine overlap_of_modes
+
+   !> Smallest gap of a contact's nodes.
+   subroutine least_gap_of_nodes(model, contact, least, node)
+      type(model_t), intent(in) :: model
+      type(contact_t), intent(in) :: contact
+      real(wp), intent(out) :: least
+      integer, intent(out) :: node
+      real(wp) :: gap
+      integer :: i
+      least = huge(least)
+      node = 0
+      do i = 1, size(contact%node)
+         gap = gap_at(model, contact, model%mesh%x(:, contact%node(i)))
+         if (gap >= least) cycle
+         least = gap
+         node = contact%node(i)
+      end do
+   end subroutine least_gap_of_nodes
+
+   !> Smallest gap inside the elements between a contact's nodes: from samples, each least one improved by a parabola.
+   subroutine least_gap_between(model, contact, least, element)
+      type(model_t), intent(in) :: model
+      type(contact_t), intent(in) :: contact
+      real(wp), intent(out) :: least
+      integer, intent(out) :: element
+      logical :: candidate(model%mesh%n_nodes)
+      real(wp) :: gap(0:samples), low, curvature
+      integer :: e, k
+      least = huge(least)
+      element = 0
+      candidate = .false.
+      candidate(contact%node) = .true.
+      do e = 1, model%mesh%n_elements
+         if (.not. all(candidate(model%mesh%node(:, e)))) cycle
+         do k = 0, samples
+            gap(k) = gap_at(model, contact, place(real(k, wp) / samples))
+         end do
+         k = minloc(gap(1:samples - 1), 1)
+         low = gap(k)
+         curvature = gap(k - 1) - 2.0_wp * gap(k) + gap(k + 1)
+         if (2.0_wp * curvature > abs(gap(k - 1) - gap(k + 1))) &
+            & low = min(low, gap_at(model, contact, place((k + 0.5_wp * (gap(k - 1) - gap(k + 1)) / curvature) / samples)))
+         if (low >= least) cycle
+         least = low
+         element = e
+      end do
+
+   contains
+
+      !> Place on the stress-free element.
+      function place(tau) result(x)
+         real(wp), intent(in) :: tau       !! 0 to 1
+         real(wp) :: x(2), angle, speed
+         associate (mesh => model%mesh)
+            if (mesh%curve(e) > 0) then
+               call curve_point(model%curve(mesh%curve(e)), model%imperfection, &
+                  & mesh%s(1, e) + tau * (mesh%s(2, e) - mesh%s(1, e)), x, angle, speed)
+            else
+               x = (1.0_wp - tau) * mesh%x(:, mesh%node(1, e)) + tau * mesh%x(:, mesh%node(2, e))
+            end if
+         end associate
+      end function place
+   end subroutine least_gap_between
+
+   !> Gap to the contact's obstacle where it begins, GAP included.
+   real(wp) function gap_at(model, contact, x) result(gap)
+      type(model_t), intent(in) :: model
+      type(contact_t), intent(in) :: contact
+      real(wp), intent(in) :: x(2)
+      real(wp) :: normal(2), bend
+      call obstacle_gap(model%obstacle(contact%obstacle), x, gap, normal, bend)
+      gap = gap + contact%gap
+   end function gap_at
+end module initial_overlap

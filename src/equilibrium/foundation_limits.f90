@@ -1,0 +1,58 @@
+!> Foundations that are too stiff: for the elements on them, or for the rounding of gaps.
+module foundation_limits
+   use kinds, only: wp
+   use text, only: to_text, rounded
+   use model, only: family_ge
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t, worst_round_off
+   use gauss_tableau, only: max_stages
+   implicit none
+   private
+   public :: why_too_stiff
+
+   !> k h^4/EI up to which the collocation of so many stages follows what a foundation does to a rod. There the amplitudes fall
+   !> along the rod as the exponential of z = (k/EI)^(1/4) h at 45 degrees to the real axis; the stability function of the
+   !> method, the diagonal Pade approximant, falls up to the fourth root of these values only: stiffer is longer waves.
+   real(wp), parameter :: stiffest(max_stages) = [16.0_wp, 144.0_wp, 667.4_wp, 2059.0_wp]
+   character(*), parameter :: remedy = ' a smaller MODULUS, or a rigid *OBSTACLE (without FOUNDATION)'
+
+contains
+
+   !> In words why Newton's method may fail where the structure touches; '' when no foundation is to blame.
+   function why_too_stiff(problem, state, system) result(why)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system     !! assembled at `state`
+      character(:), allocatable :: why
+      real(wp) :: number, worst
+      integer :: e, i, element, obstacle
+      why = ''
+      if (system%gap_noise > worst_round_off) then
+         why = 'foundations are so stiff that the rounding of their gaps makes '//rounded(system%gap_noise)// &
+            & ' of all forces; give larger loads,'//remedy
+         return
+      end if
+      worst = 1.0_wp
+      element = 0
+      obstacle = 0
+      do e = 1, problem%model%mesh%n_elements
+         if (.not. (state%grounded(e) .or. system%grip(e) > 0)) cycle
+         if (problem%model%mesh%family(e) /= family_ge) cycle
+         do i = problem%ground%first(e), problem%ground%first(e + 1) - 1
+            associate (o => problem%ground%chain%obstacle(problem%ground%candidate(i)))
+               number = problem%ground%slope(o) * problem%compliance(e)%bending * state%geometry%element(e)%length**4
+               if (number / stiffest(problem%model%mesh%stages(e)) <= worst) cycle
+               worst = number / stiffest(problem%model%mesh%stages(e))
+               element = e
+               obstacle = o
+            end associate
+         end do
+      end do
+      if (element == 0) return
+      why = 'foundation '//trim(problem%model%obstacle(obstacle)%name)//' is too stiff for element '// &
+         & to_text(problem%model%mesh%element_label(element))//': k h^4/EI is '// &
+         & rounded(worst * stiffest(problem%model%mesh%stages(element)))//', its order resolves up to '// &
+         & rounded(stiffest(problem%model%mesh%stages(element)))//'; give shorter elements,'//remedy
+   end function why_too_stiff
+end module foundation_limits
