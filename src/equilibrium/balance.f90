@@ -9,7 +9,8 @@ module balance
    use contact_set, only: gap_tolerance
    use force_law, only: law_reaction
    use section_forces, only: end_forces
-   use element_foundation, only: foundation_forces, rounding_gap
+   use element_foundation, only: foundation_forces
+   use element_gap, only: rounding_gap
    use inner_forces, only: inner_forces_t
    use ge_element, only: ge_load_t
    use ul2_element, only: ul2_heat_scale

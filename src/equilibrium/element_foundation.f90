@@ -7,14 +7,13 @@ module element_foundation
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t, closing_rate
-   use element_gap, only: element_gap_t, new_element_gap, gap_look, gap_parts, gap_crossings, most_crossings, most_parts, &
-      & rounding_gap
+   use element_gap, only: element_gap_t, new_element_gap, gap_look, gap_parts, gap_crossings, most_crossings, most_parts
    use force_law, only: law_reaction
    use gauss_tableau, only: stage_basis
    use inner_forces, only: inner_forces_t, clear_forces, add_force
    implicit none
    private
-   public :: foundation_forces, rounding_gap
+   public :: foundation_forces
 
 contains
 
