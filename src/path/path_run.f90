@@ -48,7 +48,7 @@ module path_run
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! of the last increment: arc length, load factor
       type(stretch_t), allocatable :: trail(:)   !! the way up to the last accepted point, the latest first
       type(heading_t) :: heading                 !! tangent at the last accepted point, in the sense of the run
-      logical :: fresh = .false.                 !! that point is a start whose contacts carry nothing: its tangent takes them for held
+      logical :: fresh = .false.                 !! that point is a start whose contacts carry nothing: held in its tangent
       type(landmark_t), allocatable :: home(:)   !! branch: the bifurcations of the path that it left
       real(wp) :: left_at = 0.0_wp               !! branch: arc_length where it left
       logical :: keep_landmarks = .false.
