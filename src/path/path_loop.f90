@@ -18,7 +18,7 @@ module path_loop
    use path_events, only: new_probe
    use path_acceptance, only: record, note_trouble, outcome_t
    use linear_buckling, only: buckle
-   use tangent_rounding, only: path_stiffness, rounding_cure
+   use tangent_rounding, only: path_stiffness, bending_stiffness, rounding_cure
    use path_follower, only: follow_points
    use branches, only: follow_branches
    use limit_curves, only: follow_limit_curves
@@ -107,13 +107,15 @@ contains
       if (starts_fresh(problem)) then
          ! Such a tangent tells nothing of stability, and Newton's method does not converge with it.
          call path_stiffness(problem, run%state, run%system, stiffness, rounding)
-         if (rounding > 0.5_wp * stiffness) then
+         if (rounding > 0.5_wp * max(stiffness, bending_stiffness(problem))) then
             outcome%why = 'the tangent at the start is nothing but rounding: '//rounding_cure(problem, run%state)
             return
          end if
       end if
       if (starts_fresh(problem) .and. run%system%negative_pivots > 0) then
          outcome%why = 'the stress-free start is not stable: '//unheld
+         if (rounding > 0.5_wp * stiffness) outcome%why = outcome%why//', or its tangent is nothing but rounding: '// &
+            & rounding_cure(problem, run%state)
          return
       end if
       associate (step => problem%model%step(problem%step))

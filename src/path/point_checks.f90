@@ -9,7 +9,7 @@ module point_checks
    use path_record, only: point_t
    use columns, only: whole, brief, scientific
    use linear_system, only: system_t
-   use tangent_rounding, only: path_stiffness, rounding_cure
+   use tangent_rounding, only: path_stiffness, bending_stiffness, rounding_cure
    implicit none
    private
    public :: check_point
@@ -63,10 +63,4 @@ contains
          end if
       end subroutine warn
    end subroutine check_point
-
-   !> EI/size of the softest section: a stiffness along paths that bend, but for a factor of pi^4 at least.
-   pure real(wp) function bending_stiffness(problem)
-      type(problem_t), intent(in) :: problem
-      bending_stiffness = minval(1.0_wp / problem%compliance%bending) / problem%size
-   end function bending_stiffness
 end module point_checks
