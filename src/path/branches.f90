@@ -131,6 +131,7 @@ contains
       run%left_at = run%arc_length
       run%home = pack(landmarks, landmarks%label == 'BP')
       call linearise(problem, run%state, run%state, run%system, timers)
+      run%system%negative_pivots = landmarks(at)%pivots
       call record(problem, run, run%state, 'BP', nothing, recorder, outcome, timers)
       if (allocated(outcome%why)) return
       distance = branch%increment

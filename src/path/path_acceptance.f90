@@ -85,7 +85,8 @@ contains
       do i = 1, size(seen)
          associate (sighting => seen(order(i)))
             if (told(order(i)) .or. .not. sighting%located) cycle
-            call record_event(problem, step, run, trial, sighting, recorder, finished, outcome, timers)
+            call record_event(problem, step, run, trial, sighting, count_before(run, seen, told, order(i)), recorder, finished, &
+               & outcome, timers)
          end associate
          if (finished .or. allocated(outcome%why)) return
       end do
@@ -102,7 +103,7 @@ contains
          finished = finished .or. seen(i)%event%kind == event_stop
          ! It counts, though nothing can start there.
          call keep_landmark(run, seen(i)%event%label, trial, trial, 1.0_wp, &
-            & run%arc_length + path_length(problem, run%state, trial), 0)
+            & run%arc_length + path_length(problem, run%state, trial), probe%negative_pivots, 0)
       end do
       if (label == 'C+') call announce(problem, run, new_critical(label, 'contact gained'), trial, probe, .true., recorder, &
          & outcome, timers)
@@ -270,6 +271,22 @@ contains
          & modulo(probe%negative_pivots - run%probe%negative_pivots, 2) == 0
    end function one_sided
 
+   !> Negative pivots on the side of a located event that the path comes from: where an eigenvalue is zero the factors have
+   !> the sign of rounding.
+   pure integer function count_before(run, seen, told, which) result(pivots)
+      type(run_t), intent(in) :: run
+      type(sighting_t), intent(in) :: seen(:)
+      logical, intent(in) :: told(:)
+      integer, intent(in) :: which               !! of those seen
+      integer :: i
+      pivots = run%probe%negative_pivots
+      do i = 1, size(seen)
+         if (seen(i)%event%kind /= event_bifurcation .or. .not. seen(i)%located) cycle
+         if (told(i) .and. seen(i)%fraction <= same_place) cycle
+         if (seen(i)%fraction < seen(which)%fraction - same_place) pivots = pivots + nint(sign(1.0_wp, seen(i)%event%before))
+      end do
+   end function count_before
+
    !> Places in ascending order.
    pure function by_fraction(fraction) result(order)
       real(wp), intent(in) :: fraction(:)
@@ -285,12 +302,13 @@ contains
    end function by_fraction
 
    !> Records a located event: its point, its words, what others may start from. At the end of a step the run goes there.
-   subroutine record_event(problem, step, run, trial, sighting, recorder, finished, outcome, timers)
+   subroutine record_event(problem, step, run, trial, sighting, pivots, recorder, finished, outcome, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
       type(sighting_t), intent(in) :: sighting
+      integer, intent(in) :: pivots              !! negative ones before it
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
@@ -304,6 +322,7 @@ contains
       associate (event => sighting%event, place => sighting%place)
          critical = new_critical(event%label, event%note)
          call linearise(problem, place, place, run%system, timers)
+         if (any(event%kind == [event_bifurcation, event_limit])) run%system%negative_pivots = pivots
          call record(problem, run, place, event%label, sighting%report, recorder, outcome, timers)
          if (allocated(outcome%why)) return
          call count_up(timers, counter_located)
@@ -312,7 +331,8 @@ contains
          select case (event%kind)
          case (event_bifurcation)
             call find_null_vectors(problem, step, run, place, event, critical, timers)
-            call keep_landmark(run, 'BP', place, trial, sighting%fraction, arc_length, size(critical%null_vector, 3))
+            call keep_landmark(run, 'BP', place, trial, sighting%fraction, arc_length, pivots, &
+               & size(critical%null_vector, 3))
          case (event_release)
             call release_weak(problem, place, run%system, released, weak)
             call linearise(problem, released, released, run%system, timers)
@@ -320,9 +340,9 @@ contains
             critical%note = event%note
             if (opening_sense(problem, place, released, critical%null_vector(:, :, 1)) == 0) &
                & critical%note = 'bifurcation without contacts that carry no force; none of its directions opens them all'
-            call keep_landmark(run, 'BP', released, trial, sighting%fraction, arc_length, 1)
+            call keep_landmark(run, 'BP', released, trial, sighting%fraction, arc_length, pivots, 1)
          case (event_limit)
-            call keep_landmark(run, 'LP', place, trial, 0.0_wp, arc_length, 0)
+            call keep_landmark(run, 'LP', place, trial, 0.0_wp, arc_length, pivots, 0)
          end select
          call announce(problem, run, critical, place, probe, .true., recorder, outcome, timers)
          if (allocated(outcome%why)) return

@@ -18,6 +18,7 @@ module path_run
       character(2) :: label = ''
       type(state_t) :: state
       integer :: point = 0                       !! its row in the results of its path, from 1
+      integer :: pivots = 0                      !! negative ones on the side that its path comes from
       integer :: multiplicity = 0                !! BP: how many null vectors
       real(wp) :: arc_length = 0.0_wp
       real(wp), allocatable :: direction(:, :)   !! of its path: displacements
@@ -121,19 +122,21 @@ contains
    end function turned_round
 
    !> Keeps the critical point recorded last.
-   subroutine keep_landmark(run, label, state, trial, part, arc_length, multiplicity)
+   subroutine keep_landmark(run, label, state, trial, part, arc_length, pivots, multiplicity)
       type(run_t), intent(inout) :: run
       character(*), intent(in) :: label
       type(state_t), intent(in) :: state
       type(state_t), intent(in) :: trial         !! the next point
       real(wp), intent(in) :: part               !! of the way there
       real(wp), intent(in) :: arc_length
+      integer, intent(in) :: pivots              !! negative ones before it
       integer, intent(in) :: multiplicity
       type(landmark_t) :: landmark
       if (.not. run%keep_landmarks) return
       landmark%label = label
       landmark%state = state
       landmark%point = run%points
+      landmark%pivots = pivots
       landmark%multiplicity = multiplicity
       landmark%arc_length = arc_length
       landmark%direction = state%u - run%state%u
