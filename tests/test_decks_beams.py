@@ -77,7 +77,8 @@ def test_rollup_deck():
     a radian, and are planned to 0.7 of it; no faster than the tip does it turn."""
     run = dr.run_deck(dr.example("rollup"))
     load = run.column("load_factor")
-    dr.assert_close(run.column("rotation"), 2.0 * np.pi * load, absolute=1e-9)
+    # TOLERANCE of the moment
+    dr.assert_close(run.column("rotation"), 2.0 * np.pi * load, absolute=1e-9 * 4.0 * np.pi)
     angle = 2.0 * np.pi * load[1:]
     # Two Gauss points on an arc of an element's angle.
     limit = (4.0 * np.pi / 16.0)**4 / 4320.0

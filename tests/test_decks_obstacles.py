@@ -273,8 +273,13 @@ def test_pipe_lies_down_from_its_end_then_in_the_valley():
 
 def test_valley_load_converges_at_fourth_order():
     """A little less: the spline's curvature has kinks."""
-    loads = [pipe(n).labelled("C+")[-1].load_factor for n in (80, 160, 320, 640)]
-    dr.assert_mean_order(np.diff(loads), 4.0, below=0.9)
+    *coarse, finest = (pipe(n).labelled("C+")[-1].load_factor for n in (80, 160, 640))
+    dr.assert_mean_order(np.array(coarse) - finest, 4.0, below=0.9)
+
+
+@pytest.mark.xfail(strict=True, reason="contact spans: a contact point moves further than its elements reach")
+def test_valley_load_on_any_mesh():
+    dr.assert_close(pipe(320).labelled("C+")[-1].load_factor, pipe(640).labelled("C+")[-1].load_factor, relative=1e-8)
 
 
 def test_whole_pipe_is_symmetric():
