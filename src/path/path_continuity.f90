@@ -15,11 +15,11 @@ module path_continuity
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
-   use path_control, only: control_t, metric, path_length, set_tangent
+   use path_control, only: control_t, is_arc_length, metric, path_length, set_tangent
    implicit none
    private
-   public :: heading_t, relation_t, heading_at, relate, same_path, at_corner, chord_between, between, part_at, lies_between, &
-      & goes_back, alike, largest_turn, largest_distance
+   public :: heading_t, relation_t, heading_at, relate, same_path, too_far, at_corner, chord_between, between, part_at, &
+      & lies_between, goes_back, alike, largest_turn, largest_distance
 
    !> Unit tangent of a path at a point.
    type :: heading_t
@@ -121,6 +121,17 @@ contains
       same_path = .not. relation%told .or. (relation%turn <= largest_turn .and. relation%distance <= largest_distance .and. &
          & relation%load <= largest_load)
    end function same_path
+
+   !> True for a point much further away than its increment was to go. Strategies whose corrections are only normal to
+   !> something can get there; on one path they are off by the square of what it turns.
+   pure logical function too_far(problem, control, relation)
+      type(problem_t), intent(in) :: problem
+      type(control_t), intent(in) :: control    !! its tangent set where it prescribes an arc length
+      type(relation_t), intent(in) :: relation
+      too_far = .false.
+      if (is_arc_length(control%method)) too_far = relation%length > (1.0_wp + largest_turn) * abs(control%increment) * &
+         & sqrt(metric(problem, control%tangent, control%tangent))
+   end function too_far
 
    !> True for a path that turns at a corner, not on a curve: shorter increments from the same point turn as much. Laws of
    !> foundations have corners, and so have contacts.

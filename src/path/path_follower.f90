@@ -6,7 +6,7 @@ module path_follower
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use path_control, only: is_arc_length, set_tangent
-   use path_continuity, only: heading_t, relation_t, relate, same_path, at_corner
+   use path_continuity, only: heading_t, relation_t, relate, same_path, too_far, at_corner
    use corrector, only: increment_t, take_increment
    use path_run, only: run_t, heading_of, turned_round
    use step_control, only: begin_arc_length, next_increment, smallest, shorten_to_stop, shorten_to_reach
@@ -71,11 +71,12 @@ contains
                if (at_corner(before, relation)) &
                   & astray = .not. same_path(relate(problem, run%state, trial, run%heading, ahead, .true.))
             end if
+            astray = astray .or. too_far(problem, run%control, relation)
+            if (astray) report%message = 'what equilibrium there is ahead lies on another path, or behind a loop of this one'
             if (.not. astray) then
                astray = turned_round(problem, run, trial, ahead)
                if (astray) report%message = 'the path turns round and leads back over the points that it has passed'
             end if
-            if (astray) report%message = 'what equilibrium there is ahead lies on another path, or behind a loop of this one'
          end if
          if (astray .or. .not. report%converged) then
             call count_up(timers, counter_rejected)
