@@ -233,7 +233,7 @@ contains
       logical :: set_changes, contact_located, limit_told
       integer :: i, k
       set_changes = label /= '' .or. any(run%state%active .neqv. trial%active) .or. any(seen%event%kind == event_contact)
-      contact_located = any(seen%event%kind == event_contact .and. seen%located)
+      contact_located = label /= '' .or. any(seen%event%kind == event_contact .and. seen%located)
       limit_told = .false.
       told = .false.
       do i = 1, size(seen)
