@@ -48,7 +48,7 @@ contains
       type(bracket_t) :: bracket
       real(wp) :: at(n_samples), mu(n_samples), f, centre, guess, h, near
       integer :: try, k
-      logical :: low_moved, branching
+      logical :: low_moved, branching, told
 
       sighting%located = .false.
       h = epsilon(h)**0.2_wp
@@ -56,7 +56,7 @@ contains
       bracket = new_bracket(sighting%event%before, sighting%event%after)
       if (branching) then
          call bracket_eigenvalue()
-         if (sighting%later .or. sighting%located) return
+         if (told) return
       end if
       sighting%event%scale = bracket%scale
       ! Where the contact set changes the function may jump: no zero can be interpolated there.
@@ -85,16 +85,20 @@ contains
          centre = zero_of_cubic(at, mu)
          if (abs(centre - guess) <= 2.0_wp * near) exit
       end do
+      ! It lies between the ends, whose signs differ; beyond is rounding. So does its load, where the load grows steadily.
+      if (centre < -near .or. centre > 1.0_wp + near) return
+      centre = min(max(centre, 0.0_wp), 1.0_wp)
       sighting%fraction = centre
       call place_there()
+      if (run%heading%load * ahead%load > 0.0_wp) sighting%place%load_factor = min(max(sighting%place%load_factor, &
+         & min(run%state%load_factor, trial%load_factor)), max(run%state%load_factor, trial%load_factor))
       call linearise(problem, sighting%place, sighting%place, run%system, timers)
       if (.not. run%system%ok) return
       sighting%event%pivots = run%system%negative_pivots
       sighting%report%residual = max(run%system%force_residual, run%system%defect_residual)
       ! In balance as any point is, and zero relative to its change over the increment. Other functions than the eigenvalue
       ! mean nothing there where it is zero, too: of these the samples tell.
-      sighting%located = centre >= -near .and. centre <= 1.0_wp + near .and. &
-         & sighting%report%residual <= max(step%tolerance, run%system%round_off)
+      sighting%located = sighting%report%residual <= max(step%tolerance, run%system%round_off)
       if (.not. (branching .and. sighting%located)) return
       ! The numbers that tell eigenvalues apart are rounding there.
       f = zero_eigenvalue(problem, run, sighting%event, sighting%place, timers, modes)
@@ -110,12 +114,13 @@ contains
          bracket = new_bracket(zero_eigenvalue(problem, run, sighting%event, run%state, timers), f)
          sighting%event%scale = bracket%scale
          sighting%later = bracket%f_low * f > 0.0_wp .and. sighting%event%before * f > 0.0_wp
-         if (sighting%later .or. bracket%f_low * sighting%event%before > 0.0_wp) return
+         told = sighting%later .or. bracket%f_low * sighting%event%before <= 0.0_wp
+         if (sighting%later .or. .not. told) return
          ! It was passed next to the last point, which had the sign of rounding.
          sighting%place = run%state
          sighting%heading = run%heading
          sighting%fraction = 0.0_wp
-         sighting%located = .true.
+         sighting%located = abs(bracket%f_low) <= sqrt(step%locate_tolerance) * bracket%scale
       end subroutine bracket_eigenvalue
 
       !> A point of the increment and the function there; false where there is none, or its contact set is another one.
