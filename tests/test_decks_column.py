@@ -227,3 +227,14 @@ def test_contact_at_nodes_finds_the_same_loads_at_second_order():
     first = [c for c in run.results.critical if c.label == "C+"][0].load_factor
     dr.assert_close(first, EVENTS[0][1], relative=1e-3)
     dr.assert_close(np.max(run.column("load_factor")), EVENTS[1][1], relative=5e-3)
+
+
+def test_a_contact_that_is_gained_has_its_place():
+    """It carries no force yet, but stands where the next points have it."""
+    run = dr.run_deck(dr.example("column"))
+    row = run.only("C+").point - 1
+    contact = run.results.contact
+    assert contact.count[row] == 1 and contact.count[row - 1] == 0
+    assert contact.start[row, 0] == contact.end[row, 0]
+    # From 0.461 here it wanders to 0.418 at the limit load.
+    dr.assert_close(contact.start[row, 0], contact.start[row + 1, 0], absolute=2e-4)

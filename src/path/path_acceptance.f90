@@ -6,7 +6,7 @@ module path_acceptance
    use text, only: to_text
    use model, only: step_t
    use problem, only: problem_t
-   use rod_state, only: state_t, is_stress_free
+   use rod_state, only: state_t, is_stress_free, candidate_opening
    use linear_system, only: system_t
    use bordered_system, only: linearise
    use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode
@@ -47,7 +47,8 @@ contains
 
    !> Detects what happened up to a converged trial point, locates it, puts it in order, records it and the point, and goes
    !> there. `shorter` instead, and nothing recorded, when an event was not located and the caller can cut the increment.
-   subroutine accept(problem, step, run, trial, ahead, label, report, can_cut, recorder, shorter, finished, outcome, timers)
+   subroutine accept(problem, step, run, trial, ahead, label, report, can_cut, recorder, shorter, finished, outcome, timers, &
+      & touching)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the trial on entry and on return, else anywhere
@@ -61,6 +62,7 @@ contains
       logical, intent(out) :: finished           !! the step has come to its end
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
+      logical, intent(in), optional :: touching(:) !! (candidates) what is about to carry force at a C+
       type(sighting_t), allocatable :: seen(:)
       type(system_t), allocatable :: at_trial    ! what is looked at on the way changes nothing of it
       type(probe_t) :: probe
@@ -92,7 +94,7 @@ contains
       end do
       if (allocated(at_trial)) run%system = at_trial
       finished = stop_met(step, run%probe, probe)
-      call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers)
+      call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers, touching)
       if (allocated(outcome%why)) return
       do i = 1, size(seen)
          if (told(i) .or. seen(i)%located) cycle
@@ -323,7 +325,8 @@ contains
          critical = new_critical(event%label, event%note)
          call linearise(problem, place, place, run%system, timers)
          if (any(event%kind == [event_bifurcation, event_limit])) run%system%negative_pivots = pivots
-         call record(problem, run, place, event%label, sighting%report, recorder, outcome, timers)
+         call record(problem, run, place, event%label, sighting%report, recorder, outcome, timers, first_touch(problem, event, &
+            & place))
          if (allocated(outcome%why)) return
          call count_up(timers, counter_located)
          probe = new_probe(problem, place, run%system, sighting%heading%load)
@@ -356,6 +359,29 @@ contains
          end if
       end associate
    end subroutine record_event
+
+   !> The candidate that is about to carry force where a contact is gained at nodes: the one with the least gap.
+   function first_touch(problem, event, place) result(touching)
+      type(problem_t), intent(in) :: problem
+      type(event_t), intent(in) :: event
+      type(state_t), intent(in) :: place
+      logical :: touching(problem%candidates%n)
+      real(wp) :: opening, least
+      integer :: c, nearest
+      touching = .false.
+      if (event%label /= 'C+' .or. event%ground%contact > 0) return
+      if (any(event%marked .and. place%active)) return
+      nearest = 0
+      least = huge(least)
+      do c = 1, problem%candidates%n
+         if (.not. event%marked(c)) cycle
+         opening = candidate_opening(problem, place, c)
+         if (opening >= least) cycle
+         least = opening
+         nearest = c
+      end do
+      if (nearest > 0) touching(nearest) = .true.
+   end function first_touch
 
    !> True for a branch at a bifurcation of the path that it left: beyond, it is that path, or itself again.
    logical function is_home(problem, run, place)
@@ -429,7 +455,7 @@ contains
    end function new_critical
 
    !> Hands a converged point to the recorder and to the independent measures.
-   subroutine record(problem, run, state, label, report, recorder, outcome, timers)
+   subroutine record(problem, run, state, label, report, recorder, outcome, timers, touching)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       type(state_t), intent(in) :: state
@@ -438,10 +464,14 @@ contains
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
+      logical, intent(in), optional :: touching(:) !! (candidates) shown as contact, though without force yet
       type(point_t) :: point
+      type(state_t) :: shown
       type(error_t), allocatable :: error
       logical :: weak
-      point = report_point(problem, state, run%system, run%points, label)
+      shown = state
+      if (present(touching)) shown%active = state%active .or. touching
+      point = report_point(problem, shown, run%system, run%points, label)
       point%iterations = report%iterations
       point%residual = max(report%residual, run%system%force_residual)
       point%lcp_size = report%lcp_size

@@ -180,7 +180,7 @@ contains
       if (regions < 0) label = 'C-'
       load = abs(run%last_load)
       call accept(problem, step, run, place, heading_of(problem, run, place), label, report, .false., recorder, shorter, &
-         & finished, outcome, timers)
+         & finished, outcome, timers, beyond%active .and. .not. place%active)
       if (finished .or. allocated(outcome%why)) return
       load = max(load, abs(run%last_load), least_load * abs(run%state%load_factor))
       call leave_corner(problem, corner, run%state, run%system, run%heading, turned, timers)
