@@ -66,24 +66,12 @@ program unilat
    if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, source%name, result_file)
 
    ! ---- the path ----
-   call timing_start(timers, phase_numbering)
-   path_problem = new_problem(deck_model)
-   call timing_stop(timers, phase_numbering)
-   call timing_start(timers, phase_output)
-   call results_open(recorder%results, result_file, deck_model, source%text, program_version, error)
-   if (allocated(error)) call stop_with(exit_internal, error%message)
-   recorder%quiet = options%quiet
-   if (.not. options%quiet) call listing_open(recorder%listing, output_unit, deck_model)
-   call timing_stop(timers, phase_output)
-   call follow_path(path_problem, recorder, outcome, timers)
+   call follow_deck(spans=.true., careful=.false.)
+   if (begins_again('with shorter increments')) call follow_deck(spans=.true., careful=.true.)
+   ! What contact spans cannot follow nodes may, as well as the deck's mesh can.
+   if (begins_again('with contact at the nodes of the deck')) call follow_deck(spans=.false., careful=.false.)
 
    ! ---- the end ----
-   status = failed_checks(outcome%accuracy)
-   if (status /= '') then
-      outcome%complete = .false.
-      if (allocated(outcome%why)) status = outcome%why//'; '//status
-      outcome%why = status
-   end if
    status = 'complete'
    if (.not. outcome%complete) status = 'stopped: '//outcome%why
    call timing_start(timers, phase_output)
@@ -96,6 +84,38 @@ program unilat
    call end_program(exit_complete)
 
 contains
+
+   !> Follows the whole deck and records it.
+   subroutine follow_deck(spans, careful)
+      logical, intent(in) :: spans             !! with contact spans where the deck allows
+      logical, intent(in) :: careful           !! in short increments
+      call timing_start(timers, phase_numbering)
+      path_problem = new_problem(deck_model)
+      call timing_stop(timers, phase_numbering)
+      call timing_start(timers, phase_output)
+      call results_open(recorder%results, result_file, deck_model, source%text, program_version, error)
+      if (allocated(error)) call stop_with(exit_internal, error%message)
+      recorder%quiet = options%quiet
+      if (.not. options%quiet) call listing_open(recorder%listing, output_unit, deck_model)
+      call timing_stop(timers, phase_output)
+      call follow_path(path_problem, spans, careful, recorder, outcome, timers)
+      status = failed_checks(outcome%accuracy)
+      if (status /= '') then
+         outcome%complete = .false.
+         if (allocated(outcome%why)) status = outcome%why//'; '//status
+         outcome%why = status
+      end if
+   end subroutine follow_deck
+
+   !> True where contact spans have not got on; says so, and closes the results.
+   logical function begins_again(how)
+      character(*), intent(in) :: how
+      begins_again = outcome%spans .and. .not. outcome%complete .and. outcome%deck_line == 0
+      if (.not. begins_again) return
+      call results_close(recorder%results, 'begun again '//how, timers, outcome%accuracy, error)
+      if (.not. options%quiet) write (output_unit, '(/a)') 'Contact spans do not get on: '//outcome%why// &
+         & '. The path begins again '//how//'.'
+   end function begins_again
 
    !> The -o file, or the job's name, or the deck's, with .h5 for its ending.
    function name_of_results() result(name)

@@ -8,7 +8,7 @@ module candidates
    use obstacle_geometry, only: obstacle_gap
    implicit none
    private
-   public :: candidates_t, new_candidates
+   public :: candidates_t, new_candidates, add_candidates, twins
 
    !> One entry a candidate; neighbours are the next candidates of the same contact along an element.
    type :: candidates_t
@@ -28,6 +28,9 @@ module candidates
       !! withdrawn at the start: by the deepest penetration of the contact
       logical, allocatable :: may_slide(:)
       logical, allocatable :: bilateral(:)    !! held by its obstacle for good: no sign counts
+      integer, allocatable :: touch(:)        !! node of a contact span: which one; 0: a candidate on its own
+      logical, allocatable :: follows(:)      !! its rotation is that of the obstacle
+      logical, allocatable :: moves(:)        !! a touchdown point, which moves along the rod
       real(wp), allocatable :: chain_length(:) !! (contacts) length of the closed chain, 0 when open
    end type candidates_t
 
@@ -46,11 +49,13 @@ contains
 
       total = 0
       do c = 1, size(model%contact)
-         if (model%contact(c)%distributed .eqv. distributed) total = total + size(model%contact(c)%node)
+         if (is_listed(c)) total = total + size(model%contact(c)%node)
       end do
       allocate (list%node(total), list%row(total), list%contact(total), list%obstacle(total), list%s(total), list%tributary(total))
       allocate (list%gap_offset(total), list%may_slide(total), list%bilateral(total))
       allocate (list%overlap(total), source=0.0_wp)
+      allocate (list%touch(total), source=0)
+      allocate (list%follows(total), list%moves(total), source=.false.)
       allocate (list%neighbour(2, total), list%element(2, total), source=0)
       allocate (list%chain_length(size(model%contact)), source=0.0_wp)
       allocate (list%twin(total))
@@ -65,7 +70,7 @@ contains
       do c = 1, size(model%contact)
          order(model%contact(c)%node) = [(rows + i, i=1, size(model%contact(c)%node))]
          rows = rows + size(model%contact(c)%node)
-         if (model%contact(c)%distributed .neqv. distributed) cycle
+         if (.not. is_listed(c)) cycle
          associate (contact => model%contact(c), mesh => model%mesh)
             allocate (member(mesh%n_nodes), done(mesh%n_nodes), source=.false.)
             allocate (next(mesh%n_nodes), previous(mesh%n_nodes), source=0)
@@ -93,6 +98,12 @@ contains
       list%twin = twins(list%node, model%mesh%n_nodes)
 
    contains
+
+      !> True for a contact of this list; contact spans get candidates of their own.
+      pure logical function is_listed(c)
+         integer, intent(in) :: c
+         is_listed = (model%contact(c)%distributed .eqv. distributed) .and. .not. model%contact(c)%spans
+      end function is_listed
 
       !> Appends the nodes from `start` along the elements until the chain ends or closes.
       subroutine follow_chain(start)
@@ -179,6 +190,34 @@ contains
          end associate
       end function slides
    end function new_candidates
+
+   !> Room for more candidates, each on its own, held by its obstacle.
+   pure subroutine add_candidates(list, more)
+      type(candidates_t), intent(inout) :: list
+      integer, intent(in) :: more
+      integer :: zero(more), pair(2, more), i
+      real(wp) :: none(more)
+      zero = 0
+      pair = 0
+      none = 0.0_wp
+      list%node = [list%node(:list%n), zero]
+      list%row = [list%row(:list%n), zero]
+      list%contact = [list%contact(:list%n), zero]
+      list%obstacle = [list%obstacle(:list%n), zero]
+      list%neighbour = reshape([list%neighbour(:, :list%n), pair], [2, list%n + more])
+      list%element = reshape([list%element(:, :list%n), pair], [2, list%n + more])
+      list%twin = [list%twin(:list%n), [(list%n + i, i=1, more)]]
+      list%s = [list%s(:list%n), none]
+      list%tributary = [list%tributary(:list%n), none]
+      list%gap_offset = [list%gap_offset(:list%n), none]
+      list%overlap = [list%overlap(:list%n), none]
+      list%may_slide = [list%may_slide(:list%n), zero > 0]
+      list%bilateral = [list%bilateral(:list%n), zero == 0]
+      list%touch = [list%touch(:list%n), zero]
+      list%follows = [list%follows(:list%n), zero > 0]
+      list%moves = [list%moves(:list%n), zero > 0]
+      list%n = list%n + more
+   end subroutine add_candidates
 
    !> Circles of the candidates that share a node.
    pure function twins(node, n_nodes) result(twin)

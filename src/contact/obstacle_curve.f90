@@ -6,15 +6,18 @@
 !> little that the nearest point within one is the only one; Newton's method finds it, kept inside a bracket.
 module obstacle_curve
    use kinds, only: wp
+   use gauss_tableau, only: gauss_points
    implicit none
    private
    public :: obstacle_curve_t, foot_t, nearest_point, curve_samples, sharpest_turn, crosses_itself
    public :: piece_t, straight_piece, arc_piece, cubic_pieces, join_pieces
+   public :: shape_straight, shape_arc, shape_cubic, arc_length, turned_angle
 
    integer, parameter :: shape_straight = 1, shape_arc = 2, shape_cubic = 3
 
    real(wp), parameter :: piece_turn = 0.25_wp   !! [rad] most that a cubic piece turns
    real(wp), parameter :: sample_turn = 0.05_wp  !! [rad] between samples
+   integer, parameter :: n_gauss = 10            !! points on a cubic piece: it turns so little that rounding is all they leave
 
    !> One piece, its parameter runs from 0 to 1.
    type :: piece_t
@@ -32,6 +35,9 @@ module obstacle_curve
       !! 2 k and 2 k + 1; negative: nothing in it
       real(wp) :: point(2, 2) = 0.0_wp  !! both ends
       real(wp) :: tangent(2, 2) = 0.0_wp !! unit, in the sense of the curve
+      real(wp), allocatable :: start(:) !! (pieces + 1) arc length at the first point of each piece and the last one of all
+      real(wp), allocatable :: turned(:) !! (pieces + 1) [rad] and the angle by which the curve has turned to the left
+      real(wp) :: abscissa(n_gauss) = 0.0_wp, weight(n_gauss) = 0.0_wp !! of arc_length
    end type obstacle_curve_t
 
    !> The nearest point of a curve.
@@ -39,6 +45,8 @@ module obstacle_curve
       real(wp) :: point(2) = 0.0_wp
       real(wp) :: tangent(2) = 0.0_wp   !! unit
       real(wp) :: curvature = 0.0_wp    !! positive where the curve turns to the left
+      integer :: piece = 0              !! its number; 0 and pieces + 1: the continuations
+      real(wp) :: t = 0.0_wp            !! parameter on it; continuations: signed distance from the end, along the curve
    end type foot_t
 
 contains
@@ -99,6 +107,12 @@ contains
       do while (curve%leaves < size(pieces))
          curve%leaves = 2 * curve%leaves
       end do
+      call gauss_points(n_gauss, curve%abscissa, curve%weight)
+      allocate (curve%start(size(pieces) + 1), curve%turned(size(pieces) + 1), source=0.0_wp)
+      do i = 1, size(pieces)
+         curve%start(i + 1) = curve%start(i) + arc_length(curve, i, 1.0_wp)
+         curve%turned(i + 1) = curve%turned(i) + turned_angle(curve, i, 1.0_wp)
+      end do
       allocate (curve%ball(3, 2 * curve%leaves - 1), source=-1.0_wp)
       do i = 1, size(pieces)
          curve%ball(:, curve%leaves + i - 1) = piece_ball(pieces(i))
@@ -120,7 +134,9 @@ contains
          along = dot_product(x - curve%point(:, i), curve%tangent(:, i))
          if (i == 1) along = -along
          if (along < 0.0_wp) cycle
-         candidate = foot_t(curve%point(:, i) + merge(-along, along, i == 1) * curve%tangent(:, i), curve%tangent(:, i))
+         if (i == 1) along = -along
+         candidate = foot_t(curve%point(:, i) + along * curve%tangent(:, i), curve%tangent(:, i), &
+            & piece=merge(0, size(curve%piece) + 1, i == 1), t=along)
          call keep_nearer(x, candidate, foot, best)
       end do
       top = 1
@@ -131,6 +147,7 @@ contains
          if (out_of_reach(k)) cycle
          if (k >= curve%leaves) then
             candidate = piece_foot(curve%piece(k - curve%leaves + 1), x)
+            candidate%piece = k - curve%leaves + 1
             call keep_nearer(x, candidate, foot, best)
             cycle
          end if
@@ -215,7 +232,45 @@ contains
          t = nearest_parameter(piece%c, x)
       end select
       foot = piece_point(piece, t)
+      foot%t = t
    end function piece_foot
+
+   !> Arc length along piece i from its first point to parameter t (straight and circular pieces: any t).
+   pure real(wp) function arc_length(curve, i, t) result(length)
+      type(obstacle_curve_t), intent(in) :: curve !! its pieces and quadrature are used
+      integer, intent(in) :: i
+      real(wp), intent(in) :: t
+      real(wp) :: at
+      integer :: q
+      associate (piece => curve%piece(i))
+         select case (piece%shape)
+         case (shape_straight)
+            length = t * norm2(piece%c(:, 2))
+         case (shape_arc)
+            length = t * abs(piece%turn) * piece%radius
+         case default
+            length = 0.0_wp
+            do q = 1, n_gauss
+               at = t * curve%abscissa(q)
+               length = length + curve%weight(q) * norm2(piece%c(:, 2) + at * (2 * piece%c(:, 3) + 3 * at * piece%c(:, 4)))
+            end do
+            length = length * t
+         end select
+      end associate
+   end function arc_length
+
+   !> Angle [rad] by which piece i turns to the left from its first point to parameter t.
+   pure real(wp) function turned_angle(curve, i, t) result(angle)
+      type(obstacle_curve_t), intent(in) :: curve
+      integer, intent(in) :: i
+      real(wp), intent(in) :: t
+      angle = 0.0_wp
+      associate (piece => curve%piece(i))
+         if (piece%shape == shape_arc) angle = t * piece%turn
+         if (piece%shape == shape_cubic) angle = &
+            & angle_between(piece%c(:, 2), piece%c(:, 2) + t * (2 * piece%c(:, 3) + 3 * t * piece%c(:, 4)))
+      end associate
+   end function turned_angle
 
    !> Parameter of the point of a cubic piece that is nearest to x: a zero of the derivative of half the squared distance.
    pure real(wp) function nearest_parameter(c, x) result(t)

@@ -274,14 +274,14 @@ contains
       call field(t, 'force', kind_real, 'per area (per length with WIDTH 1), never falling, at first rising; 0 in the first '// &
          'line', unit='force/area')
 
-      call card(t, 'CONTACT', in_model, 'Nodes that may touch an obstacle.')
+      call card(t, 'CONTACT', in_model, 'Nodes, and the rod between them, that may touch an obstacle.')
       call param(t, 'OBSTACLE', kind_name, 'the obstacle')
       call param(t, 'NSET', kind_name, 'the candidates')
       call param(t, 'GAP', kind_real, 'added to the geometric gap; half the depth of the rod: negative', default='0')
-      call param(t, 'POINTS', kind_word, 'where reactions act. NODES: at nodes; SLIDING: contact points and the ends of '// &
-         'contact regions may lie inside elements (rigid obstacles, shear-rigid GE4 to GE8 on generated curves); '// &
-         'DISTRIBUTED: all along the elements (foundations, GE elements); AUTO: SLIDING or DISTRIBUTED where that '// &
-         'holds, else NODES', default='AUTO', words='AUTO|NODES|SLIDING|DISTRIBUTED')
+      call param(t, 'POINTS', kind_word, 'where the obstacle pushes. NODES: at nodes; SLIDING: anywhere along the rod, at '// &
+         'points and along lines between touchdown points (rigid obstacles, shear-rigid GE4 to GE8 on generated '// &
+         'curves); DISTRIBUTED: all along the elements (foundations, GE elements); AUTO: SLIDING or DISTRIBUTED where '// &
+         'that holds, else NODES', default='AUTO', words='AUTO|NODES|SLIDING|DISTRIBUTED')
 
       call card(t, 'MONITOR', in_model, 'A quantity of the path: offset + factor * mean displacement (U) or sum of '// &
          'reactions (R) of supports and springs at the nodes, or sum of the reactions of an obstacle.')

@@ -8,7 +8,7 @@ module rod_geometry
    use reference_curve, only: curve_point, curve_length, curve_abscissa
    implicit none
    private
-   public :: geometry_t, element_geometry_t, new_geometry, slid_pair, slide_node, node_reference
+   public :: geometry_t, element_geometry_t, new_geometry, slid_pair, slide_node, slide_nodes, node_reference
 
    type :: element_geometry_t
       real(wp) :: s(2) = 0.0_wp               !! nominal coordinates of both ends; 0 for elements on no curve
@@ -46,7 +46,7 @@ contains
    !>
    !> Gauss quadrature of the exact tangent misses the chord by O(h^(2s+1)); a factor C and a common turn of the stage
    !> angles of the same order close it, so that the stress-free state carries exactly no stress, however it is turned.
-   function element_geometry(model, tableau, e, s, x1, x2) result(g)
+   pure function element_geometry(model, tableau, e, s, x1, x2) result(g)
       type(model_t), intent(in) :: model
       type(tableau_t), intent(in) :: tableau(:)
       integer, intent(in) :: e
@@ -123,4 +123,28 @@ contains
       geometry%element(element) = pair
       geometry%x(:, model%mesh%node(2, element(1))) = x
    end subroutine slide_node
+
+   !> Moves many nodes at once, each along its own curve.
+   pure subroutine slide_nodes(model, tableau, shift, geometry)
+      type(model_t), intent(in) :: model
+      type(tableau_t), intent(in) :: tableau(:)
+      real(wp), intent(in) :: shift(:)           !! (nodes) of nominal length; 0 but where one element goes on as the next one
+      type(geometry_t), intent(inout) :: geometry
+      real(wp) :: angle, speed, s(2)
+      integer :: e
+      ! As in slid_pair the element that ends at a node says where it is.
+      do e = 1, model%mesh%n_elements
+         associate (node => model%mesh%node(2, e))
+            if (abs(shift(node)) > 0.0_wp) call curve_point(model%curve(model%mesh%curve(e)), model%imperfection, &
+               & geometry%element(e)%s(2) + shift(node), geometry%x(:, node), angle, speed)
+         end associate
+      end do
+      do e = 1, model%mesh%n_elements
+         associate (node => model%mesh%node(:, e))
+            if (.not. any(abs(shift(node)) > 0.0_wp)) cycle
+            s = geometry%element(e)%s + shift(node)
+            geometry%element(e) = element_geometry(model, tableau, e, s, geometry%x(:, node(1)), geometry%x(:, node(2)))
+         end associate
+      end do
+   end subroutine slide_nodes
 end module rod_geometry

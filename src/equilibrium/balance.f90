@@ -9,6 +9,9 @@ module balance
    use contact_set, only: gap_tolerance
    use force_law, only: law_reaction
    use section_forces, only: end_forces
+   use span_forces, only: span_totals, end_force
+   use conforming_span, only: conforming_forces
+   use deck_nodes, only: deck_contact_gaps, find_node
    use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t
    use ge_element, only: ge_load_t
@@ -19,6 +22,8 @@ module balance
    private
    public :: measure_balance
 
+   integer, parameter :: line_samples = 4 !! of the density in an element on an obstacle
+   real(wp), parameter :: line_slack = 1.0e-5_wp !! of forces over the size: densities are derivatives of what is solved for
    real(wp), parameter :: least_reaction = 1.0e-6_wp !! that signs are measured against, over the largest force
 
 contains
@@ -82,6 +87,7 @@ contains
       if (problem%candidates%n > 0) scale = max(scale, maxval(abs(state%reaction)))
       call measure_contact(problem, state, at, scale, middle, accuracy, total, left)
       if (problem%ground%chain%n > 0) call add_foundations()
+      if (problem%spans) call add_spans()
       accuracy%force = scale
       call note_worst(accuracy%force_balance, beyond(norm2(total(1:2)), noise) / scale, at)
       call note_worst(accuracy%moment_balance, beyond(abs(total(3)), noise * size_) / (scale * size_), at)
@@ -92,6 +98,76 @@ contains
          & node=problem%model%mesh%node_label(node))
 
    contains
+
+      !> Forces of contact spans, and what their nodes are out of balance by besides these.
+      subroutine add_spans()
+         real(wp) :: totals(3, size(problem%model%contact)), moment, push, gap, normal(2), bend, local(3), &
+            & x(2), angle, density, tau, counted(2)
+         real(wp), allocatable :: gaps(:), place(:, :)
+         logical, allocatable :: beside(:)
+         integer :: c, e, i, mesh_node
+         call span_totals(problem, state, middle, totals, moment)
+         total = total + [sum(totals(1, :)), sum(totals(2, :)), moment]
+         accuracy%reaction = max(accuracy%reaction, maxval(abs(totals(3, :))))
+         do c = 1, problem%candidates%n
+            if (problem%candidates%touch(c) == 0) cycle
+            push = end_force(problem, state, c)
+            call candidate_gap(problem, state, c, gap, normal, bend)
+            associate (node => problem%candidates%node(c))
+               left(1:2, node) = left(1:2, node) - push * normal
+               ! What its support has counted.
+               counted = merge(push * normal, 0.0_wp, problem%model%fixed(1:2, node))
+               x = node_position(state, node) - middle
+               total = total - [counted, x(1) * counted(2) - x(2) * counted(1)]
+               call note_worst(accuracy%penetration, abs(gap) / problem%size, at, node=problem%model%mesh%node_label(node))
+               call note_worst(accuracy%tension, (-push - 1.0e-8_wp * scale) / max(accuracy%reaction, &
+                  & least_reaction * scale), at, node=problem%model%mesh%node_label(node))
+            end associate
+         end do
+         ! Along lines, and at the deck's nodes, which the mesh knows nothing of.
+         do e = 1, problem%model%mesh%n_elements
+            if (problem%conforms(e) == 0) cycle
+            do i = 0, line_samples
+               tau = real(i, wp) / line_samples
+               call conforming_forces(problem, state, e, tau, local, x, angle, density)
+               call note_worst(accuracy%tension, (-density * problem%size - line_slack * scale) / max(accuracy%reaction, &
+                  & least_reaction * scale), at, element=problem%model%mesh%element_label(e))
+            end do
+         end do
+         beside = beside_contacts()
+         do c = 1, size(problem%deck%contact)
+            associate (node => problem%deck%contact(c)%node)
+               if (allocated(gaps)) deallocate (gaps, place)
+               allocate (gaps(size(node)), place(2, size(node)))
+               call deck_contact_gaps(problem, state, c, gaps, place)
+               do i = 1, size(node)
+                  call find_node(problem, state, node(i), mesh_node, e, tau)
+                  if (e > 0) then
+                     if (beside(e)) cycle
+                  end if
+                  call note_worst(accuracy%penetration, -gaps(i) / problem%size, at, node=problem%deck%mesh%node_label(node(i)))
+               end do
+            end associate
+         end do
+      end subroutine add_spans
+
+      !> Elements on obstacles and the next two: where the gap opens with a power of the distance it is less than what places inside
+      !> elements err by.
+      function beside_contacts() result(beside)
+         logical :: beside(problem%model%mesh%n_elements)
+         logical :: near(problem%model%mesh%n_nodes)
+         integer :: c, e, pass
+         near = .false.
+         do c = 1, problem%candidates%n
+            if (problem%candidates%touch(c) > 0) near(problem%candidates%node(c)) = .true.
+         end do
+         do pass = 1, 2
+            beside = [(any(near(problem%model%mesh%node(:, e))), e=1, problem%model%mesh%n_elements)]
+            do e = 1, problem%model%mesh%n_elements
+               if (beside(e)) near(problem%model%mesh%node(:, e)) = .true.
+            end do
+         end do
+      end function beside_contacts
 
       !> Foundations that act inside elements, from their pressure where it acts.
       subroutine add_foundations()
@@ -153,6 +229,7 @@ contains
       largest = max(accuracy%reaction, least_reaction * scale)
       unsettled = max(let_pull, 10.0_wp * problem%model%step(problem%step)%tolerance) * scale
       do c = 1, problem%candidates%n
+         if (problem%candidates%touch(c) > 0) cycle
          node = problem%candidates%node(c)
          label = problem%model%mesh%node_label(node)
          rigid = problem%model%obstacle(problem%candidates%obstacle(c))%rigid
@@ -221,6 +298,7 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: middle(2)
       real(wp) :: total(3), x(2, 2), u(6), phi, nn(2), t(2), nu(2), rho(2), position(2), direction(2, max_stages), force(2)
+      real(wp) :: local(3), angle
       type(ge_load_t) :: load
       integer :: i, s
       load = element_load(problem, state, e)
@@ -238,6 +316,18 @@ contains
          end if
          s = problem%model%mesh%stages(e)
          u = element_displacement(problem, state, e)
+         if (problem%conforms(e) > 0) then
+            do i = 1, s
+               call conforming_forces(problem, state, e, problem%tableau(s)%c(i), local, position, angle)
+               position = position - middle
+               force = h * problem%tableau(s)%b(i) * load%line
+               total = total + [force, position(1) * force(2) - position(2) * force(1)]
+            end do
+            ! What the pressure does depends on the ends alone.
+            total = total + load%pressure * [x(2, 1) - x(2, 2), x(1, 2) - x(1, 1), &
+               & 0.5_wp * (dot_product(x(:, 2), x(:, 2)) - dot_product(x(:, 1), x(:, 1)))]
+            return
+         end if
          associate (tab => problem%tableau(s), z => state%z(:, e))
             do i = 1, s
                phi = u(3) + h * problem%compliance(e)%bending * dot_product(tab%a(i, :s), z(4:3 + s)) + &

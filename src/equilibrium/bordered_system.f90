@@ -12,7 +12,7 @@ module bordered_system
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use rod_geometry, only: slide_node
-   use linear_system, only: system_t, assemble, turn_pair, to_global
+   use linear_system, only: system_t, assemble, to_node, to_global
    use contact_slides, only: linearise_slides, slide_row
    use band_matrix, only: band_times, factorise, solve_factored
    use active_coupling, only: factor_excess, add_excess_response
@@ -197,7 +197,7 @@ contains
       do node = 1, size(row, 2)
          d = dof(problem, node, 1)
          system%path_row(d:d + 2) = row(:, node)
-         if (system%turned(node)) call turn_pair(system%axis(:, node), system%path_row(d:d + 1))
+         call to_node(system, node, system%path_row(d:d + 2))
       end do
       system%path_corner = corner
       system%path_slide = spread(0.0_wp, 1, system%n_slides)

@@ -1,16 +1,20 @@
-!> What happens at the deck's nodes, wherever the nodes of the mesh are: contact nodes move along the rod, but what the deck asks
-!> for belongs to the material points that it names.
+!> What happens at the deck's nodes, wherever the nodes of the mesh are: it may be another mesh than the deck's, and contact nodes
+!> move along the rod, but what the deck asks for belongs to the material points that it names.
 module deck_nodes
    use kinds, only: wp
-   use problem, only: problem_t
-   use rod_state, only: state_t
+   use problem, only: problem_t, rounding_gap
+   use rod_state, only: state_t, obstacle_shift
    use rod_geometry, only: element_geometry_t, slid_pair
-   use linear_system, only: system_t
+   use obstacle_geometry, only: moved_gap
+   use linear_system, only: system_t, to_global
+   use state_transfer, only: find_point, point_displacement
+   use conforming_span, only: conforming_displacement
    use section_forces, only: local_forces, inner_local_forces
-   use rod_profile, only: profile_t, new_profile, profile_on, profile_displacement, profile_rate, element_place
+   use rod_profile, only: new_profile, profile_on, profile_displacement, profile_rate, element_place
    implicit none
    private
-   public :: deck_node_displacement, deck_section_forces, node_gradient_t, deck_node_gradient
+   public :: deck_node_displacement, deck_section_forces, deck_contact_gaps, deck_node_rates, node_gradient_t, deck_node_gradient, &
+      & find_node
 
    !> Derivatives of displacement and rotation of a deck's node that lies inside an element now.
    type :: node_gradient_t
@@ -23,71 +27,161 @@ module deck_nodes
 
 contains
 
+   !> Where a deck's node is on the mesh.
+   pure subroutine find_node(problem, state, node, mesh_node, e, tau)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: node               !! of the deck
+      integer, intent(out) :: mesh_node         !! the one at its material point, 0: none is
+      integer, intent(out) :: e                 !! the element that it is inside of, 0: of none
+      real(wp), intent(out) :: tau              !! its place there, 0 to 1
+      e = 0
+      tau = 0.0_wp
+      mesh_node = problem%mesh_node(node)
+      if (mesh_node > 0) return
+      call find_point(problem, state, problem%layout%node_stretch(node), problem%layout%node_at(node), e, tau)
+      if (tau > 0.0_wp .and. tau < 1.0_wp) return
+      mesh_node = problem%model%mesh%node(merge(1, 2, tau <= 0.0_wp), e)
+      e = 0
+   end subroutine find_node
+
    !> Displacements and rotation of a deck's node, counted from the stress-free position in the state's problem.
    pure function deck_node_displacement(problem, state, node) result(u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: node
       real(wp) :: u(3)
-      integer :: e
-      real(wp) :: s
-      u = state%u(:, node)
-      call find_node(problem, state, node, e, s)
-      if (e == 0) return
-      u = profile_displacement(problem, new_profile(problem, state, e), &
-         & element_place(problem, state%geometry%element(e), e, s))
+      integer :: e, mesh_node
+      real(wp) :: tau
+      call find_node(problem, state, node, mesh_node, e, tau)
+      if (e == 0) then
+         u = state%u(:, mesh_node)
+      else
+         u = point_displacement(problem, state, e, tau)
+      end if
    end function deck_node_displacement
 
-   !> (N, Q, M) at both ends of an element of the deck, as local_forces; a contact force acts where its node is now.
+   !> (N, Q, M) at both ends of an element of the deck, as local_forces, on its own side of them; a contact force acts where its
+   !> node is now.
    subroutine deck_section_forces(problem, state, e, local)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: e
+      integer, intent(in) :: e                  !! of the deck
       real(wp), intent(out) :: local(3, 2)
-      integer :: side, holder
-      real(wp) :: s
-      call local_forces(problem, state, e, local)
+      real(wp) :: ends(3, 2), tau
+      integer :: side, holder, known, j
+      j = problem%layout%stretch_of(e)
+      known = 0
       do side = 1, 2
-         call find_node(problem, state, problem%model%mesh%node(side, e), holder, s)
-         if (holder > 0) local(:, side) = inner_local_forces(problem, state, holder, &
-            & element_place(problem, state%geometry%element(holder), holder, s))
+         call find_point(problem, state, j, problem%deck%mesh%s(side, e) + problem%layout%origin(e), holder, tau)
+         if (side == 2 .and. tau <= 0.0_wp) then
+            ! At a node it is the element that ends there.
+            holder = problem%beside(1, problem%model%mesh%node(1, holder))
+            tau = 1.0_wp
+         end if
+         if (tau > 0.0_wp .and. tau < 1.0_wp) then
+            local(:, side) = inner_local_forces(problem, state, holder, tau)
+         else
+            if (holder /= known) call local_forces(problem, state, holder, ends)
+            known = holder
+            local(:, side) = ends(:, merge(1, 2, tau <= 0.0_wp))
+         end if
       end do
    end subroutine deck_section_forces
 
-   !> How displacement and rotation of a deck's node change with the unknowns, where its own node has moved away.
+   !> Gaps of the nodes that the deck gives to a contact, and where they are.
+   pure subroutine deck_contact_gaps(problem, state, contact, gap, place)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: contact            !! index into model%contact
+      real(wp), intent(out) :: gap(:)           !! (nodes of the contact in the deck)
+      real(wp), intent(out) :: place(:, :)      !! (2, the same) deformed
+      real(wp) :: u(3), shift(2), at_home, home_offset, later, normal(2), bend
+      integer :: i
+      associate (list => problem%deck%contact(contact), o => problem%deck%contact(contact)%obstacle, kept => problem%constant, &
+         & overlap => problem%overlap(contact), load => problem%model%step(problem%step)%load)
+         shift = obstacle_shift(problem, state, o)
+         ! As candidate_offset: what comes on top of the gap left in the deck.
+         later = overlap * (1.0_wp - kept%resolved(o)) - kept%closing(o) - &
+            & state%load_factor * (load%closing(o) + load%resolved(o) * overlap)
+         do i = 1, size(list%node)
+            associate (home => problem%deck%mesh%x(:, list%node(i)), obstacle => problem%deck%obstacle(o))
+               u = deck_node_displacement(problem, state, list%node(i))
+               place(:, i) = home + u(1:2)
+               call moved_gap(obstacle, home, u(1:2) - shift, at_home, gap(i), normal, bend)
+               home_offset = list%gap
+               if (obstacle%at_nodes) home_offset = list%gap - at_home
+               if (obstacle%bilateral) home_offset = -at_home
+               at_home = at_home + home_offset
+               if (abs(at_home) <= rounding_gap(problem)) at_home = 0.0_wp
+               gap(i) = gap(i) + at_home + later
+            end associate
+         end do
+      end associate
+   end subroutine deck_contact_gaps
+
+   !> What a solved increment of the unknowns does to displacements and rotation of all deck's nodes.
+   function deck_node_rates(problem, state, system, x, y) result(rate)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system      !! assembled at `state`
+      real(wp), intent(in) :: x(:)              !! (n) nodal increments, node axes
+      real(wp), intent(in) :: y(:)              !! (1 + n_slides) of the load factor and the sliding coordinates
+      real(wp) :: rate(3, size(problem%mesh_node))
+      type(node_gradient_t) :: gradient
+      real(wp) :: du(6), tau
+      integer :: node, mesh_node, e, z
+      logical :: inside
+      do node = 1, size(rate, 2)
+         call find_node(problem, state, node, mesh_node, e, tau)
+         if (e == 0) then
+            rate(:, node) = to_global(problem, system, x, mesh_node)
+            cycle
+         end if
+         associate (ends => problem%model%mesh%node(:, e))
+            du = [to_global(problem, system, x, ends(1)), to_global(problem, system, x, ends(2))]
+         end associate
+         z = problem%z_size(e)
+         rate(:, node) = place_rate(problem, state, e, tau, du, matmul(system%op(:z, :6, e), du) + y(1) * system%op(:z, 8, e), y(1))
+         if (system%n_slides == 0) cycle
+         if (.not. any(problem%candidates%element(:, system%slide) == e)) cycle
+         call deck_node_gradient(problem, state, system, node, gradient, inside)
+         rate(:, node) = rate(:, node) + matmul(gradient%slide, y(2:))
+      end do
+   end function deck_node_rates
+
+   !> How displacement and rotation of a deck's node change with the unknowns, where no node of the mesh is at its place.
    subroutine deck_node_gradient(problem, state, system, node, gradient, inside)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled at `state`
       integer, intent(in) :: node
       type(node_gradient_t), intent(out) :: gradient
-      logical, intent(out) :: inside            !! false: node and mesh node are one, no gradient is set
-      type(profile_t) :: profile
+      logical, intent(out) :: inside            !! false: it is one with gradient%node(1), nothing else is set
       type(element_geometry_t) :: pair(2)
       real(wp) :: s, tau, du(6), none(6), moved(3, 2), step, x(2), angle, start(2)
       integer :: e, k, i, way, z
-      call find_node(problem, state, node, e, s)
+      call find_node(problem, state, node, gradient%node(1), e, tau)
       inside = e > 0
       if (.not. inside) return
       z = problem%z_size(e)
-      profile = new_profile(problem, state, e)
-      tau = element_place(problem, state%geometry%element(e), e, s)
+      s = problem%layout%node_at(node) - problem%origin(e)
       gradient%node = problem%model%mesh%node(:, e)
       none = 0.0_wp
       do k = 1, 6
          du = 0.0_wp
          du(k) = 1.0_wp
          gradient%ends(:, modulo(k - 1, 3) + 1, (k + 2) / 3) = &
-            & profile_rate(problem, state, profile, tau, du, system%op(:z, k, e), 0.0_wp)
+            & place_rate(problem, state, e, tau, du, system%op(:z, k, e), 0.0_wp)
       end do
-      gradient%load = profile_rate(problem, state, profile, tau, none, system%op(:z, 8, e), 1.0_wp)
-      gradient%defect = profile_rate(problem, state, profile, tau, none, system%op(:z, 7, e), 0.0_wp)
+      gradient%load = place_rate(problem, state, e, tau, none, system%op(:z, 8, e), 1.0_wp)
+      gradient%defect = place_rate(problem, state, e, tau, none, system%op(:z, 7, e), 0.0_wp)
       allocate (gradient%slide(3, system%n_slides), source=0.0_wp)
       do k = 1, system%n_slides
          associate (element => problem%candidates%element(:, system%slide(k)))
             i = findloc(element, e, 1)
             if (i == 0) cycle
-            gradient%slide(:, k) = profile_rate(problem, state, profile, tau, none, system%slide_op(:z, i, k), 0.0_wp)
+            gradient%slide(:, k) = place_rate(problem, state, e, tau, none, system%slide_op(:z, i, k), 0.0_wp)
             ! The geometry's part is a central difference, as in the columns of the sliding nodes.
             step = 1.0e-4_wp * minval(state%geometry%element(element)%length)
             do way = 1, 2
@@ -102,22 +196,40 @@ contains
       end do
    end subroutine deck_node_gradient
 
-   !> The element that holds the material point of a deck's node whose own node has moved along the rod.
-   pure subroutine find_node(problem, state, node, e, s)
+   !> Change of displacement and rotation at a place of an element, its stress-free geometry held.
+   pure function place_rate(problem, state, e, tau, du, dz, load_change) result(rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: node
-      integer, intent(out) :: e                 !! 0: the node is at its material point
-      real(wp), intent(out) :: s                !! nominal coordinate of the point in that element
-      integer :: side
-      ! The one that ends at the node when that has moved forwards, or the one that begins there.
-      do side = 1, 2
-         e = problem%beside(side, node)
-         if (e == 0) cycle
-         s = problem%model%mesh%s(3 - side, e)
-         if (side == 1 .and. state%geometry%element(e)%s(2) > s) return
-         if (side == 2 .and. state%geometry%element(e)%s(1) < s) return
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau
+      real(wp), intent(in) :: du(6)             !! changes of the nodes' displacements,
+      real(wp), intent(in) :: dz(:)             !! (z_size) of the stored unknowns
+      real(wp), intent(in) :: load_change       !! and of the load factor
+      real(wp) :: rate(3)
+      real(wp) :: step, moved(3, 2), part
+      type(state_t) :: beside
+      integer :: way, i
+      if (problem%conforms(e) == 0) then
+         rate = profile_rate(problem, state, new_profile(problem, state, e), tau, du, dz, load_change)
+         return
+      end if
+      ! On an obstacle by a central difference, as far apart as truncation and rounding want it: places change by a share of the
+      ! element, or forces and loads by theirs.
+      step = epsilon(step)**(1.0_wp / 3.0_wp)
+      part = max(maxval(abs(du([1, 2, 4, 5]))), maxval(abs(dz(size(dz) - problem%model%mesh%stages(e) + 1:))))
+      if (part > 0.0_wp) step = step * state%geometry%element(e)%length / part
+      beside = state
+      do way = 1, 2
+         part = merge(-step, step, way == 1)
+         do i = 1, 2
+            associate (node => problem%model%mesh%node(i, e))
+               beside%u(:, node) = state%u(:, node) + part * du(3 * i - 2:3 * i)
+            end associate
+         end do
+         beside%z(:size(dz), e) = state%z(:size(dz), e) + part * dz
+         beside%load_factor = state%load_factor + part * load_change
+         moved(:, way) = conforming_displacement(problem, beside, e, tau)
       end do
-      e = 0
-   end subroutine find_node
+      rate = (moved(:, 2) - moved(:, 1)) / (2.0_wp * step)
+   end function place_rate
 end module deck_nodes

@@ -32,11 +32,14 @@ contains
             d(i) = dof(problem, node(i), 1)
             moved = u(1:2)
             if (system%turned(node(i))) call turn_pair(system%axis(:, node(i)), moved)
-            relative(3 * i - 2:3 * i) = x(d(i):d(i) + 2) - [moved, 0.0_wp]
+            ! What moves without turning turns against the track of a contact span.
+            relative(3 * i - 2:3 * i) = x(d(i):d(i) + 2) - [moved, -system%roll(node(i)) * moved(1)]
+            ! On a track a translation is none.
+            if (problem%conforms(e) > 0) relative(3 * i - 2:3 * i) = x(d(i):d(i) + 2)
          end do
          force = matmul(k(:, :, e), relative)
          form = form + dot_product(relative, force)
-         if (size(shift, 3) > 0) then
+         if (size(shift, 3) > 0 .and. problem%conforms(e) == 0) then
             ! What a foundation adds when the element moves as a whole.
             held = matmul(shift(:, :, e), u(1:2))
             force = force + held
@@ -47,7 +50,7 @@ contains
                form = form + dot_product(moved, held(3 * i - 2:3 * i - 1))
             end do
          end if
-         if (abs(pressure(e)) > 0.0_wp) then
+         if (abs(pressure(e)) > 0.0_wp .and. problem%conforms(e) == 0) then
             stretch = to_global(problem, system, x, node(2)) - u
             form = form - pressure(e) * (u(2) * stretch(1) - u(1) * stretch(2))
             do i = 1, 2

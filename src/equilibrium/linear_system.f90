@@ -1,7 +1,9 @@
 !> The equilibrium equations at a state, assembled about the present contact set.
 !>
 !> Unknowns: three a node in band order, in axes of the node (turned so that the second is the obstacle's normal where a
-!> rigid contact is active; that unknown is then eliminated). The border of this band is in bordered_system.
+!> rigid contact is active; that unknown is then eliminated). In a contact span the third is the rotation less that of the
+!> track there, on which the first one moves the node: a node that follows the track keeps it at zero. The border of this
+!> band is in bordered_system.
 module linear_system
    use kinds, only: wp
    use model, only: family_ge
@@ -12,6 +14,7 @@ module linear_system
    use ge_element, only: ge_evaluate, ge_load_t, ge_columns
    use ul2_element, only: ul2_evaluate, ul2_heat_scale
    use element_foundation, only: foundation_forces
+   use conforming_span, only: evaluate_conforming, track_rotation, track_bend_rate, touchdown_spring
    use inner_forces, only: inner_forces_t, clear_forces
    use band_matrix, only: band_t, factor_t, new_band
    use active_coupling, only: active_coupling_t, set_active, coupled_answer, add_forces, excess_row
@@ -19,7 +22,7 @@ module linear_system
    implicit none
    private
    public :: system_t, new_system, assemble, sum_elements, contact_tangent, spring_tangent, &
-      & turn_pair, to_global, row_times, contact_reaction, worst_round_off
+      & turn_pair, to_node, to_global, row_times, contact_reaction, worst_round_off
 
    real(wp), parameter :: worst_round_off = 1.0e-6_wp !! a residual above it is no equilibrium, whatever its reason
 
@@ -37,6 +40,8 @@ module linear_system
       real(wp), allocatable :: rate(:)          !! (n) its derivative by the load factor
       real(wp), allocatable :: axis(:, :)       !! (2, nodes) direction of the node's first axis
       logical, allocatable :: turned(:)         !! (nodes) the axes differ from the global ones
+      real(wp), allocatable :: roll(:)          !! (nodes) rotation per displacement along the first axis that the third unknown
+      !! does not count: the curvature of the track of a contact span
       ! Contact, one entry a candidate.
       real(wp), allocatable :: gap(:), normal(:, :), bend(:)
       real(wp), allocatable :: opening(:)       !! gap to the surface as other reactions have settled it
@@ -98,6 +103,7 @@ contains
       allocate (system%fixed(n), source=.false.)
       allocate (system%axis(2, nodes), source=0.0_wp)
       allocate (system%turned(nodes), source=.false.)
+      allocate (system%roll(nodes), source=0.0_wp)
       allocate (system%ek(6, 6, elements), system%ef(6, elements), system%eraw(6, elements), system%el(6, elements))
       allocate (system%op(z, ge_columns, elements))
       allocate (system%grip(elements), source=0)
@@ -214,7 +220,11 @@ contains
       real(wp) :: u(6)
       u = element_displacement(problem, state, e)
       load = element_load(problem, state, e)
-      if (problem%model%mesh%family(e) == family_ge) then
+      if (problem%conforms(e) > 0) then
+         call clear_forces(inner)
+         shift = 0.0_wp
+         call evaluate_conforming(problem, state, e, f, raw, k, fl, op, defect, ok)
+      else if (problem%model%mesh%family(e) == family_ge) then
          call foundation_forces(problem, state, e, inner)
          call ge_evaluate(problem%tableau(problem%model%mesh%stages(e)), geometry%length, geometry%scale, &
             & geometry%angle, geometry%chord, problem%compliance(e), load, u, &
@@ -242,6 +252,7 @@ contains
       system%value = 0.0_wp
       system%rate = 0.0_wp
       system%turned = .false.
+      system%roll = 0.0_wp
       associate (step => problem%model%step(problem%step)%load, fixed => problem%model%fixed)
          do node = 1, problem%model%mesh%n_nodes
             do i = 1, 3
@@ -259,6 +270,13 @@ contains
             system%unknown(c) = 0
             if (.not. state%active(c) .or. system%soft(c)) cycle
             node = problem%candidates%node(c)
+            if (problem%candidates%touch(c) > 0) then
+               if (.not. may_react(problem, c, system%normal(:, c))) then
+                  ! A support holds the node of a line where it is.
+                  call follow_track(c, node)
+                  cycle
+               end if
+            end if
             if (first(node) > 0) then
                ! In a corner of two obstacles the second one holds the node along the first; more can hold nothing.
                system%slope(c) = dot_product(system%normal(:, c), system%axis(:, node))
@@ -293,6 +311,7 @@ contains
             system%fixed(d) = .true.
             system%value(d) = -system%gap(c) / system%slope(c)
             system%rate(d) = (dot_product(system%normal(:, c), system%motion(:, c)) + system%closing(c)) / system%slope(c)
+            if (problem%candidates%touch(c) > 0) call follow_track(c, node)
             if (.not. any(fixed(1:2, node))) cycle
             ! A support that moves takes the gap along.
             other = dof(problem, node, 3 - i)
@@ -300,6 +319,21 @@ contains
             system%rate(d) = system%rate(d) - system%normal(3 - i, c) * system%rate(other) / system%slope(c)
          end do
       end associate
+
+   contains
+
+      !> The third unknown of a node of a contact span. What the obstacle moves along itself turns nothing by itself.
+      subroutine follow_track(c, node)
+         integer, intent(in) :: c, node
+         real(wp) :: along
+         along = dot_product([system%normal(2, c), -system%normal(1, c)], system%motion(:, c))
+         if (system%turned(node)) system%roll(node) = -system%bend(c)
+         if (.not. problem%candidates%follows(c) .or. problem%model%fixed(3, node)) return
+         d = dof(problem, node, 3)
+         system%fixed(d) = .true.
+         system%value(d) = -track_rotation(problem, state, c)
+         system%rate(d) = system%bend(c) * along
+      end subroutine follow_track
    end subroutine set_constraints
 
    !> Reaction of an active rigid contact that answers a force of the structure on the unknowns. Where a corner holds the
@@ -335,10 +369,10 @@ contains
                end do
             end do
          end if
-         if (system%turned(node(1))) call turn_element(system%axis(:, node(1)), 1, system%ek(:, :, e), &
-            & system%ef(:, e), system%eraw(:, e), system%el(:, e))
-         if (system%turned(node(2))) call turn_element(system%axis(:, node(2)), 4, system%ek(:, :, e), &
-            & system%ef(:, e), system%eraw(:, e), system%el(:, e))
+         do i = 1, 2
+            if (system%turned(node(i))) call turn_element(system%axis(:, node(i)), system%roll(node(i)), 3 * i - 2, &
+               & system%ek(:, :, e), system%ef(:, e), system%eraw(:, e), system%el(:, e))
+         end do
          do a = 1, 2
             system%residual(p(a) + 1:p(a) + 3) = system%residual(p(a) + 1:p(a) + 3) + system%ef(3 * a - 2:3 * a, e)
             system%load(p(a) + 1:p(a) + 3) = system%load(p(a) + 1:p(a) + 3) + system%el(3 * a - 2:3 * a, e)
@@ -359,22 +393,38 @@ contains
       end do
    end subroutine sum_elements
 
-   !> Turns the two displacements from row `first` of an element into a node's axes.
-   pure subroutine turn_element(axis, first, k, f, raw, fl)
-      real(wp), intent(in) :: axis(2)
+   !> Turns the unknowns from row `first` of an element into a node's axes.
+   pure subroutine turn_element(axis, roll, first, k, f, raw, fl)
+      real(wp), intent(in) :: axis(2), roll
       integer, intent(in) :: first
       real(wp), intent(inout) :: k(6, 6), f(6), raw(6), fl(6)
       integer :: j
-      call turn_pair(axis, f(first:first + 1))
-      call turn_pair(axis, raw(first:first + 1))
-      call turn_pair(axis, fl(first:first + 1))
+      call turn_force(axis, roll, f(first:first + 2))
+      call turn_force(axis, roll, raw(first:first + 2))
+      call turn_force(axis, roll, fl(first:first + 2))
       do j = 1, 6
-         call turn_pair(axis, k(first:first + 1, j))
+         call turn_force(axis, roll, k(first:first + 2, j))
       end do
       do j = 1, 6
-         call turn_pair(axis, k(j, first:first + 1))
+         call turn_force(axis, roll, k(j, first:first + 2))
       end do
    end subroutine turn_element
+
+   !> Force and moment on a node in its axes: what works on the first unknown turns the node along the track, too.
+   pure subroutine turn_force(axis, roll, force)
+      real(wp), intent(in) :: axis(2), roll
+      real(wp), intent(inout) :: force(3)
+      call turn_pair(axis, force(1:2))
+      force(1) = force(1) + roll * force(3)
+   end subroutine turn_force
+
+   !> The same for whatever works on displacements and rotation of a node: loads, rows of constraints.
+   pure subroutine to_node(system, node, force)
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: node
+      real(wp), intent(inout) :: force(3)      !! global axes on entry, those of the node on return
+      if (system%turned(node)) call turn_force(system%axis(:, node), system%roll(node), force)
+   end subroutine to_node
 
    !> Components of a vector along `axis` and its left normal.
    pure subroutine turn_pair(axis, v)
@@ -393,10 +443,8 @@ contains
       do node = 1, problem%model%mesh%n_nodes
          rate = problem%model%step(problem%step)%load%node_force(:, node)
          load = problem%constant%node_force(:, node) + state%load_factor * rate
-         if (system%turned(node)) then
-            call turn_pair(system%axis(:, node), load(1:2))
-            call turn_pair(system%axis(:, node), rate(1:2))
-         end if
+         call to_node(system, node, load)
+         call to_node(system, node, rate)
          d = dof(problem, node, 1)
          system%residual(d:d + 2) = system%residual(d:d + 2) - load
          system%load(d:d + 2) = system%load(d:d + 2) + rate
@@ -414,7 +462,7 @@ contains
          if (.not. any(problem%spring(:, node) > 0.0_wp)) cycle
          d = dof(problem, node, 1)
          force = problem%spring(:, node) * state%u(:, node)
-         if (system%turned(node)) call turn_pair(system%axis(:, node), force(1:2))
+         call to_node(system, node, force)
          system%residual(d:d + 2) = system%residual(d:d + 2) + force
          k = spring_tangent(problem, system, node)
          do j = 1, 3
@@ -436,12 +484,11 @@ contains
       do i = 1, 3
          k(i, i) = problem%spring(i, node)
       end do
-      if (.not. system%turned(node)) return
-      do i = 1, 2
-         call turn_pair(system%axis(:, node), k(1:2, i))
+      do i = 1, 3
+         call to_node(system, node, k(:, i))
       end do
-      do i = 1, 2
-         call turn_pair(system%axis(:, node), k(i, 1:2))
+      do i = 1, 3
+         call to_node(system, node, k(i, :))
       end do
    end function spring_tangent
 
@@ -452,23 +499,24 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
-      integer :: c, d
-      real(wp) :: force(2), k(2, 2), motion(2), normal(2)
+      integer :: c, d, j
+      real(wp) :: force(2), k(3, 3), motion(3), normal(3)
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
-         d = dof(problem, problem%candidates%node(c), 1)
-         call contact_tangent(problem, state, system, c, force, k)
-         if (system%soft(c)) system%residual(d:d + 1) = system%residual(d:d + 1) - force
-         system%k%a(1, d) = system%k%a(1, d) + k(1, 1)
-         system%k%a(2, d) = system%k%a(2, d) + k(2, 1)
-         system%k%a(1, d + 1) = system%k%a(1, d + 1) + k(2, 2)
-         motion = system%motion(:, c)
-         normal = system%normal(:, c)
          associate (node => problem%candidates%node(c))
-            if (system%turned(node)) call turn_pair(system%axis(:, node), motion)
-            if (system%turned(node)) call turn_pair(system%axis(:, node), normal)
+            d = dof(problem, node, 1)
+            call contact_tangent(problem, state, system, c, force, k)
+            if (system%soft(c)) system%residual(d:d + 1) = system%residual(d:d + 1) - force
+            do j = 1, 3
+               system%k%a(1:4 - j, d + j - 1) = system%k%a(1:4 - j, d + j - 1) + k(j:3, j)
+            end do
+            motion = [system%motion(:, c), 0.0_wp]
+            normal = [system%normal(:, c), 0.0_wp]
+            if (system%turned(node)) call turn_pair(system%axis(:, node), motion(1:2))
+            if (system%turned(node)) call turn_pair(system%axis(:, node), normal(1:2))
+            motion(3) = -system%roll(node) * motion(1)
          end associate
-         system%load(d:d + 1) = system%load(d:d + 1) + matmul(k, motion) + (system%spring(c) * system%closing(c)) * normal
+         system%load(d:d + 2) = system%load(d:d + 2) + matmul(k, motion) + (system%spring(c) * system%closing(c)) * normal
       end do
       call place_coupling(problem, system)
    end subroutine add_contact
@@ -490,15 +538,16 @@ contains
       if (any(abs(away) > 0.0_wp)) call add_forces(system%coupling, -matmul(system%coupling%excess, away), system%load)
    end subroutine place_coupling
 
-   !> Force of an active contact on its node, and what it adds to the tangent: the foundation's spring, and the curvature of
-   !> the obstacle under the reaction.
+   !> Force of an active contact on its node, and what it adds to the tangent: the foundation's spring, the curvature of the
+   !> obstacle under the reaction, and that a point contact moves along the rod (touchdown_spring).
    pure subroutine contact_tangent(problem, state, system, candidate, force, k)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! its gaps and normals are those of the state
       integer, intent(in) :: candidate
-      real(wp), intent(out) :: force(2), k(2, 2) !! node axes
+      real(wp), intent(out) :: force(2), k(3, 3) !! node axes
       real(wp) :: n(2), t(2), r, kn
+      integer :: d
       n = system%normal(:, candidate)
       associate (node => problem%candidates%node(candidate))
          if (system%turned(node)) call turn_pair(system%axis(:, node), n)
@@ -508,8 +557,20 @@ contains
       r = state%reaction(candidate)
       if (system%soft(candidate)) r = system%push(candidate)
       force = r * n
-      k(:, 1) = kn * n * n(1) - (r * system%bend(candidate)) * t * t(1)
-      k(:, 2) = kn * n * n(2) - (r * system%bend(candidate)) * t * t(2)
+      k = 0.0_wp
+      k(1:2, 1) = kn * n * n(1) - (r * system%bend(candidate)) * t * t(1)
+      k(1:2, 2) = kn * n * n(2) - (r * system%bend(candidate)) * t * t(2)
+      if (problem%candidates%touch(candidate) == 0) return
+      associate (node => problem%candidates%node(candidate))
+         if (.not. system%turned(node)) return
+         ! The track turns the node by more the further it goes where its curvature changes.
+         d = dof(problem, node, 3)
+         ! The force that the free part ends with; what the obstacle does inside the line is in its elements.
+         if (problem%candidates%follows(candidate)) k(1, 1) = k(1, 1) + &
+            & (r - system%residual(system%unknown(candidate))) * system%bend(candidate)
+         k(1, 1) = k(1, 1) + system%residual(d) * track_bend_rate(problem, state, candidate)
+         if (.not. problem%candidates%follows(candidate)) k(3, 3) = touchdown_spring(problem, state, candidate)
+      end associate
    end subroutine contact_tangent
 
    !> Equilibrium of the free unknowns from the stored end forces, relative to the largest force or moment over size.
@@ -517,7 +578,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
-      real(wp) :: worst, scale, noise, moved
+      real(wp) :: worst, scale, noise, moved, carried
       type(ge_load_t) :: load
       integer :: e, i, d, node
       system%raw = system%residual
@@ -542,6 +603,16 @@ contains
          scale = max(scale, maxval(abs(problem%constant%node_force(1:2, :))), &
             & abs(state%load_factor) * maxval(abs(rate%node_force(1:2, :))))
       end associate
+      if (problem%spans) then
+         ! An obstacle may carry a load that no section feels.
+         carried = 0.0_wp
+         do e = 1, problem%model%mesh%n_elements
+            if (problem%conforms(e) == 0) cycle
+            load = element_load(problem, state, e)
+            carried = carried + (norm2(load%line) + abs(load%pressure)) * state%geometry%element(e)%length
+         end do
+         scale = max(scale, carried)
+      end if
       if (any(problem%ground%founded)) then
          ! A foundation may carry a load that no section feels.
          do e = 1, problem%model%mesh%n_elements
@@ -607,6 +678,7 @@ contains
       if (.not. system%turned(node)) return
       associate (a => system%axis(:, node))
          du(1:2) = [a(1) * x(d) - a(2) * x(d + 1), a(2) * x(d) + a(1) * x(d + 1)]
+         du(3) = du(3) + system%roll(node) * x(d)
       end associate
    end function to_global
 

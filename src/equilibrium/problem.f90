@@ -1,22 +1,39 @@
-!> What stays fixed while a step is followed: the model, its numbering and the constants derived from them.
+!> What stays fixed while nodes keep their rods: the model on a mesh, its numbering and the constants derived from them.
+!>
+!> The mesh may be that of the deck or another one (remeshed_problem): `deck` is what the deck states, `model` the same on the
+!> working mesh. What the deck asks for belongs to material points: a stretch of its layout and a coordinate there.
 module problem
    use kinds, only: wp
    use model, only: model_t, load_t, family_ge, new_load
+   use rod_layout, only: layout_t, new_layout
+   use remeshed_model, only: division_t, new_remeshed_model, mapped_load
    use numbering, only: numbering_t, new_numbering
    use gauss_tableau, only: tableau_t, max_stages, new_tableau
    use ge_element, only: ge_stiffness_t, ge_compliance, ge_size
    use ul2_element, only: ul2_size
    use rod_geometry, only: geometry_t, new_geometry
+   use reference_curve, only: curve_length
    use candidates, only: candidates_t, new_candidates
+   use contact_touch, only: touch_t
    use obstacle_geometry, only: obstacle_gap
    use ground, only: ground_t, new_ground
    use ground_coupling, only: coupling_t, new_coupling
    implicit none
    private
-   public :: problem_t, new_problem, structure_size, rounding_gap, dof
+   public :: problem_t, new_problem, remeshed_problem, derive_problem, structure_size, rounding_gap, dof
 
    type :: problem_t
-      type(model_t) :: model
+      type(model_t) :: model                             !! on the working mesh
+      type(model_t) :: deck                              !! on the deck's
+      type(layout_t) :: layout                           !! of the deck
+      logical :: deck_mesh = .true.                      !! the working mesh is the deck's, node by node
+      integer, allocatable :: stretch(:)                 !! (elements) that it is part of
+      real(wp), allocatable :: origin(:)                 !! (elements) coordinate along the stretch less the nominal one
+      integer, allocatable :: along(:)                   !! (elements) all of them, stretch by stretch in order
+      integer, allocatable :: element_first(:)           !! (stretches) place in `along` of its first element
+      integer, allocatable :: element_last(:)            !! (stretches) and of its last one; any mesh but the deck's has its
+      !! elements in this order: along(i) = i
+      integer, allocatable :: mesh_node(:)               !! (deck's nodes) node of a breakpoint, 0: it is none
       type(numbering_t) :: numbering
       type(candidates_t) :: candidates                   !! of contact at nodes
       type(coupling_t) :: coupling                       !! how obstacles carry load from candidate to candidate
@@ -26,7 +43,20 @@ module problem
       real(wp), allocatable :: spring(:, :)              !! (3, nodes) stiffness of springs to the ground
       logical, allocatable :: pressurised(:)             !! (elements) a pressure acts in some step
       integer, allocatable :: z_size(:)                  !! (elements) stored unknowns
-      real(wp), allocatable :: coordinates(:, :)         !! (2, nodes) of the deck: what stored displacements count from
+      logical :: spans = .false.                         !! nodes go with touchdown points: a mesh of contact spans
+      logical, allocatable :: may_span(:)                !! (contacts) those that spans describe once they have begun
+      real(wp), allocatable :: chain_start(:, :)         !! (stretches, contacts) coordinate of their beginnings along the chain
+      !! of a contact
+      logical, allocatable :: covered(:, :)              !! (stretches, contacts) where spans may be: all along or not at all
+      logical :: sampled = .false.                       !! a mesh of many nodes that finds out what touches at the start
+      type(touch_t), allocatable :: touch(:)             !! and what touches, in order along the rods, where it was when this mesh
+      !! was made
+      integer :: opening(2) = 0                          !! candidates: touchdown points whose distance is held while a span between
+      !! them opens; 0: a breakpoint, or none
+      integer, allocatable :: conforms(:)                !! (elements) on the track of an obstacle: candidate at the first node,
+      !! 0: free
+      real(wp), allocatable :: overlap(:)                !! (contacts) how far the obstacle is withdrawn at the start, on every mesh
+      real(wp), allocatable :: coordinates(:, :)         !! (2, deck's nodes) at the start: what stored displacements count from
       integer, allocatable :: beside(:, :)               !! (2, nodes) an element that ends there, one that begins; 0: none
       type(load_t) :: constant                           !! left behind by the steps before this one
       integer :: step = 1
@@ -39,56 +69,167 @@ module problem
 
 contains
 
-   !> Derives everything from a checked model.
+   !> The problem of a checked model on its own mesh.
    function new_problem(model) result(problem)
       type(model_t), intent(in) :: model
       type(problem_t) :: problem
+      integer :: e, j, n
+      problem%model = model
+      problem%deck = model
+      problem%layout = new_layout(model)
+      problem%stretch = problem%layout%stretch_of
+      problem%origin = problem%layout%origin
+      allocate (problem%along(model%mesh%n_elements))
+      allocate (problem%element_first(size(problem%layout%stretch)), problem%element_last(size(problem%layout%stretch)))
+      n = 0
+      do j = 1, size(problem%layout%stretch)
+         associate (element => problem%layout%stretch(j)%element)
+            problem%element_first(j) = n + 1
+            problem%along(n + 1:n + size(element)) = element
+            n = n + size(element)
+            problem%element_last(j) = n
+         end associate
+      end do
+      problem%mesh_node = merge([(e, e=1, model%mesh%n_nodes)], 0, problem%layout%breakpoint)
+      problem%constant = new_load(model%mesh%n_nodes, model%mesh%n_elements, size(model%obstacle))
+      problem%coordinates = model%mesh%x
+      allocate (problem%may_span(size(model%contact)), source=.false.)
+      allocate (problem%touch(0))
+      call derive_problem(problem)
+   end function new_problem
+
+   !> The same problem on another mesh: step, loads left behind, measures and the metric go along.
+   function remeshed_problem(problem, division) result(new)
+      type(problem_t), intent(in) :: problem
+      type(division_t), intent(in) :: division(:)   !! (stretches) as new_remeshed_model wants them
+      type(problem_t) :: new
+      integer, allocatable :: node(:)
+      integer :: e, i, j
+      new%deck = problem%deck
+      new%layout = problem%layout
+      new%may_span = problem%may_span
+      if (allocated(problem%chain_start)) new%chain_start = problem%chain_start
+      if (allocated(problem%covered)) new%covered = problem%covered
+      allocate (new%touch(0))
+      new%deck_mesh = .false.
+      new%model = new_remeshed_model(problem%deck, problem%layout, division)
+      associate (mesh => new%model%mesh)
+         new%along = [(e, e=1, mesh%n_elements)]
+         allocate (new%stretch(mesh%n_elements), new%origin(mesh%n_elements))
+         allocate (new%element_first(size(division)), new%element_last(size(division)))
+         e = 0
+         do j = 1, size(division)
+            new%element_first(j) = e + 1
+            do i = 1, size(division(j)%at) - 1
+               e = e + 1
+               new%stretch(e) = j
+               new%origin(e) = division(j)%at(i) - mesh%s(1, e)
+               if (i == 1) cycle
+               ! The same one all along a curve, not one that differs by rounding.
+               if (mesh%curve(e) == mesh%curve(e - 1) .and. abs(mesh%s(1, e) - mesh%s(2, e - 1)) <= 0.0_wp) &
+                  & new%origin(e) = new%origin(e - 1)
+            end do
+            new%element_last(j) = e
+         end do
+         allocate (new%mesh_node(problem%deck%mesh%n_nodes), source=0)
+         allocate (node(mesh%n_nodes), source=0)
+         i = 0
+         do j = 1, problem%deck%mesh%n_nodes
+            if (.not. problem%layout%breakpoint(j)) cycle
+            i = i + 1
+            new%mesh_node(j) = i
+            node(i) = problem%mesh_node(j)
+         end do
+      end associate
+      new%constant = mapped_load(problem%constant, node, problem%along(problem%element_first(new%stretch)))
+      new%step = problem%step
+      new%coordinates = problem%coordinates
+      call derive_problem(new)
+      new%weight = new%weight * (new%size / problem%size)**2
+      new%size = problem%size
+      new%force_floor = problem%force_floor
+      ! How far obstacles are withdrawn at the start is the deck's, too.
+      new%overlap = problem%overlap
+      new%candidates%overlap = new%overlap(new%candidates%contact)
+      new%ground%chain%overlap = new%overlap(new%ground%chain%contact)
+      call count_from_deck(new, new%candidates)
+      call count_from_deck(new, new%ground%chain)
+   end function remeshed_problem
+
+   !> Closed chains are measured from the first node that the deck gives to their contact, which the mesh need not have.
+   subroutine count_from_deck(problem, list)
+      type(problem_t), intent(in) :: problem
+      type(candidates_t), intent(inout) :: list
+      real(wp) :: ahead
+      integer :: c, e
+      do c = 1, list%n
+         if (c > 1) then
+            if (list%contact(c) == list%contact(c - 1)) cycle
+         end if
+         e = list%element(1, c)
+         if (e == 0) cycle
+         associate (mesh => problem%model%mesh, at => problem%layout%node_at(problem%deck%contact(list%contact(c))%node(1)))
+            if (mesh%curve(e) == 0) cycle
+            ! It lies in the element that ends at the first node of the mesh, or is this one.
+            ahead = problem%origin(e) + mesh%s(2, e) - at
+            if (ahead < 0.0_wp .or. ahead >= mesh%s(2, e) - mesh%s(1, e)) cycle
+            ahead = curve_length(problem%model%curve(mesh%curve(e)), problem%model%imperfection, mesh%s(2, e) - ahead, mesh%s(2, e))
+         end associate
+         where (list%contact == list%contact(c)) list%s = list%s + ahead
+      end do
+   end subroutine count_from_deck
+
+   !> Sets what follows from the model on the working mesh.
+   subroutine derive_problem(problem)
+      type(problem_t), intent(inout) :: problem     !! deck, model, layout, places along it and constant loads are kept
       type(geometry_t) :: home
       integer :: e, i, k
       real(wp) :: softest
-      problem%model = model
-      problem%numbering = new_numbering(model%mesh, any(model%fixed, 1))
-      do i = 1, max_stages
-         problem%tableau(i) = new_tableau(i)
-      end do
-      home = new_geometry(model, problem%tableau)
-      problem%candidates = new_candidates(model, home, distributed=.false.)
-      problem%coupling = new_coupling(model, problem%candidates, home)
-      problem%ground = new_ground(model, problem%tableau, home)
-      allocate (problem%spring(3, model%mesh%n_nodes), source=0.0_wp)
-      if (allocated(model%spring)) problem%spring = model%spring
-      problem%constant = new_load(model%mesh%n_nodes, model%mesh%n_elements, size(model%obstacle))
-      problem%n_unknowns = 3 * model%mesh%n_nodes
-      problem%size = structure_size(home%x)
-      problem%coordinates = model%mesh%x
-      problem%resting = rests(problem, problem%candidates, home) .and. rests(problem, problem%ground%chain, home)
-      allocate (problem%beside(2, model%mesh%n_nodes), source=0)
-      allocate (problem%compliance(model%mesh%n_elements), problem%z_size(model%mesh%n_elements))
-      allocate (problem%pressurised(model%mesh%n_elements), source=.false.)
-      allocate (problem%weight(model%mesh%n_nodes), source=0.0_wp)
-      do k = 1, size(model%step)
-         problem%pressurised = problem%pressurised .or. abs(model%step(k)%load%pressure) > 0.0_wp
-      end do
-      softest = huge(1.0_wp)
-      do e = 1, model%mesh%n_elements
-         associate (section => model%section(model%mesh%section(e)))
-            problem%compliance(e) = ge_compliance(model%mesh%stages(e), home%element(e)%length, section%ea, section%ei, &
-               & section%ga, section%shear_rigid)
-            softest = min(softest, section%ei)
-         end associate
-         problem%z_size(e) = ul2_size
-         if (model%mesh%family(e) == family_ge) &
-            & problem%z_size(e) = ge_size(model%mesh%stages(e), problem%pressurised(e) .or. problem%ground%founded(e))
-         do i = 1, 2
-            associate (node => model%mesh%node(i, e))
-               problem%beside(3 - i, node) = e
-               problem%weight(node) = problem%weight(node) + 0.5_wp * home%element(e)%length
-            end associate
+      associate (model => problem%model)
+         problem%numbering = new_numbering(model%mesh, any(model%fixed, 1))
+         do i = 1, max_stages
+            problem%tableau(i) = new_tableau(i)
          end do
-      end do
+         home = new_geometry(model, problem%tableau)
+         problem%candidates = new_candidates(model, home, distributed=.false.)
+         problem%coupling = new_coupling(model, problem%candidates, home)
+         problem%ground = new_ground(model, problem%tableau, home)
+         problem%spring = spread([0.0_wp, 0.0_wp, 0.0_wp], 2, model%mesh%n_nodes)
+         if (allocated(model%spring)) problem%spring = model%spring
+         problem%n_unknowns = 3 * model%mesh%n_nodes
+         problem%size = structure_size(home%x)
+         problem%resting = rests(problem, problem%candidates, home) .and. rests(problem, problem%ground%chain, home)
+         problem%beside = spread([0, 0], 2, model%mesh%n_nodes)
+         problem%z_size = spread(ul2_size, 1, model%mesh%n_elements)
+         problem%conforms = spread(0, 1, model%mesh%n_elements)
+         problem%pressurised = spread(.false., 1, model%mesh%n_elements)
+         problem%weight = spread(0.0_wp, 1, model%mesh%n_nodes)
+         if (allocated(problem%compliance)) deallocate (problem%compliance)
+         allocate (problem%compliance(model%mesh%n_elements))
+         do k = 1, size(model%step)
+            problem%pressurised = problem%pressurised .or. abs(model%step(k)%load%pressure) > 0.0_wp
+         end do
+         softest = huge(1.0_wp)
+         do e = 1, model%mesh%n_elements
+            associate (section => model%section(model%mesh%section(e)))
+               problem%compliance(e) = ge_compliance(model%mesh%stages(e), home%element(e)%length, section%ea, section%ei, &
+                  & section%ga, section%shear_rigid)
+               softest = min(softest, section%ei)
+            end associate
+            if (model%mesh%family(e) == family_ge) &
+               & problem%z_size(e) = ge_size(model%mesh%stages(e), problem%pressurised(e) .or. problem%ground%founded(e))
+            do i = 1, 2
+               associate (node => model%mesh%node(i, e))
+                  problem%beside(3 - i, node) = e
+                  problem%weight(node) = problem%weight(node) + 0.5_wp * home%element(e)%length
+               end associate
+            end do
+         end do
+      end associate
       problem%weight = problem%weight / (sum(home%element%length) * problem%size**2)
       problem%force_floor = 1.0e-12_wp * softest / problem%size**2
-   end function new_problem
+      if (problem%deck_mesh) problem%overlap = contact_overlaps(problem)
+   end subroutine derive_problem
 
    !> True when no foundation of a list of candidates begins with a gap.
    pure logical function rests(problem, list, home)
@@ -107,6 +248,20 @@ contains
       end do
    end function rests
 
+   !> How far the obstacles of all contacts are withdrawn from them at the start.
+   pure function contact_overlaps(problem) result(overlap)
+      type(problem_t), intent(in) :: problem   !! on the deck's mesh
+      real(wp) :: overlap(size(problem%deck%contact))
+      integer :: c
+      overlap = 0.0_wp
+      do c = 1, problem%candidates%n
+         overlap(problem%candidates%contact(c)) = problem%candidates%overlap(c)
+      end do
+      do c = 1, problem%ground%chain%n
+         overlap(problem%ground%chain%contact(c)) = problem%ground%chain%overlap(c)
+      end do
+   end function contact_overlaps
+
    !> Diagonal of the box around a set of points.
    pure real(wp) function structure_size(x)
       real(wp), intent(in) :: x(:, :)   !! (2, points)
@@ -119,6 +274,7 @@ contains
       integer, intent(in) :: node, component
       dof = 3 * (problem%numbering%position(node) - 1) + component
    end function dof
+
    !> What the rounding of positions may make of a gap.
    pure real(wp) function rounding_gap(problem)
       type(problem_t), intent(in) :: problem

@@ -6,7 +6,9 @@
 !> At the nodes, where place and rotation are those of the state, it is O(h^(2 s)).
 !> UL2: the cubic through the ends of the deformed chord whose slopes there are the natural rotations; O(h^2).
 module rod_profile
-   use kinds, only: wp
+   use kinds, only: wp, pi
+   use small_dense, only: solve_small
+   use conforming_span, only: conforming_displacement
    use model, only: family_ge
    use problem, only: problem_t
    use rod_geometry, only: element_geometry_t
@@ -41,8 +43,66 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e                      !! element
       type(profile_t) :: profile
-      profile = profile_on(problem, state, e, state%geometry%element(e), state%geometry%x(:, problem%model%mesh%node(1, e)))
+      if (problem%conforms(e) > 0) then
+         profile = conforming_profile(problem, state, e)
+      else
+         profile = profile_on(problem, state, e, state%geometry%element(e), state%geometry%x(:, problem%model%mesh%node(1, e)))
+      end if
    end function new_profile
+
+   !> The profile of an element that lies on an obstacle: polynomials through both ends and points between.
+   pure function conforming_profile(problem, state, e) result(profile)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      type(profile_t) :: profile
+      real(wp) :: home(2, max_stages), powers(max_stages + 1, max_stages + 1), value(max_stages + 1, 3), tau, u(3), d(2), axis(2)
+      type(ge_load_t) :: load
+      integer :: s, j, k
+      logical :: singular
+      s = problem%model%mesh%stages(e)
+      load = element_load(problem, state, e)
+      profile%element = e
+      profile%degree = s
+      profile%stretch = 1.0_wp + load%strain
+      profile%curved = deviates(problem, e)
+      associate (g => state%geometry%element(e), node => problem%model%mesh%node(:, e), tab => problem%tableau(s))
+         profile%s = g%s(1)
+         profile%length = g%length
+         profile%axis(:, 0) = state%geometry%x(:, node(1))
+         home(1, :s) = cos(g%angle(:s))
+         home(2, :s) = sin(g%angle(:s))
+         home(:, :s) = g%length * g%scale * home(:, :s)
+         do j = 1, s
+            do k = 1, s
+               profile%axis(:, k) = profile%axis(:, k) + tab%integral(k, j) * home(:, j)
+            end do
+         end do
+         do j = 0, s
+            ! Chebyshev's points: no polynomial waves between them.
+            tau = 0.5_wp * (1.0_wp - cos(j * pi / s))
+            if (j == 0) then
+               u = state%u(:, node(1))
+            else if (j == s) then
+               tau = 1.0_wp
+               u = state%u(:, node(2))
+            else
+               u = conforming_displacement(problem, state, e, tau)
+            end if
+            d = 0.0_wp
+            if (profile%curved) d = deviation(problem, profile, tau)
+            axis = u(1:2) + d - profile%stretch * turned(u(3), d)
+            value(j + 1, :) = [axis, u(3)]
+            powers(j + 1, 1) = 1.0_wp
+            do k = 1, s
+               powers(j + 1, k + 1) = powers(j + 1, k) * tau
+            end do
+         end do
+      end associate
+      call solve_small(s + 1, powers, value(:s + 1, :), singular)
+      profile%moved(:, 0:s) = transpose(value(:s + 1, 1:2))
+      profile%rotation(0:s) = value(:s + 1, 3)
+   end function conforming_profile
 
    !> The same with another stress-free geometry under the displacements and resultants of the state.
    pure function profile_on(problem, state, e, geometry, start) result(profile)

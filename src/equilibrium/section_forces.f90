@@ -6,6 +6,7 @@ module section_forces
    use rod_state, only: state_t, element_displacement, element_load
    use rod_profile, only: new_profile, profile_angle
    use ge_element, only: ge_end_forces, ge_interior, ge_load_t
+   use conforming_span, only: conforming_forces, conforming_resultant
    use ul2_element, only: ul2_forces
    use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t
@@ -25,6 +26,11 @@ contains
       real(wp) :: u(6), d(2), l, shear, half(2), force(3)
       type(ge_load_t) :: load
       type(inner_forces_t) :: inner
+      if (problem%conforms(e) > 0) then
+         first = conforming_resultant(problem, state, e, 0.0_wp)
+         second = conforming_resultant(problem, state, e, 1.0_wp)
+         return
+      end if
       u = element_displacement(problem, state, e)
       if (problem%model%mesh%family(e) == family_ge) then
          call foundation_forces(problem, state, e, inner)
@@ -81,6 +87,10 @@ contains
       real(wp), intent(in) :: tau               !! 0 to 1 of the element
       real(wp) :: local(3), span(2), rotation, resultant(3), angle, ends(3, 2)
       integer :: s
+      if (problem%conforms(e) > 0) then
+         call conforming_forces(problem, state, e, tau, local, span, angle)
+         return
+      end if
       if (problem%model%mesh%family(e) /= family_ge) then
          call local_forces(problem, state, e, ends)
          local = ends(:, 1) + tau * (ends(:, 2) - ends(:, 1))

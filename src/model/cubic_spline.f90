@@ -47,14 +47,15 @@ contains
       ! info: the matrix is diagonally dominant for increasing knots, so dptsv cannot meet a pivot below zero.
    end subroutine spline_bend
 
-   !> Value and slope of a spline; beyond the ends its last piece goes on.
-   pure subroutine spline_value(knot, value, bend, s, w, dw)
+   !> Value and derivatives of a spline; beyond the ends its last piece goes on.
+   pure subroutine spline_value(knot, value, bend, s, w, dw, ddw, dddw)
       real(wp), intent(in) :: knot(:)  !! increasing, 2 or more
       real(wp), intent(in) :: value(:) !! at the knots
       real(wp), intent(in) :: bend(:)  !! second derivatives from spline_bend
       real(wp), intent(in) :: s        !! where
       real(wp), intent(out) :: w       !! value
       real(wp), intent(out) :: dw      !! slope
+      real(wp), intent(out), optional :: ddw, dddw !! second and third derivative, the latter of the piece after a knot
       real(wp) :: h, a, b
       integer :: left, right, middle
       left = 1
@@ -73,5 +74,7 @@ contains
       w = a * value(left) + b * value(right)
       w = w + (a * (a * a - 1) * bend(left) + b * (b * b - 1) * bend(right)) * h * h / 6
       dw = (value(right) - value(left)) / h + ((3 * b * b - 1) * bend(right) - (3 * a * a - 1) * bend(left)) * h / 6
+      if (present(ddw)) ddw = a * bend(left) + b * bend(right)
+      if (present(dddw)) dddw = (bend(right) - bend(left)) / h
    end subroutine spline_value
 end module cubic_spline

@@ -1,4 +1,4 @@
-!> Stress-free offset of the axis from the perfect geometry: value and slope of every shape; nodal and random splines.
+!> Stress-free offset of the axis from the perfect geometry: value and derivatives of every shape; nodal and random splines.
 module imperfection
    use kinds, only: wp, pi
    use model, only: imperfection_t, shape_sine, shape_cosine, shape_clamped, shape_nodal
@@ -12,16 +12,20 @@ module imperfection
 
 contains
 
-   !> Offset and its slope at a point of the chain.
-   pure subroutine imperfection_value(imperfection, s, w, dw)
+   !> Offset and its derivatives at a point of the chain.
+   pure subroutine imperfection_value(imperfection, s, w, dw, ddw, dddw)
       type(imperfection_t), intent(in) :: imperfection
       real(wp), intent(in) :: s   !! coordinate along the chain, 0 to its length
       real(wp), intent(out) :: w  !! offset to the left
       real(wp), intent(out) :: dw !! dw/ds
-      real(wp) :: wave, at
+      real(wp), intent(out), optional :: ddw  !! d2w/ds2
+      real(wp), intent(out), optional :: dddw !! d3w/ds3; of nodal shapes it jumps at the nodes, this is that after one
+      real(wp) :: wave, at, second, third
       integer :: k
       w = 0.0_wp
       dw = 0.0_wp
+      second = 0.0_wp
+      third = 0.0_wp
       select case (imperfection%shape)
       case (shape_sine, shape_cosine)
          do k = 1, size(imperfection%amplitude)
@@ -30,9 +34,13 @@ contains
             if (imperfection%shape == shape_sine) then
                w = w + imperfection%amplitude(k) * sin(at)
                dw = dw + imperfection%amplitude(k) * wave * cos(at)
+               second = second - imperfection%amplitude(k) * wave**2 * sin(at)
+               third = third - imperfection%amplitude(k) * wave**3 * cos(at)
             else
                w = w + imperfection%amplitude(k) * cos(at)
                dw = dw - imperfection%amplitude(k) * wave * sin(at)
+               second = second - imperfection%amplitude(k) * wave**2 * cos(at)
+               third = third + imperfection%amplitude(k) * wave**3 * sin(at)
             end if
          end do
       case (shape_clamped)
@@ -41,10 +49,14 @@ contains
          associate (a1 => imperfection%amplitude(1), a2 => unit_peak * imperfection%amplitude(2))
             w = sin(at)**2 * (a1 + a2 * cos(at))
             dw = wave * sin(at) * (2 * cos(at) * (a1 + a2 * cos(at)) - a2 * sin(at)**2)
+            second = wave**2 * (2 * cos(2 * at) * (a1 + a2 * cos(at)) - 5 * a2 * sin(at)**2 * cos(at))
+            third = wave**3 * sin(at) * (7 * a2 * sin(at)**2 - 8 * a1 * cos(at) - 20 * a2 * cos(at)**2)
          end associate
       case (shape_nodal)
-         call spline_value(imperfection%knot, imperfection%amplitude, imperfection%bend, s, w, dw)
+         call spline_value(imperfection%knot, imperfection%amplitude, imperfection%bend, s, w, dw, second, third)
       end select
+      if (present(ddw)) ddw = second
+      if (present(dddw)) dddw = third
    end subroutine imperfection_value
 
    !> The spline through nodal offsets.

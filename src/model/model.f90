@@ -146,6 +146,7 @@ module model
       real(wp) :: gap = 0.0_wp                  !! added to the geometric gap (half depth: negative)
       logical :: sliding = .false.              !! isolated contact points may move inside elements
       logical :: distributed = .false.          !! foundation: reactions act all along the elements, not at the nodes
+      logical :: spans = .false.                !! contact points and lines anywhere along the rods (contact_touch)
    end type contact_t
 
    type :: monitor_t

@@ -1,14 +1,24 @@
-!> Position, direction and length of the stress-free axis: a line or an arc with its imperfection.
+!> Position, direction, curvature and length of the stress-free axis: a line or an arc with its imperfection.
 module reference_curve
    use kinds, only: wp, pi
    use model, only: curve_t, imperfection_t
    use imperfection, only: imperfection_value
-   use gauss_tableau, only: gauss_points
    implicit none
    private
-   public :: curve_point, curve_length, curve_abscissa, curve_goes_on
+   public :: curve_point, curve_bend, curve_length, curve_abscissa, curve_goes_on
 
-   integer, parameter :: n_gauss = 10 !! per element: far beyond the elements' order
+   ! Gauss's rule of 10 points on (0, 1): per element far beyond the elements' order.
+   integer, parameter :: n_gauss = 10
+   real(wp), parameter :: c(n_gauss) = [ &
+      & 0.01304673574141413996_wp, 0.06746831665550774463_wp, 0.16029521585048779688_wp, &
+      & 0.28330230293537640460_wp, 0.42556283050918439456_wp, 0.57443716949081560544_wp, &
+      & 0.71669769706462359540_wp, 0.83970478414951220312_wp, 0.93253168334449225537_wp, &
+      & 0.98695326425858586004_wp]
+   real(wp), parameter :: b(n_gauss) = [ &
+      & 0.03333567215434406880_wp, 0.07472567457529029657_wp, 0.10954318125799102200_wp, &
+      & 0.13463335965499817755_wp, 0.14776211235737643509_wp, 0.14776211235737643509_wp, &
+      & 0.13463335965499817755_wp, 0.10954318125799102200_wp, 0.07472567457529029657_wp, &
+      & 0.03333567215434406880_wp]
 
 contains
 
@@ -36,16 +46,37 @@ contains
       angle = angle + atan2(across, along)
    end subroutine curve_point
 
+   !> Curvature d(angle)/d(true arc length) at nominal coordinate s, positive when the curve turns anticlockwise.
+   pure subroutine curve_bend(curve, imperfections, s, bend, rate)
+      type(curve_t), intent(in) :: curve
+      type(imperfection_t), intent(in) :: imperfections(:)
+      real(wp), intent(in) :: s         !! 0 to curve%length
+      real(wp), intent(out) :: bend     !! [1/length]
+      real(wp), intent(out), optional :: rate !! its derivative by the true arc length; nodal imperfections: it jumps at nodes
+      real(wp) :: w, dw, ddw, dddw, along, square, turn, growth
+      bend = curve%curvature
+      if (present(rate)) rate = 0.0_wp
+      if (curve%imperfection == 0) return
+      call imperfection_value(imperfections(curve%imperfection), curve%offset + s, w, dw, ddw, dddw)
+      ! The axis turns by atan(dw / along) from the nominal direction; d(along)/ds = -curvature dw.
+      along = 1.0_wp - curve%curvature * w
+      square = along**2 + dw**2
+      turn = (along * ddw + curve%curvature * dw**2) / square
+      bend = (curve%curvature + turn) / sqrt(square)
+      if (.not. present(rate)) return
+      growth = dw * (ddw - curve%curvature * along) / square ! of the speed by s, over the speed
+      rate = ((along * dddw + curve%curvature * dw * ddw) / square - 2 * turn * growth - (curve%curvature + turn) * growth) / square
+   end subroutine curve_bend
+
    !> True length of the curve between two nominal coordinates.
    pure function curve_length(curve, imperfections, from, to) result(length)
       type(curve_t), intent(in) :: curve
       type(imperfection_t), intent(in) :: imperfections(:)
       real(wp), intent(in) :: from, to
-      real(wp) :: length, c(n_gauss), b(n_gauss), x(2), angle, speed
+      real(wp) :: length, x(2), angle, speed
       integer :: i
       length = to - from
       if (curve%imperfection == 0) return
-      call gauss_points(n_gauss, c, b)
       length = 0.0_wp
       do i = 1, n_gauss
          call curve_point(curve, imperfections, from + c(i) * (to - from), x, angle, speed)

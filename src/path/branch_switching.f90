@@ -11,7 +11,7 @@ module branch_switching
    use rod_state, only: state_t
    use linear_system, only: to_global
    use bordered_system, only: linearise, apply_increment
-   use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode
+   use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, deck_mode
    use path_control, only: control_t, metric, path_length, is_arc_length
    use path_continuity, only: heading_at
    use path_events, only: new_probe
@@ -43,7 +43,7 @@ contains
       type(error_t), allocatable :: error
       type(state_t) :: trial, predicted
       type(control_t) :: hold
-      real(wp), allocatable :: shape(:, :), y(:), chord(:, :), away(:, :)
+      real(wp), allocatable :: shape(:, :), y(:), chord(:, :), away(:, :), seen(:, :)
       real(wp) :: length, along, sense, wander, drift
       integer :: try, node
 
@@ -58,12 +58,14 @@ contains
          report%message = 'the null vector was not found'
          return
       end if
-      call choose_null_vectors(problem, run%system, landmark%multiplicity, modes)
+      call choose_null_vectors(problem, run%state, run%system, landmark%multiplicity, modes)
       allocate (shape(3, size(run%state%u, 2)))
       do node = 1, size(shape, 2)
          shape(:, node) = to_global(problem, run%system, modes%x(:, mode), node)
       end do
-      sense = side * sign(1.0_wp, sum(shape * nodal_mode(problem, run%system, modes%x(:, mode))))
+      allocate (seen(3, problem%deck%mesh%n_nodes))
+      call deck_mode(problem, run%state, run%system, modes%x(:, mode), modes%shift(:, mode), seen, sense)
+      sense = side * sense
       hold%method = method_linearised
       hold%tangent = sense * shape
       ! Of the path without rounding, which has a share of the null vector itself.

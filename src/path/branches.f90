@@ -31,8 +31,7 @@ module branches
 contains
 
    !> Follows all branches of a step. What cannot be found is noted in outcome%trouble; the others are followed still.
-   subroutine follow_branches(problem, step, own, numbered, recorder, outcome, timers)
-      type(problem_t), intent(in) :: problem
+   subroutine follow_branches(step, own, numbered, recorder, outcome, timers)
       type(step_t), intent(in) :: step
       type(run_t), intent(in) :: own                 !! the run at the end of the step's own path, with its landmarks
       integer, intent(inout) :: numbered             !! branches in the results so far
@@ -54,7 +53,7 @@ contains
          number_in_file(b) = numbered
          associate (branch => step%branch(b))
             start%of = number_in_file(branch%of)
-            call follow_branch(problem, step, branch, found(branch%of)%list, start, numbered, found(b)%list, recorder, &
+            call follow_branch(step, branch, found(branch%of)%list, start, numbered, found(b)%list, recorder, &
                & outcome, timers)
          end associate
          if (allocated(outcome%why)) return
@@ -66,8 +65,7 @@ contains
    end subroutine follow_branches
 
    !> One branch.
-   subroutine follow_branch(problem, step, branch, landmarks, start, number, found, recorder, outcome, timers)
-      type(problem_t), intent(in) :: problem
+   subroutine follow_branch(step, branch, landmarks, start, number, found, recorder, outcome, timers)
       type(step_t), intent(in) :: step
       type(branch_t), intent(in) :: branch
       type(landmark_t), intent(in) :: landmarks(:)   !! of the path that it leaves
@@ -77,6 +75,7 @@ contains
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
+      type(problem_t) :: problem
       type(run_t) :: run
       type(step_t) :: as_branch
       type(increment_t) :: report, nothing
@@ -106,6 +105,7 @@ contains
             & ' null vector(s), not '//to_text(branch%mode))
          return
       end if
+      problem = landmarks(at)%problem
       start%branch = number
       start%name = branch%name
       start%step = problem%step

@@ -8,10 +8,11 @@ module corrector
    use bordered_system, only: assemble_bordered, factor_system, linearise, apply_increment
    use contact_slides, only: slide_fraction, pass_on, drop_slides
    use contact_spread, only: spread_contacts, close_touching
-   use path_control, only: control_t, control_row, control_error, metric
+   use path_control, only: control_t, control_row, control_error, is_arc_length, metric, follow_nodes
    use contact_set, only: contact_step_t, solve_contact_step, overlap_allowed, inside_region, weak_reaction
    use foundation_limits, only: why_too_stiff
    use step_search, only: shorten_step, step_work
+   use touchdown_points, only: move_touchdown_points, misfit
    use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t
    use timing, only: timers_t, count_up, counter_newton
@@ -101,20 +102,25 @@ contains
       type(timers_t), intent(inout) :: timers
       logical, intent(in), optional :: moved     !! true: nodes have moved along the rod
       real(wp) :: rhs
+      type(state_t) :: origin
+      type(control_t) :: seen
       call linearise(problem, state, base, system, timers)
       if (.not. system%ok) then
          report%message = 'the tangent is singular'
          return
       end if
-      call control_row(problem, control, base, state, system, rhs, timers)
+      origin = base
+      seen = control
+      if (problem%spans) call follow_nodes(problem, base, control, state, origin, seen)
+      call control_row(problem, seen, origin, state, system, rhs, timers)
       call iterate(problem, base, control, state, system, rhs, keep_contact, .not. keep_contact, huge(1), report, timers, moved)
    end subroutine correct
 
    !> Newton from a linearised state: solve, add, linearise, until everything holds.
-   subroutine iterate(problem, start, control, state, system, first_rhs, frozen, movable, tangent_updates, report, timers, moved)
+   subroutine iterate(problem, start, given, state, system, first_rhs, frozen, movable, tangent_updates, report, timers, moved)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
-      type(control_t), intent(in) :: control
+      type(control_t), intent(in) :: given     !! control of the increment, as seen from the nodes of the start
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system
       real(wp), intent(in) :: first_rhs
@@ -125,9 +131,10 @@ contains
       type(timers_t), intent(inout) :: timers
       logical, intent(in), optional :: moved   !! nodes have moved along the rod: the solution has to follow before signs count
       type(state_t) :: origin, from
+      type(control_t) :: control
       type(contact_step_t) :: step
       real(wp), allocatable :: before(:, :), spring(:), wanted(:)
-      real(wp) :: rhs, tolerance, best, correction, travelled, work, worse, previous, last_residual, second_order
+      real(wp) :: rhs, tolerance, at_length, best, correction, travelled, work, worse, previous, last_residual, second_order
       logical :: refactor, settled, passed, moving, searching
       ! What leaves a stress-free start on a foundation has no scale of its own, as long as the strains rotation^2/2 make no forces.
       real(wp), parameter :: negligible = 0.01_wp
@@ -137,6 +144,7 @@ contains
 
       tolerance = problem%model%step(problem%step)%tolerance
       origin = start
+      control = given
       rhs = first_rhs
       best = huge(1.0_wp)
       passed = .false.
@@ -148,6 +156,9 @@ contains
       last_progress = 0
       same_tangent = 0
       searching = any(problem%ground%founded)
+      ! How long an arc is matters to nothing on the path, and nodes that go along it make it uncertain until they rest.
+      at_length = max(tolerance, 1.0e-9_wp)
+      if (problem%spans .and. is_arc_length(given%method) .and. .not. given%whole > 0.0_wp) at_length = large_correction
       previous = 0.0_wp
       second_order = huge(1.0_wp)
       ! Foundations find out where they touch while Newton goes on; the limit counts from then on.
@@ -170,8 +181,14 @@ contains
             before = state%u
             work = 0.0_wp
             if (searching) work = step_work(system, step%x)
-            if (searching) from = state
+            if (searching .or. problem%spans) from = state
             call move(problem, system, step, state)
+            if (problem%spans) then
+               before = state%u - before
+               correction = metric(problem, before, before)
+               call move_touchdown_points(problem, from, state)
+               call follow_nodes(problem, start, given, state, origin, control)
+            end if
             passed = allocated(wanted)
             if (passed) then
                call pass_on(problem, system, wanted, state, passed)
@@ -180,7 +197,7 @@ contains
                   return
                end if
             end if
-            correction = metric(problem, state%u - before, state%u - before)
+            if (.not. problem%spans) correction = metric(problem, state%u - before, state%u - before)
          end if
          report%iterations = report%iterations + 1
          call count_up(timers, counter_newton)
@@ -221,7 +238,7 @@ contains
          end if
          if (.not. (step%flipped .or. passed) .and. (settled .or. iteration > settling_iterations) .and. &
             & report%residual <= max(tolerance, system%round_off) .and. &
-            & control_error(problem, control, origin, state) <= max(tolerance, 1.0e-9_wp)) then
+            & control_error(problem, control, origin, state) <= at_length) then
             moving = .false.
             if (movable .and. spreads < most_spreads) call close_touching(problem, state, passed)
             if (.not. passed .and. (frozen .or. contact_holds(problem, state, system))) then
@@ -334,15 +351,20 @@ contains
       state%reaction = step%reaction
    end subroutine move
 
-   !> Largest error of supports, rigid contacts and tangency, over the structure's size.
+   !> Largest error of supports, rigid contacts and tangency, over the structure's size, and of the moments at touchdown points.
    real(wp) function constraint_residual(problem, state, system) result(worst)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
+      real(wp) :: distance(problem%candidates%n), moment
       worst = 0.0_wp
       if (any(system%fixed)) worst = maxval(abs(system%value), mask=system%fixed) / problem%size
-      if (any(state%active .and. .not. system%soft .and. system%unknown == 0)) worst = huge(1.0_wp)
+      if (any(state%active .and. .not. system%soft .and. system%unknown == 0 .and. problem%candidates%touch == 0)) &
+         & worst = huge(1.0_wp)
       if (system%n_slides > 0) worst = max(worst, maxval(abs(system%tangency)))
+      if (.not. problem%spans) return
+      call misfit(problem, state, distance, moment)
+      worst = max(worst, moment / (problem%size * max(system%force_scale, tiny(worst))))
    end function constraint_residual
 
    !> Signs of all gaps and reactions at a converged state.

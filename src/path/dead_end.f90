@@ -9,7 +9,7 @@ module dead_end
    use problem, only: problem_t
    use rod_state, only: state_t
    use bordered_system, only: linearise
-   use path_control, only: control_t, set_tangent, is_arc_length
+   use path_control, only: control_t, set_tangent, is_arc_length, displacement_between
    use monitor_rows, only: monitor_change
    use path_continuity, only: heading_t, heading_at, relate, same_path
    use path_run, only: run_t
@@ -86,7 +86,7 @@ contains
          call set_tangent(problem, run%system, heading%u, heading%load, control)
          call take_increment(problem, here, control, next, run%system, report, timers)
          if (report%converged) then
-            ahead = heading_at(problem, run%system, next%u - here%u, next%load_factor - here%load_factor)
+            ahead = heading_at(problem, run%system, displacement_between(problem, here, next), next%load_factor - here%load_factor)
             report%converged = same_path(relate(problem, here, next, heading, ahead, .false.))
          end if
          if (.not. report%converged) then

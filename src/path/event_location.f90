@@ -157,7 +157,7 @@ contains
       type(heading_t), intent(in) :: ahead
       type(sighting_t), intent(in) :: sighting
       real(wp) :: noise
-      right = run%fresh .or. .not. alike(run%state, sighting%place)
+      right = run%fresh .or. .not. alike(problem, run%state, sighting%place)
       if (.not. right) right = lies_between(problem, run%state, trial, run%heading, ahead, sighting%place)
       if (sighting%event%kind /= event_limit) return
       associate (top => sighting%place%load_factor, first => run%state%load_factor, last => trial%load_factor)

@@ -35,8 +35,8 @@ contains
       type(state_t), intent(in) :: trial           !! its end
       type(heading_t), intent(in) :: ahead         !! tangent there
       logical, intent(in) :: load_tells            !! the load grows steadily over the increment
-      division%smooth = alike(run%state, trial)
-      division%chord = chord_between(run%state, trial, run%heading, ahead)
+      division%smooth = alike(problem, run%state, trial)
+      division%chord = chord_between(problem, run%state, trial, run%heading, ahead)
       division%length = sqrt(metric(problem, division%chord, division%chord))
       associate (control => division%control)
          control = run%control
@@ -95,7 +95,7 @@ contains
       type(heading_t), intent(in) :: ahead
       type(division_t), intent(in) :: division
       type(state_t), intent(in) :: place
-      fraction = min(max(metric(problem, division%chord, chord_between(run%state, place, run%heading, ahead)) / &
+      fraction = min(max(metric(problem, division%chord, chord_between(problem, run%state, place, run%heading, ahead)) / &
          & division%length**2, 0.0_wp), 1.0_wp)
    end function chord_fraction
 end module increment_points

@@ -9,12 +9,12 @@ module limit_curves
    use text, only: to_text
    use errors, only: error_t
    use model, only: step_t
-   use problem, only: problem_t
    use linear_system, only: new_system
    use bordered_system, only: linearise
    use path_run, only: run_t
    use path_acceptance, only: outcome_t, note_trouble
    use sliding_nodes, only: rehome_nodes
+   use span_changes, only: spans_hold
    use second_parameter, only: present_value
    use limit_search, only: follower_t, trial_t, stand_here, scale_rate, evaluate, search, as_coordinate, as_value, small_drop
    use monitors, only: monitor_values
@@ -35,8 +35,7 @@ module limit_curves
 contains
 
    !> Follows all limit curves of a step. What cannot be found is noted in outcome%trouble.
-   subroutine follow_limit_curves(problem, step, own, recorder, outcome, timers)
-      type(problem_t), intent(in) :: problem
+   subroutine follow_limit_curves(step, own, recorder, outcome, timers)
       type(step_t), intent(in) :: step
       type(run_t), intent(in) :: own                 !! the run at the end of the step's path, with its landmarks
       class(recorder_t), intent(inout) :: recorder
@@ -45,15 +44,14 @@ contains
       character(:), allocatable :: trouble
       integer :: k
       do k = 1, size(step%limit_curve)
-         call follow_curve(problem, step, own, k, recorder, trouble, outcome, timers)
+         call follow_curve(step, own, k, recorder, trouble, outcome, timers)
          if (allocated(outcome%why)) return
          if (allocated(trouble)) call note_trouble(outcome, 'limit curve '//trim(step%limit_curve(k)%name)//': '//trouble)
       end do
    end subroutine follow_limit_curves
 
    !> One curve.
-   subroutine follow_curve(problem, step, own, number, recorder, trouble, outcome, timers)
-      type(problem_t), intent(in) :: problem
+   subroutine follow_curve(step, own, number, recorder, trouble, outcome, timers)
       type(step_t), intent(in) :: step
       type(run_t), intent(in) :: own
       integer, intent(in) :: number                  !! index into step%limit_curve
@@ -79,12 +77,12 @@ contains
             trouble = 'the path has '//to_text(passed)//' limit point(s), not '//to_text(curve%limit_point)
             return
          end if
-         follower%base = problem
-         follower%problem = problem
+         follower%base = own%landmark(i)%problem
+         follower%problem = follower%base
          follower%curve = curve
          follower%state = own%landmark(i)%state
-         follower%system = new_system(problem)
-         follower%coordinate = as_coordinate(curve, present_value(problem, curve))
+         follower%system = new_system(follower%base)
+         follower%coordinate = as_coordinate(curve, present_value(follower%base, curve))
          start = follower%coordinate
          last = as_coordinate(curve, curve%last)
          largest = max(curve%largest / abs(curve%increment), 1.0_wp)
@@ -129,6 +127,12 @@ contains
                   return
                end if
                cycle
+            end if
+            if (trial%problem%spans) then
+               if (.not. spans_hold(trial%problem, trial%state, follower%system%force_scale)) then
+                  trouble = 'its contacts change beyond parameter '//to_text(as_value(curve, follower%coordinate))
+                  return
+               end if
             end if
             cuts = 0
             points = points + 1
@@ -242,7 +246,7 @@ contains
          logical, intent(in) :: rigid
          type(limit_point_t) :: point
          type(error_t), allocatable :: error
-         point%step = problem%step
+         point%step = follower%base%step
          point%curve = number
          point%parameter = as_value(step%limit_curve(number), follower%coordinate)
          point%rigid = rigid

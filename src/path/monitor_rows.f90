@@ -27,7 +27,7 @@ contains
       integer, intent(in) :: m                  !! index into model%monitor, of a displacement
       real(wp) :: u(3)
       integer :: i
-      associate (monitor => problem%model%monitor(m))
+      associate (monitor => problem%deck%monitor(m))
          value = 0.0_wp
          do i = 1, size(monitor%node)
             u = deck_node_displacement(problem, state, monitor%node(i))
@@ -49,13 +49,13 @@ contains
       logical :: inside
       integer :: i, k
       allocate (row%node(3, problem%model%mesh%n_nodes), row%slide(system%n_slides), source=0.0_wp)
-      associate (monitor => problem%model%monitor(m))
+      associate (monitor => problem%deck%monitor(m))
          weight = monitor%factor / size(monitor%node)
          do i = 1, size(monitor%node)
             associate (at => monitor%node(i), component => monitor%component)
                call deck_node_gradient(problem, state, system, at, gradient, inside)
                if (.not. inside) then
-                  row%node(component, at) = row%node(component, at) + weight
+                  row%node(component, gradient%node(1)) = row%node(component, gradient%node(1)) + weight
                   cycle
                end if
                do k = 1, 2

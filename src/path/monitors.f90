@@ -6,6 +6,8 @@ module monitors
    use rod_state, only: state_t
    use linear_system, only: system_t, to_global, row_times
    use contact_set, only: reaction_rate
+   use span_forces, only: span_totals
+   use bordered_system, only: apply_increment
    use ground_regions, only: foundation_totals, foundation_total_rates
    use monitor_rows, only: watched_displacement, monitor_change
    implicit none
@@ -19,18 +21,23 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      real(wp) :: values(size(problem%model%monitor)), total, founded(3, size(problem%model%obstacle))
-      integer :: m, i
+      real(wp) :: values(size(problem%model%monitor)), total, founded(3, size(problem%model%obstacle)), moment, &
+         & pushed(3, size(problem%model%contact))
+      integer :: m, i, node
       do m = 1, size(problem%model%monitor)
-         associate (monitor => problem%model%monitor(m))
+         associate (monitor => problem%deck%monitor(m))
             if (monitor%quantity == quantity_displacement) then
                values(m) = watched_displacement(problem, state, m)
                cycle
             end if
             total = 0.0_wp
             if (monitor%quantity == quantity_contact) then
+               if (problem%spans) then
+                  call span_totals(problem, state, [0.0_wp, 0.0_wp], pushed, moment)
+                  total = total + sum(pushed(monitor%component, :), mask=problem%model%contact%obstacle == monitor%obstacle)
+               end if
                do i = 1, problem%candidates%n
-                  if (problem%candidates%obstacle(i) /= monitor%obstacle) cycle
+                  if (problem%candidates%obstacle(i) /= monitor%obstacle .or. problem%candidates%touch(i) > 0) cycle
                   total = total + state%reaction(i) * share(monitor, system%normal(:, i))
                end do
                if (problem%ground%chain%n > 0) then
@@ -39,13 +46,15 @@ contains
                end if
             else
                do i = 1, size(monitor%node)
-                  if (.not. problem%model%fixed(monitor%component, monitor%node(i))) then
-                     total = total - problem%spring(monitor%component, monitor%node(i)) * &
-                        & state%u(monitor%component, monitor%node(i))
+                  ! What holds a node makes it a breakpoint.
+                  node = problem%mesh_node(monitor%node(i))
+                  if (node == 0) cycle
+                  if (.not. problem%model%fixed(monitor%component, node)) then
+                     total = total - problem%spring(monitor%component, node) * state%u(monitor%component, node)
                      cycle
                   end if
                   ! Internal minus external force is what the support adds.
-                  total = total + system%raw(dof(problem, monitor%node(i), monitor%component))
+                  total = total + system%raw(dof(problem, node, monitor%component))
                end do
             end if
             values(m) = monitor%offset + monitor%factor * total
@@ -60,14 +69,16 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
       real(wp) :: moved(3), founded(3, size(problem%model%obstacle))
-      integer :: i, d, k
-      associate (monitor => problem%model%monitor(m))
+      integer :: i, d, k, node
+      associate (monitor => problem%deck%monitor(m))
          rate = 0.0_wp
          if (monitor%quantity == quantity_displacement) then
             rate = monitor_change(problem, m, state, system, system%tangent, [1.0_wp, system%slide_rate])
          else if (monitor%quantity == quantity_contact) then
+            if (problem%spans) rate = monitor%factor * span_rate(monitor%component, monitor%obstacle)
             do i = 1, problem%candidates%n
                if (problem%candidates%obstacle(i) /= monitor%obstacle .or. .not. state%active(i)) cycle
+               if (problem%candidates%touch(i) > 0) cycle
                rate = rate + monitor%factor * (reaction_rate(problem, system, i) * share(monitor, system%normal(:, i)) &
                   & + state%reaction(i) * turning(i))
             end do
@@ -77,12 +88,14 @@ contains
             end if
          else
             do i = 1, size(monitor%node)
-               if (.not. problem%model%fixed(monitor%component, monitor%node(i))) then
-                  moved = to_global(problem, system, system%tangent, monitor%node(i))
-                  rate = rate - monitor%factor * problem%spring(monitor%component, monitor%node(i)) * moved(monitor%component)
+               node = problem%mesh_node(monitor%node(i))
+               if (node == 0) cycle
+               if (.not. problem%model%fixed(monitor%component, node)) then
+                  moved = to_global(problem, system, system%tangent, node)
+                  rate = rate - monitor%factor * problem%spring(monitor%component, node) * moved(monitor%component)
                   cycle
                end if
-               d = dof(problem, monitor%node(i), monitor%component)
+               d = dof(problem, node, monitor%component)
                rate = rate + monitor%factor * (row_times(system, d, system%tangent) - system%load(d))
                do k = 1, system%n_slides
                   rate = rate - monitor%factor * system%slide_column(d, k) * system%slide_rate(k)
@@ -93,20 +106,35 @@ contains
 
    contains
 
+      !> The rate of what an obstacle pushes contact spans with, by a difference along the path.
+      real(wp) function span_rate(component, obstacle) result(rate)
+         integer, intent(in) :: component, obstacle
+         type(state_t) :: ahead, here
+         real(wp) :: totals(3, size(problem%model%contact), 2), moment, step
+         step = sqrt(epsilon(step)) * problem%size / max(maxval(abs(system%tangent)), tiny(step))
+         here = state
+         ahead = state
+         call apply_increment(problem, system, 0.0_wp * system%tangent, [0.0_wp], here)
+         call apply_increment(problem, system, step * system%tangent, [step], ahead)
+         call span_totals(problem, here, [0.0_wp, 0.0_wp], totals(:, :, 1), moment)
+         call span_totals(problem, ahead, [0.0_wp, 0.0_wp], totals(:, :, 2), moment)
+         rate = sum(totals(component, :, 2) - totals(component, :, 1), mask=problem%model%contact%obstacle == obstacle) / step
+      end function span_rate
+
       !> How the direction of a contact's force changes: its node slides along the obstacle, which may move.
       real(wp) function turning(candidate)
          integer, intent(in) :: candidate
          real(wp) :: step(3), along(2)
          integer :: j
          turning = 0.0_wp
-         if (problem%model%monitor(m)%component > 2) return
+         if (problem%deck%monitor(m)%component > 2) return
          step = to_global(problem, system, system%tangent, problem%candidates%node(candidate))
          step(1:2) = step(1:2) - system%motion(:, candidate)
          do j = 1, system%n_slides
             if (system%slide(j) == candidate) step(1:2) = step(1:2) + system%slide_rate(j) * system%slide_direction(:, j)
          end do
          along = [system%normal(2, candidate), -system%normal(1, candidate)]
-         turning = system%bend(candidate) * dot_product(along, step(1:2)) * along(problem%model%monitor(m)%component)
+         turning = system%bend(candidate) * dot_product(along, step(1:2)) * along(problem%deck%monitor(m)%component)
       end function turning
    end function monitor_rate
 

@@ -9,12 +9,14 @@ module path_acceptance
    use rod_state, only: state_t, is_stress_free, candidate_opening
    use linear_system, only: system_t
    use bordered_system, only: linearise
-   use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode
+   use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode, deck_mode
+   use state_transfer, only: carry_to
+   use span_tests, only: flat_buckles
    use weak_contacts, only: release_weak, count_released, opening_sense
    use path_control, only: path_length
    use path_continuity, only: heading_t, heading_at
    use corrector, only: increment_t
-   use path_run, only: run_t, probe_at, keep_landmark, leave_trail
+   use path_run, only: run_t, landmark_t, probe_at, keep_landmark, leave_trail
    use step_control, only: stop_met
    use path_events, only: probe_t, event_t, new_probe, detect_events, value_events, event_stop, event_bifurcation, event_release, &
       & event_limit, event_contact, event_value_reached, event_turning
@@ -34,6 +36,7 @@ module path_acceptance
    type :: outcome_t
       logical :: complete = .false.
       character(:), allocatable :: why           !! the run cannot go on: the reason, one sentence
+      logical :: spans = .false.                 !! contact was described by spans
       integer :: deck_line = 0                   !! and the deck is at fault: the line of the card; 0: it is not
       character(:), allocatable :: trouble       !! what could not be done beside the path of the steps: branches, limit curves
       type(accuracy_t) :: accuracy
@@ -71,6 +74,13 @@ contains
       integer :: i, unseen
 
       finished = .false.
+      shorter = .false.
+      if (problem%spans) then
+         if (flat_buckles(problem, trial, max(run%system%force_scale, tiny(1.0_wp)))) then
+            outcome%why = 'a line that nothing presses on its obstacle has buckled'
+            return
+         end if
+      end if
       probe = probe_at(problem, run, trial, ahead)
       call count_released(problem, trial, run%system, probe%free_pivots, probe%weak, timers)
       if (run%fresh) then
@@ -104,7 +114,7 @@ contains
             & to_text(trial%load_factor)//' was not located (a smaller largest increment may)')
          finished = finished .or. seen(i)%event%kind == event_stop
          ! It counts, though nothing can start there.
-         call keep_landmark(run, seen(i)%event%label, trial, trial, 1.0_wp, &
+         call keep_landmark(problem, run, seen(i)%event%label, trial, trial, 1.0_wp, &
             & run%arc_length + path_length(problem, run%state, trial), probe%negative_pivots, 0)
       end do
       if (label == 'C+') call announce(problem, run, new_critical(label, 'contact gained'), trial, probe, .true., recorder, &
@@ -316,6 +326,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
       type(critical_t) :: critical
+      type(modes_t) :: modes
       type(probe_t) :: probe
       type(state_t) :: released
       real(wp) :: arc_length
@@ -333,19 +344,19 @@ contains
          arc_length = run%arc_length + path_length(problem, run%state, place)
          select case (event%kind)
          case (event_bifurcation)
-            call find_null_vectors(problem, step, run, place, event, critical, timers)
-            call keep_landmark(run, 'BP', place, trial, sighting%fraction, arc_length, pivots, &
+            call find_null_vectors(problem, step, run, place, event, critical, modes, timers)
+            call keep_landmark(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, &
                & size(critical%null_vector, 3))
          case (event_release)
             call release_weak(problem, place, run%system, released, weak)
             call linearise(problem, released, released, run%system, timers)
-            call find_null_vectors(problem, step, run, released, event, critical, timers)
+            call find_null_vectors(problem, step, run, released, event, critical, modes, timers)
             critical%note = event%note
-            if (opening_sense(problem, place, released, critical%null_vector(:, :, 1)) == 0) &
+            if (opening_sense(problem, place, released, nodal_mode(problem, run%system, modes%x(:, 1))) == 0) &
                & critical%note = 'bifurcation without contacts that carry no force; none of its directions opens them all'
-            call keep_landmark(run, 'BP', released, trial, sighting%fraction, arc_length, pivots, 1)
+            call keep_landmark(problem, run, 'BP', released, trial, sighting%fraction, arc_length, pivots, 1)
          case (event_limit)
-            call keep_landmark(run, 'LP', place, trial, 0.0_wp, arc_length, pivots, 0)
+            call keep_landmark(problem, run, 'LP', place, trial, 0.0_wp, arc_length, pivots, 0)
          end select
          call announce(problem, run, critical, place, probe, .true., recorder, outcome, timers)
          if (allocated(outcome%why)) return
@@ -395,8 +406,20 @@ contains
       if (.not. allocated(run%home)) return
       travelled = run%arc_length - run%left_at + path_length(problem, run%state, place)
       do j = 1, size(run%home)
-         is_home = is_home .or. path_length(problem, run%home(j)%state, place) <= near * travelled
+         is_home = is_home .or. path_length(problem, seen_here(run%home(j)), place) <= near * travelled
       end do
+
+   contains
+
+      !> The state of a landmark on the mesh of this one.
+      function seen_here(landmark) result(state)
+         type(landmark_t), intent(in) :: landmark
+         type(state_t) :: state
+         state = landmark%state
+         if (.not. problem%spans) return
+         state%geometry = place%geometry
+         call carry_to(landmark%problem, landmark%state, problem, state)
+      end function seen_here
    end function is_home
 
    !> Reports the point recorded last as a critical one.
@@ -423,23 +446,24 @@ contains
    end subroutine announce
 
    !> The modes whose eigenvalues vanish at a bifurcation, where the system is factored now.
-   subroutine find_null_vectors(problem, step, run, state, event, point, timers)
+   subroutine find_null_vectors(problem, step, run, state, event, point, modes, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(in) :: run
       type(state_t), intent(in) :: state
       type(event_t), intent(in) :: event
       type(critical_t), intent(inout) :: point   !! gets its null vectors and a note of their number
+      type(modes_t), intent(out) :: modes        !! the same on the mesh come first
       type(timers_t), intent(inout) :: timers
-      type(modes_t) :: modes
       type(error_t), allocatable :: error
+      real(wp) :: sense
       integer :: n, j
       call lowest_modes(problem, state, run%system, most_null_vectors, modes, error, timers)
       n = max(count(abs(modes%mu) <= min(max(1.0e3_wp * step%locate_tolerance, same_place), loosest) * event%scale), 1)
-      call choose_null_vectors(problem, run%system, n, modes)
-      allocate (point%null_vector(3, size(run%state%u, 2), n))
+      call choose_null_vectors(problem, state, run%system, n, modes)
+      allocate (point%null_vector(3, problem%deck%mesh%n_nodes, n))
       do j = 1, n
-         point%null_vector(:, :, j) = nodal_mode(problem, run%system, modes%x(:, j))
+         call deck_mode(problem, state, run%system, modes%x(:, j), modes%shift(:, j), point%null_vector(:, :, j), sense)
       end do
       point%note = 'bifurcation, simple'
       if (n == 2) point%note = 'bifurcation, double'
@@ -481,6 +505,7 @@ contains
       ! At the stress-free start there is no force to measure a residual against.
       if (is_stress_free(state)) point%residual = 0.0_wp
       run%points = run%points + 1
+      if (allocated(run%beginning) .and. label == 'C+') point%region = [point%region, run%beginning]
       call check_point(problem, state, run%system, place_t(run%branch, problem%step, run%points, state%load_factor), point, &
          & outcome%accuracy)
       call count_up(timers, counter_points)

@@ -7,19 +7,21 @@
 !> 1983).
 !>
 !> Displacements are measured in the metric of path_control, the change of the load against the faster of its rates at both
-!> ends: nothing depends on units, on the mesh or on the strategy. Nodes that move along the rod do not count: their
-!> displacements are those of other material points.
+!> ends: nothing depends on units, on the mesh or on the strategy. Nodes that pass contact on to each other along the rod do not
+!> count: their displacements are those of other material points. Nodes that go with touchdown points do, for they go smoothly,
+!> and so does the tangent (path_control).
 module path_continuity
    use kinds, only: wp
    use model, only: method_cylindrical
    use problem, only: problem_t
    use rod_state, only: state_t
+   use state_transfer, only: move_nodes, displacements_at, field_at
    use linear_system, only: system_t
    use path_control, only: control_t, is_arc_length, metric, path_length, set_tangent
    implicit none
    private
    public :: heading_t, relation_t, heading_at, relate, same_path, too_far, at_corner, chord_between, between, part_at, &
-      & lies_between, goes_back, alike, largest_turn, largest_distance
+      & lies_between, goes_back, alike, blend_geometry, largest_turn, largest_distance
 
    !> Unit tangent of a path at a point.
    type :: heading_t
@@ -73,17 +75,17 @@ contains
       type(relation_t) :: relation
       real(wp), dimension(3, size(from%u, 2)) :: chord, first, last
       real(wp) :: length, rise, rates(2)
-      chord = chord_between(from, to, before, after)
+      chord = chord_between(problem, from, to, before, after)
       length = sqrt(metric(problem, chord, chord))
       if (length <= no_motion) return
       rise = (to%load_factor - from%load_factor) / length
       chord = chord / length
-      call seen(after, last, rates(2))
+      call seen(after, last, rates(2), to)
       if (fresh) then
          first = chord
          rates(1) = rise
       else
-         call seen(before, first, rates(1))
+         call seen(before, first, rates(1), from)
       end if
       if (.not. (metric(problem, first, first) > 0.0_wp .and. metric(problem, last, last) > 0.0_wp)) return
       relation%told = .true.
@@ -97,15 +99,16 @@ contains
 
    contains
 
-      !> A tangent without the nodes that move along the rod, its length 1 again.
-      pure subroutine seen(heading, u, rate)
+      !> A tangent as the nodes of `from` see it, without those that move along the rod, its length 1 again.
+      pure subroutine seen(heading, u, rate, there)
          type(heading_t), intent(in) :: heading
          real(wp), intent(out) :: u(:, :), rate
+         type(state_t), intent(in) :: there     !! whose tangent it is
          real(wp) :: norm
          integer :: node
-         u = heading%u
+         u = seen_from(problem, from, there, heading%u)
          do node = 1, size(u, 2)
-            if (.not. same_material(from, to, before, after, node)) u(:, node) = 0.0_wp
+            if (.not. same_material(problem, from, to, before, after, node)) u(:, node) = 0.0_wp
          end do
          norm = sqrt(metric(problem, u, u))
          rate = heading%load
@@ -143,32 +146,51 @@ contains
          & shorter%turn > as_much * longer%turn .and. shorter%turn < right_angle
    end function at_corner
 
-   !> Difference of the displacements, zero where they belong to different material points.
-   pure function chord_between(from, to, before, after) result(chord)
+   !> Difference of the displacements of the material points at the nodes of `from`, zero where they are those of others at `to`.
+   pure function chord_between(problem, from, to, before, after) result(chord)
+      type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
       type(heading_t), intent(in) :: before, after
       real(wp) :: chord(3, size(from%u, 2))     !! (3, nodes)
       integer :: node
+      if (problem%spans) then
+         chord = displacements_at(problem, to, from%geometry) - from%u
+         return
+      end if
       chord = to%u - from%u
       do node = 1, size(chord, 2)
-         if (.not. same_material(from, to, before, after, node)) chord(:, node) = 0.0_wp
+         if (.not. same_material(problem, from, to, before, after, node)) chord(:, node) = 0.0_wp
       end do
    end function chord_between
 
+   !> A tangent at one state as the nodes of another one see it.
+   pure function seen_from(problem, from, there, u) result(seen)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, there
+      real(wp), intent(in) :: u(:, :)           !! (3, nodes) at the nodes of `there`
+      real(wp) :: seen(3, size(u, 2))
+      seen = u
+      if (problem%spans) seen = field_at(problem, there, u, from%geometry)
+   end function seen_from
+
    !> True for a node that stands at the same material point at both ends and on the way.
-   pure logical function same_material(from, to, before, after, node)
+   pure logical function same_material(problem, from, to, before, after, node)
+      type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
       type(heading_t), intent(in) :: before, after
       integer, intent(in) :: node
-      same_material = .not. (before%moves(node) .or. after%moves(node)) .and. &
+      same_material = problem%spans
+      if (.not. same_material) same_material = .not. (before%moves(node) .or. after%moves(node)) .and. &
          & all(abs(from%geometry%x(:, node) - to%geometry%x(:, node)) <= 0.0_wp)
    end function same_material
 
    !> True for states that differ in nothing that jumps: contact set, places of the nodes along the rod.
-   pure logical function alike(a, b)
+   pure logical function alike(problem, a, b)
+      type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: a, b
       integer :: e
       alike = all(a%active .eqv. b%active)
+      if (problem%spans) return
       do e = 1, size(a%geometry%element)
          if (.not. alike) return
          alike = all(abs(a%geometry%element(e)%s - b%geometry%element(e)%s) <= 0.0_wp)
@@ -176,7 +198,7 @@ contains
    end function alike
 
    !> A guess between two points of one path: cubic in displacements and load, linear in the rest.
-   pure function between(problem, from, to, before, after, part) result(state)
+   function between(problem, from, to, before, after, part) result(state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to     !! alike
       type(heading_t), intent(in) :: before, after !! at these; without displacements: linear there, too
@@ -189,12 +211,39 @@ contains
       if (.not. (metric(problem, before%u, before%u) > 0.0_wp .and. metric(problem, after%u, after%u) > 0.0_wp)) &
          & weight = [0.0_wp, part, 0.0_wp]
       weight([1, 3]) = weight([1, 3]) * length
-      state%u = from%u + weight(1) * before%u + weight(2) * (to%u - from%u) + weight(3) * after%u
       state%load_factor = from%load_factor + weight(1) * before%load + weight(2) * (to%load_factor - from%load_factor) + &
          & weight(3) * after%load
+      ! Where nodes go along the rod their own displacements change at other rates.
+      if (problem%spans) weight = [0.0_wp, part, 0.0_wp]
+      state%u = from%u + weight(1) * before%u + weight(2) * (to%u - from%u) + weight(3) * after%u
       state%z = from%z + part * (to%z - from%z)
       state%reaction = from%reaction + part * (to%reaction - from%reaction)
+      if (problem%spans) call blend_geometry(problem, [from, to], [1.0_wp - part, part], state)
    end function between
+
+   !> Nodes of a state where those of others are, by their weights, which sum up to one.
+   subroutine blend_geometry(problem, states, weight, state)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: states(:)
+      real(wp), intent(in) :: weight(:)
+      type(state_t), intent(inout) :: state     !! its displacements go with the nodes
+      real(wp) :: shift(problem%model%mesh%n_nodes)
+      integer :: e, i
+      shift = 0.0_wp
+      do e = 1, problem%model%mesh%n_elements
+         do i = 1, size(states)
+            associate (node => problem%model%mesh%node(2, e))
+               if (i == 1) shift(node) = -state%geometry%element(e)%s(2)
+               shift(node) = shift(node) + weight(i) * states(i)%geometry%element(e)%s(2)
+            end associate
+         end do
+      end do
+      do i = 1, problem%model%mesh%n_nodes
+         ! Breakpoints stay, and so does what only rounding moves.
+         if (abs(shift(i)) <= 8.0_wp * epsilon(shift) * problem%size) shift(i) = 0.0_wp
+      end do
+      call move_nodes(problem, shift, state%geometry)
+   end subroutine blend_geometry
 
    !> Weights of the first slope, the change and the last slope in the cubic that has them at both ends of (0, 1).
    pure function hermite(part) result(weight)
@@ -232,12 +281,13 @@ contains
       real(wp) :: length, along, weight(3), load
       integer :: node
       goes_back = .false.
-      chord = chord_between(from, to, before, after)
-      way = chord_between(from, place, before, heading)
+      chord = chord_between(problem, from, to, before, after)
+      way = chord_between(problem, from, place, before, heading)
       first = before%u
-      last = after%u
+      last = seen_from(problem, from, to, after%u)
       do node = 1, size(chord, 2)
-         if (same_material(from, to, before, after, node) .and. same_material(from, place, before, heading, node)) cycle
+         if (same_material(problem, from, to, before, after, node) .and. &
+            & same_material(problem, from, place, before, heading, node)) cycle
          chord(:, node) = 0.0_wp
          way(:, node) = 0.0_wp
          first(:, node) = 0.0_wp
@@ -246,7 +296,8 @@ contains
       length = sqrt(metric(problem, chord, chord))
       if (length <= no_motion) return
       along = metric(problem, way, chord) / length**2
-      if (along <= 0.0_wp .or. along >= 1.0_wp .or. metric(problem, chord, heading%u) >= 0.0_wp) return
+      if (along <= 0.0_wp .or. along >= 1.0_wp) return
+      if (metric(problem, chord, seen_from(problem, from, place, heading%u)) >= 0.0_wp) return
       weight = hermite(along)
       way = way - weight(1) * length * first - weight(2) * chord - weight(3) * length * last
       load = place%load_factor - from%load_factor - weight(2) * (to%load_factor - from%load_factor) - &
@@ -256,18 +307,34 @@ contains
    end function goes_back
 
    !> True for a state that lies where the path between two others of its points must pass; no tangent is needed there.
-   pure logical function lies_between(problem, from, to, before, after, place) result(lies)
+   logical function lies_between(problem, from, to, before, after, place) result(lies)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to, place !! all alike
       type(heading_t), intent(in) :: before, after
       type(state_t) :: expected
-      real(wp) :: length, along
+      real(wp) :: length, along, part, distance, load, weight(3)
+      real(wp), dimension(3, size(from%u, 2)) :: chord, way
       lies = .true.
-      length = path_length(problem, from, to)
+      chord = chord_between(problem, from, to, before, after)
+      length = sqrt(metric(problem, chord, chord))
       if (length <= no_motion) return
-      along = metric(problem, place%u - from%u, to%u - from%u) / length**2
-      expected = between(problem, from, to, before, after, min(max(along, 0.0_wp), 1.0_wp))
-      lies = path_length(problem, expected, place) <= largest_distance * length .and. &
-         & abs(expected%load_factor - place%load_factor) <= largest_load * length * max(abs(before%load), abs(after%load))
+      way = chord_between(problem, from, place, before, after)
+      along = metric(problem, way, chord) / length**2
+      part = min(max(along, 0.0_wp), 1.0_wp)
+      if (problem%spans) then
+         ! The nodes go along the rod: the cubic of the material points where those of the start are.
+         weight = hermite(part)
+         way = way - weight(1) * length * before%u - weight(2) * chord - weight(3) * length * &
+            & seen_from(problem, from, to, after%u)
+         distance = sqrt(metric(problem, way, way))
+         load = from%load_factor + weight(2) * (to%load_factor - from%load_factor) + length * (weight(1) * before%load + &
+            & weight(3) * after%load)
+      else
+         expected = between(problem, from, to, before, after, part)
+         distance = path_length(problem, expected, place)
+         load = expected%load_factor
+      end if
+      lies = distance <= largest_distance * length .and. &
+         & abs(load - place%load_factor) <= largest_load * length * max(abs(before%load), abs(after%load))
    end function lies_between
 end module path_continuity

@@ -1,7 +1,8 @@
 !> Increment strategies: what fixes the position of the next point on the path. Each is one linear row a Newton step.
 !>
 !> Displacements enter through the metric <a, b> = sum w_i (a_x b_x + a_y b_y)_i, w_i the node's share of the rod's length
-!> over the structure's size squared: dimensionless, and independent of units and mesh. The load factor enters multiplied
+!> over the structure's size squared: dimensionless, and independent of units and mesh. Of nodes that go with
+!> touchdown points the displacements of one and the same material points are compared. The load factor enters multiplied
 !> by `load_scale`, set from the first increment, so that it does not depend on how the user scaled the loads either.
 !>
 !> load:         load factor = start + increment
@@ -20,13 +21,15 @@ module path_control
       & method_minimum_residual, method_variable_load, method_generalised, method_largest
    use problem, only: problem_t
    use rod_state, only: state_t
+   use state_transfer, only: displacements_at, field_at
    use linear_system, only: system_t, to_global
    use bordered_system, only: set_path_row, solve_bordered
    use monitor_rows, only: monitor_row_t, monitor_row, watched_displacement
    use timing, only: timers_t
    implicit none
    private
-   public :: control_t, control_row, control_error, is_arc_length, set_tangent, path_length, metric
+   public :: control_t, control_row, control_error, is_arc_length, set_tangent, path_length, metric, displacement_between, &
+      & follow_nodes
 
    type :: control_t
       integer :: method = method_load
@@ -37,6 +40,7 @@ module path_control
       real(wp), allocatable :: tangent(:, :)   !! (3, nodes) unit tangent at the start, only displacements count
       real(wp) :: tangent_load = 0.0_wp        !! its load factor component
       real(wp), allocatable :: previous(:, :)  !! the tangent of the increment before, when there was one
+      real(wp), allocatable :: watched         !! the controlled monitor's displacement at the start, where that has moved nodes
    end type control_t
 
 contains
@@ -151,7 +155,12 @@ contains
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
       type(state_t), intent(in) :: start, state
-      change = watched_displacement(problem, state, control%monitor) - watched_displacement(problem, start, control%monitor)
+      change = watched_displacement(problem, state, control%monitor)
+      if (allocated(control%watched)) then
+         change = change - control%watched
+      else
+         change = change - watched_displacement(problem, start, control%monitor)
+      end if
    end function change_so_far
 
    !> The displacement that the tangent moves most.
@@ -266,6 +275,34 @@ contains
    pure real(wp) function path_length(problem, from, to)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
-      path_length = sqrt(metric(problem, to%u - from%u, to%u - from%u))
+      real(wp) :: u(3, size(to%u, 2))
+      u = displacement_between(problem, from, to)
+      path_length = sqrt(metric(problem, u, u))
    end function path_length
+
+   !> Displacements from one state to another, of the material points where the nodes of the second one stand.
+   pure function displacement_between(problem, from, to) result(u)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, to
+      real(wp) :: u(3, size(to%u, 2))
+      if (problem%spans) then
+         u = to%u - displacements_at(problem, from, to%geometry)
+      else
+         u = to%u - from%u
+      end if
+   end function displacement_between
+
+   !> Start and control of an increment as seen from the nodes of an iterate.
+   subroutine follow_nodes(problem, start, control, state, origin, seen)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: start
+      type(control_t), intent(in) :: control
+      type(state_t), intent(in) :: state
+      type(state_t), intent(inout) :: origin      !! the start: its displacements become those at the iterate's nodes
+      type(control_t), intent(inout) :: seen      !! the control: its tangents, too
+      origin%u = displacements_at(problem, start, state%geometry)
+      if (allocated(control%tangent)) seen%tangent = field_at(problem, start, control%tangent, state%geometry)
+      if (allocated(control%previous)) seen%previous = field_at(problem, start, control%previous, state%geometry)
+      if (control%method == method_displacement) seen%watched = watched_displacement(problem, start, control%monitor)
+   end subroutine follow_nodes
 end module path_control

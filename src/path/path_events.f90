@@ -74,7 +74,12 @@ contains
          end do
       end associate
       probe%monitor = monitor_values(problem, state, system)
-      probe%active = resolved_contact(problem, state)
+      if (problem%spans) then
+         ! Their changes are events of their own (span_changes).
+         allocate (probe%active(0))
+      else
+         probe%active = resolved_contact(problem, state)
+      end if
       probe%grounded = find_ground_regions(problem, state)
    end function new_probe
 

@@ -14,6 +14,8 @@ module path_follower
    use path_acceptance, only: accept, outcome_t
    use contact_corner, only: corner_t, contact_begins, find_corner, leave_corner
    use contact_regions, only: find_regions
+   use span_changes, only: pass_change, renew_mesh
+   use span_start, only: enter_spans, leave_spans, support_leaves
    use dead_end, only: why_stuck
    use path_record, only: recorder_t
    use timing, only: timers_t, count_up, counter_rejected, counter_cut
@@ -23,6 +25,8 @@ module path_follower
 
    integer, parameter :: max_cuts = 40          !! halvings of one increment
    integer, parameter :: cuts_before_corner = 2 !! failures after which the path may have a corner
+   integer, parameter :: cuts_before_change = 3 !! failures after which a change of contact spans is looked for ahead
+   integer, parameter :: cuts_before_nodes = 8  !! failures after which contact spans give way to contact at nodes
    real(wp), parameter :: least_load = 0.01_wp  !! of the load factor, that an increment after a corner may add
    integer, parameter :: max_searches = 4       !! halvings to tell events apart
 
@@ -30,7 +34,7 @@ contains
 
    !> Point after point, from where the run stands with its control set, to the stop condition.
    subroutine follow_points(problem, step, run, recorder, outcome, timers)
-      type(problem_t), intent(in) :: problem
+      type(problem_t), intent(inout) :: problem  !! its mesh changes with contact spans
       type(step_t), intent(in) :: step           !! of the deck, or as a branch has it
       type(run_t), intent(inout) :: run
       class(recorder_t), intent(inout) :: recorder
@@ -40,13 +44,14 @@ contains
       type(increment_t) :: report
       type(heading_t) :: ahead
       type(relation_t) :: relation, before
-      logical :: finished, scaled, limited, turned, shorter, astray
+      logical :: finished, scaled, limited, turned, shorter, astray, changed, entered, nodal
       integer :: cuts, searches
       real(wp) :: full
 
       finished = .false.
       cuts = 0
       searches = 0
+      nodal = .false.
       points: do
          if (run%step_points >= step%max_points) then
             if (size(step%stop) > 0) outcome%why = 'the allowed number of points was used up before the stop condition'
@@ -71,7 +76,8 @@ contains
                if (at_corner(before, relation)) &
                   & astray = .not. same_path(relate(problem, run%state, trial, run%heading, ahead, .true.))
             end if
-            astray = astray .or. too_far(problem, run%control, relation)
+            ! The mesh of the increment is gone where contact at nodes has become spans.
+            if (.not. changed) astray = astray .or. too_far(problem, run%control, relation)
             if (astray) report%message = 'what equilibrium there is ahead lies on another path, or behind a loop of this one'
             if (.not. astray) then
                astray = turned_round(problem, run, trial, ahead)
@@ -82,6 +88,22 @@ contains
             call count_up(timers, counter_rejected)
             cuts = cuts + 1
             call linearise(problem, run%state, run%state, run%system, timers)
+            if (problem%spans .and. cuts == cuts_before_change .and. allocated(run%trail)) then
+               ! A change of contact just ahead may be the reason.
+               trial = run%state
+               ahead = run%heading
+               call pass_change(problem, step, run, trial, ahead, .true., recorder, changed, finished, outcome, timers)
+               if (finished .or. allocated(outcome%why)) return
+               if (allocated(run%stuck)) deallocate (run%stuck)
+               if (changed) cuts = 0
+               if (changed) cycle points
+               call linearise(problem, run%state, run%state, run%system, timers)
+            end if
+            if (problem%spans .and. cuts > cuts_before_nodes) then
+               if (.not. allocated(report%message)) report%message = 'no equilibrium'
+               outcome%why = report%message
+               return
+            end if
             ! A path turns at once where the contact set changes.
             if (cuts > cuts_before_corner .or. (astray .and. any(run%state%active .neqv. trial%active))) then
                call turn_corner(problem, step, run, recorder, turned, finished, outcome, timers)
@@ -101,7 +123,29 @@ contains
             cycle points
          end if
          cuts = 0
-         if (contact_begins(problem, run%state, trial)) then
+         if (problem%spans .and. .not. nodal) then
+            if (support_leaves(problem, trial)) then
+               ! How far contact ends from there nodes find out.
+               nodal = .true.
+               call leave_spans(problem, run, changed, timers)
+               if (changed) call count_up(timers, counter_cut)
+               if (changed) cycle points
+               run%stuck = 'a support takes the rod off an obstacle'
+            end if
+         end if
+         nodal = .false.
+         entered = .false.
+         if (problem%sampled) then
+            call enter_spans(problem, run, trial, entered, timers)
+            if (entered) ahead = heading_of(problem, run, trial)
+         end if
+         if (entered .or. allocated(run%stuck)) then
+            continue
+         else if (problem%spans) then
+            call pass_change(problem, step, run, trial, ahead, .false., recorder, changed, finished, outcome, timers)
+            if (finished .or. allocated(outcome%why)) return
+            if (changed .and. .not. allocated(run%stuck)) cycle points
+         else if (contact_begins(problem, run%state, trial)) then
             call linearise(problem, run%state, run%state, run%system, timers)
             call turn_corner(problem, step, run, recorder, turned, finished, outcome, timers)
             if (finished .or. allocated(outcome%why)) return
@@ -113,6 +157,10 @@ contains
             end if
             call linearise(problem, trial, run%state, run%system, timers)
          end if
+         if (allocated(run%stuck)) then
+            outcome%why = run%stuck
+            return
+         end if
          call accept(problem, step, run, trial, ahead, '  ', report, searches < max_searches, recorder, shorter, &
             & finished, outcome, timers)
          if (finished .or. allocated(outcome%why)) return
@@ -121,6 +169,7 @@ contains
             cycle points
          end if
          searches = 0
+         if (problem%spans) call renew_mesh(problem, run, timers)
          if (is_arc_length(step%method) .and. .not. is_arc_length(run%control%method)) then
             call begin_arc_length(step, run, scaled)
             if (.not. scaled) outcome%why = 'the first increment moved nothing: the arc length has no scale'
@@ -129,7 +178,9 @@ contains
          end if
          if (allocated(run%control%tangent)) run%control%previous = run%control%tangent
          if (limited) run%control%increment = full
-         if (.not. limited) call next_increment(step, report%iterations, relation, run%control)
+         if (.not. limited) then
+            call next_increment(step, report%iterations, relation, problem%spans .and. .not. run%careful, run%control)
+         end if
       end do points
 
    contains

@@ -3,7 +3,7 @@ module path_loop
    use kinds, only: wp
    use text, only: to_text
    use errors, only: error_t
-   use model, only: model_t, mesh_t, mode_offset_t, method_displacement
+   use model, only: model_t, mesh_t, step_t, mode_offset_t, method_displacement
    use problem, only: problem_t, new_problem
    use imperfect_mesh, only: add_mode_offsets
    use initial_overlap, only: overlap_of_modes
@@ -14,6 +14,7 @@ module path_loop
    use corrector, only: increment_t
    use path_run, only: run_t
    use first_contact, only: presume_contact
+   use span_start, only: prepare_spans
    use step_control, only: start_control
    use path_events, only: new_probe
    use path_acceptance, only: record, note_trouble, outcome_t
@@ -31,24 +32,30 @@ module path_loop
 contains
 
    !> Follows all steps of the deck. Returns when the last step is complete or nothing helps any more.
-   subroutine follow_path(problem, recorder, outcome, timers)
+   subroutine follow_path(problem, spans, careful, recorder, outcome, timers)
       type(problem_t), intent(inout) :: problem
+      logical, intent(in) :: spans                   !! contact spans where the deck allows them
+      logical, intent(in) :: careful                 !! with increments that grow less
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(out) :: outcome
       type(timers_t), intent(inout) :: timers
       type(run_t) :: run
       type(increment_t) :: nothing
+      type(step_t) :: step
       type(buckling_t) :: buckled(size(problem%model%step))
       type(model_t) :: perfect
       integer :: k, n_branches
       call timing_start(timers, phase_path)
       n_branches = 0
-      perfect = problem%model
+      perfect = problem%deck
+      run%careful = careful
+      if (spans) call prepare_spans(problem)
+      outcome%spans = any(problem%may_span)
       run%state = new_state(problem)
       run%system = new_system(problem)
       steps: do k = 1, size(problem%model%step)
          problem%step = k
-         if (size(problem%model%step(k)%mode_offset) > 0) call start_anew(perfect, buckled, problem, run, outcome)
+         if (size(problem%model%step(k)%mode_offset) > 0) call start_anew(perfect, buckled, spans, problem, run, outcome)
          if (allocated(outcome%why)) exit steps
          call begin_step(problem, run, outcome, timers)
          if (allocated(outcome%why)) exit steps
@@ -59,12 +66,16 @@ contains
             if (allocated(outcome%why)) exit steps
             cycle steps
          end if
-         call start_control(problem, problem%model%step(k), run)
-         call follow_points(problem, problem%model%step(k), run, recorder, outcome, timers)
+         ! The problem gets other meshes on the way.
+         step = problem%model%step(k)
+         call start_control(problem, step, run)
+         call follow_points(problem, step, run, recorder, outcome, timers)
+         if (problem%sampled .and. .not. allocated(outcome%why)) outcome%why = &
+            & 'contact at nodes did not turn into points and lines along the rod before the end of the step'
          if (allocated(outcome%why)) exit steps
-         call follow_branches(problem, problem%model%step(k), run, n_branches, recorder, outcome, timers)
+         call follow_branches(step, run, n_branches, recorder, outcome, timers)
          if (allocated(outcome%why)) exit steps
-         call follow_limit_curves(problem, problem%model%step(k), run, recorder, outcome, timers)
+         call follow_limit_curves(step, run, recorder, outcome, timers)
          if (allocated(outcome%why)) exit steps
          call freeze_loads(problem, run%state)
       end do steps
@@ -134,19 +145,21 @@ contains
 
    !> The stress-free structure with buckling modes as imperfections; nothing stays of the steps before. The deck may turn out
    !> to be wrong: outcome%deck_line.
-   subroutine start_anew(perfect, buckled, problem, run, outcome)
+   subroutine start_anew(perfect, buckled, spans, problem, run, outcome)
       type(model_t), intent(in) :: perfect           !! the deck's
       type(buckling_t), intent(in) :: buckled(:)     !! (steps) modes found so far
+      logical, intent(in) :: spans
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
       type(outcome_t), intent(inout) :: outcome
       type(problem_t) :: fresh
+      type(model_t) :: bent
       type(error_t), allocatable :: error
       real(wp), allocatable :: mode(:, :, :)
       character(:), allocatable :: overlap
       integer :: i, node
       associate (step => problem%model%step(problem%step))
-         allocate (mode(3, problem%model%mesh%n_nodes, size(step%mode_offset)))
+         allocate (mode(3, perfect%mesh%n_nodes, size(step%mode_offset)))
          do i = 1, size(step%mode_offset)
             associate (offset => step%mode_offset(i))
                if (.not. allocated(buckled(offset%step)%mode)) then
@@ -159,22 +172,19 @@ contains
                mode(:, :, i) = buckled(offset%step)%mode(:, :, offset%mode)
             end associate
          end do
-         fresh = problem
          ! The deck's geometry, not that of an earlier step of this kind.
-         fresh%model%mesh = perfect%mesh
-         fresh%model%curve = perfect%curve
-         fresh%model%imperfection = perfect%imperfection
-         call add_mode_offsets(fresh%model, step%mode_offset, mode, error)
+         bent = perfect
+         call add_mode_offsets(bent, step%mode_offset, mode, error)
          ! Only now is it known whether the deck asks for something impossible.
          if (allocated(error)) then
             outcome%deck_line = step%mode_offset(1)%line
             outcome%why = 'step '//trim(step%name)//': '//error%message
             return
          end if
-         call overlap_of_modes(fresh%model, problem%step, overlap, node)
+         call overlap_of_modes(bent, problem%step, overlap, node)
          if (overlap /= '') then
             i = 1
-            do while (i < size(step%mode_offset) .and. .not. moves(fresh%model%mesh, step%mode_offset(i)))
+            do while (i < size(step%mode_offset) .and. .not. moves(bent%mesh, step%mode_offset(i)))
                i = i + 1
             end do
             outcome%deck_line = step%mode_offset(i)%line
@@ -182,9 +192,10 @@ contains
             return
          end if
       end associate
-      fresh = new_problem(fresh%model)
+      fresh = new_problem(bent)
       fresh%step = problem%step
       fresh%coordinates = problem%coordinates
+      if (spans) call prepare_spans(fresh)
       problem = fresh
       run%state = new_state(problem)
       run%system = new_system(problem)

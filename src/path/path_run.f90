@@ -5,9 +5,10 @@ module path_run
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
-   use path_control, only: control_t
+   use path_control, only: control_t, displacement_between
    use monitor_rows, only: monitor_change
    use path_continuity, only: heading_t, heading_at, goes_back
+   use path_record, only: region_t
    use path_events, only: probe_t, new_probe
    implicit none
    private
@@ -16,6 +17,7 @@ module path_run
    !> A critical point that a branch or a limit curve may start at.
    type :: landmark_t
       character(2) :: label = ''
+      type(problem_t) :: problem                 !! on the mesh of that point
       type(state_t) :: state
       integer :: point = 0                       !! its row in the results of its path, from 1
       integer :: pivots = 0                      !! negative ones on the side that its path comes from
@@ -45,6 +47,11 @@ module path_run
       integer :: branch = 0                      !! number in the result file; 0: the path of the steps
       integer :: points = 0                      !! recorded so far, all steps
       integer :: step_points = 0                 !! accepted in this step
+      integer :: touches = 0                     !! contacts that have begun so far: their numbers
+      character(:), allocatable :: stuck         !! what contact spans could not do: contact is to go on at nodes
+      logical :: careful = .false.               !! contact spans did not get on with longer increments
+      type(region_t), allocatable :: beginning   !! a point contact that begins at the next point
+      integer :: span_tries = 0                  !! increments with contact at nodes that could not be taken for contact spans
       logical :: on_bifurcation = .false.        !! the last point is one that was recorded: its pivots have the sign of rounding
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! of the last increment: arc length, load factor
       type(stretch_t), allocatable :: trail(:)   !! the way up to the last accepted point, the latest first
@@ -73,7 +80,8 @@ contains
             & [1.0_wp, run%system%slide_rate])
          heading = heading_at(problem, run%system, 0.0_wp * state%u, sign(1.0_wp, ahead * run%control%increment))
       case default
-         heading = heading_at(problem, run%system, state%u - run%state%u, state%load_factor - run%state%load_factor)
+         heading = heading_at(problem, run%system, displacement_between(problem, run%state, state), &
+            & state%load_factor - run%state%load_factor)
       end select
    end function heading_of
 
@@ -122,7 +130,8 @@ contains
    end function turned_round
 
    !> Keeps the critical point recorded last.
-   subroutine keep_landmark(run, label, state, trial, part, arc_length, pivots, multiplicity)
+   subroutine keep_landmark(problem, run, label, state, trial, part, arc_length, pivots, multiplicity)
+      type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       character(*), intent(in) :: label
       type(state_t), intent(in) :: state
@@ -134,13 +143,14 @@ contains
       type(landmark_t) :: landmark
       if (.not. run%keep_landmarks) return
       landmark%label = label
+      landmark%problem = problem
       landmark%state = state
       landmark%point = run%points
       landmark%pivots = pivots
       landmark%multiplicity = multiplicity
       landmark%arc_length = arc_length
-      landmark%direction = state%u - run%state%u
-      landmark%drift = state%u - (run%state%u + part * (trial%u - run%state%u))
+      landmark%direction = displacement_between(problem, run%state, state)
+      landmark%drift = landmark%direction - part * displacement_between(problem, run%state, trial)
       landmark%direction_load = state%load_factor - run%state%load_factor
       landmark%control = run%control
       if (.not. allocated(run%landmark)) allocate (run%landmark(0))

@@ -6,8 +6,10 @@ module point_report
    use linear_system, only: system_t
    use monitors, only: monitor_values
    use contact_regions, only: find_regions
+   use span_forces, only: span_totals, node_shares
+   use span_regions, only: find_span_regions
    use ground_regions, only: ground_reaction, ground_pressure, foundation_totals
-   use deck_nodes, only: deck_node_displacement, deck_section_forces
+   use deck_nodes, only: deck_node_displacement, deck_section_forces, deck_contact_gaps, find_node
    use path_record, only: point_t
    use model, only: obstacles_move
    implicit none
@@ -24,7 +26,8 @@ contains
       integer, intent(in) :: number            !! points recorded before this one: decides whether fields are due
       character(*), intent(in) :: label        !! points with a label always get their fields
       type(point_t) :: point
-      real(wp), allocatable :: shares(:), totals(:, :)
+      real(wp), allocatable :: shares(:), totals(:, :), pushed(:, :)
+      real(wp) :: moment
       integer :: c, e
       associate (step => problem%model%step(problem%step))
          point%step = problem%step
@@ -34,12 +37,27 @@ contains
          point%active_contacts = count(state%active) + count(state%grounded)
          point%monitor = monitor_values(problem, state, system)
          if (size(problem%model%contact) > 0) then
-            point%region = find_regions(problem, state)
+            if (problem%spans) then
+               point%region = find_span_regions(problem, state)
+               point%active_contacts = size(point%region)
+            else
+               point%region = find_regions(problem, state)
+            end if
             allocate (point%reaction_total(size(problem%model%contact)), source=0.0_wp)
-            allocate (totals(3, size(problem%model%obstacle)))
+            allocate (totals(3, size(problem%model%obstacle)), pushed(3, size(problem%model%contact)))
             call foundation_totals(problem, state, totals)
             point%obstacle_force = totals(1:2, :)
+            if (problem%spans) then
+               call span_totals(problem, state, [0.0_wp, 0.0_wp], pushed, moment)
+               do c = 1, size(problem%model%contact)
+                  associate (force => point%obstacle_force(:, problem%model%contact(c)%obstacle))
+                     force = force + pushed(1:2, c)
+                  end associate
+                  point%reaction_total(c) = pushed(3, c)
+               end do
+            end if
             do c = 1, problem%candidates%n
+               if (problem%candidates%touch(c) > 0) cycle
                associate (total => point%reaction_total(problem%candidates%contact(c)), &
                   & force => point%obstacle_force(:, problem%candidates%obstacle(c)))
                   total = total + state%reaction(c)
@@ -65,16 +83,16 @@ contains
          if (step%field_every == 0) return
          if (mod(number, step%field_every) /= 0 .and. label == '') return
          if (step%field_displacement) then
-            allocate (point%displacement(3, problem%model%mesh%n_nodes))
-            do c = 1, problem%model%mesh%n_nodes
+            allocate (point%displacement(3, problem%deck%mesh%n_nodes))
+            do c = 1, problem%deck%mesh%n_nodes
                point%displacement(:, c) = deck_node_displacement(problem, state, c)
             end do
             ! An imperfection that the path began with is a part of it: what takes the deck's node to where it is.
-            point%displacement(1:2, :) = point%displacement(1:2, :) + (problem%model%mesh%x - problem%coordinates)
+            point%displacement(1:2, :) = point%displacement(1:2, :) + (problem%deck%mesh%x - problem%coordinates)
          end if
          if (step%field_section_forces) then
-            allocate (point%section_forces(3, 2, problem%model%mesh%n_elements))
-            do e = 1, problem%model%mesh%n_elements
+            allocate (point%section_forces(3, 2, problem%deck%mesh%n_elements))
+            do e = 1, problem%deck%mesh%n_elements
                call deck_section_forces(problem, state, e, point%section_forces(:, :, e))
             end do
          end if
@@ -84,40 +102,93 @@ contains
 
    contains
 
-      !> Reactions and gaps at the nodes of all contacts, in the order of the results.
+      !> Reactions and gaps at the deck's nodes of all contacts, in the order of the results.
       subroutine add_contact_fields()
-         real(wp) :: share, density, length
+         real(wp), allocatable :: reaction(:), density(:), gap(:), place(:, :)
+         integer :: n, rows, k
+         ! On the mesh in the order of its own contacts. Those of contact spans have no rows.
+         n = sum([(size(problem%model%contact(k)%node), k=1, size(problem%model%contact))])
+         allocate (reaction(n), density(n), gap(n), place(2, n), source=0.0_wp)
+         call measure_mesh(reaction, density, gap, place)
+         if (problem%deck_mesh) then
+            ! Rows belong to nodes there, wherever these have moved.
+            point%reaction = reaction
+            point%reaction_density = density
+            point%gap = gap
+            point%contact_point = place
+         else
+            n = sum([(size(problem%deck%contact(k)%node), k=1, size(problem%deck%contact))])
+            allocate (point%reaction(n), point%reaction_density(n), source=0.0_wp)
+            allocate (point%gap(n), point%contact_point(2, n))
+            n = 0
+            rows = 0
+            do k = 1, size(problem%deck%contact)
+               associate (node => problem%deck%contact(k)%node)
+                  call deck_contact_gaps(problem, state, k, point%gap(n + 1:n + size(node)), &
+                     & point%contact_point(:, n + 1:n + size(node)))
+                  if (problem%spans) then
+                     call node_shares(problem, state, k, point%reaction(n + 1:n + size(node)), &
+                        & point%reaction_density(n + 1:n + size(node)))
+                  else
+                     call take_reactions(k, rows, n, reaction, density)
+                  end if
+                  n = n + size(node)
+               end associate
+               rows = rows + size(problem%model%contact(k)%node)
+            end do
+         end if
+         if (.not. problem%model%step(problem%step)%field_reaction) deallocate (point%reaction, point%reaction_density)
+         if (.not. problem%model%step(problem%step)%field_gap) deallocate (point%gap)
+      end subroutine add_contact_fields
+
+      !> Reactions of a contact where a node of the mesh stands at one of the deck's.
+      subroutine take_reactions(contact, mesh_rows, deck_rows, reaction, density)
+         integer, intent(in) :: contact
+         integer, intent(in) :: mesh_rows, deck_rows !! rows before those of the contact
+         real(wp), intent(in) :: reaction(:), density(:) !! (rows of the mesh)
+         integer :: row(problem%model%mesh%n_nodes), i, mesh_node, element
+         real(wp) :: tau
+         row = 0
+         row(problem%model%contact(contact)%node) = [(mesh_rows + i, i=1, size(problem%model%contact(contact)%node))]
+         do i = 1, size(problem%deck%contact(contact)%node)
+            call find_node(problem, state, problem%deck%contact(contact)%node(i), mesh_node, element, tau)
+            if (mesh_node == 0) cycle
+            if (row(mesh_node) == 0) cycle
+            point%reaction(deck_rows + i) = reaction(row(mesh_node))
+            point%reaction_density(deck_rows + i) = density(row(mesh_node))
+         end do
+      end subroutine take_reactions
+
+      !> Reactions, their densities and gaps at the nodes of the mesh, and where these are.
+      subroutine measure_mesh(reaction, density, gap, place)
+         real(wp), intent(inout) :: reaction(:), density(:), gap(:), place(:, :) !! (rows), (2, rows)
+         real(wp) :: length
          real(wp), allocatable :: pressure(:), distance(:)
-         integer :: n, side
-         n = problem%candidates%n + problem%ground%chain%n
-         allocate (point%reaction(n), point%reaction_density(n), point%gap(n), point%contact_point(2, n))
+         integer :: side
          associate (list => problem%candidates)
             do c = 1, list%n
+               if (list%row(c) == 0) cycle
                length = 0.0_wp
                do side = 1, 2
                   if (list%element(side, c) > 0) length = length + 0.5_wp * state%geometry%element(list%element(side, c))%length
                end do
-               share = state%reaction(c)
-               density = 0.0_wp
-               if (length > 0.0_wp) density = share / length
-               point%reaction(list%row(c)) = share
-               point%reaction_density(list%row(c)) = density
-               point%gap(list%row(c)) = system%gap(c)
-               point%contact_point(:, list%row(c)) = node_position(state, list%node(c))
+               reaction(list%row(c)) = state%reaction(c)
+               density(list%row(c)) = 0.0_wp
+               if (length > 0.0_wp) density(list%row(c)) = state%reaction(c) / length
+               gap(list%row(c)) = system%gap(c)
+               place(:, list%row(c)) = node_position(state, list%node(c))
             end do
          end associate
          associate (chain => problem%ground%chain)
             allocate (pressure(chain%n), distance(chain%n))
             if (chain%n > 0) call ground_pressure(problem, state, pressure, distance)
             do c = 1, chain%n
-               point%reaction(chain%row(c)) = shares(c)
-               point%reaction_density(chain%row(c)) = pressure(c)
-               point%gap(chain%row(c)) = distance(c)
-               point%contact_point(:, chain%row(c)) = node_position(state, chain%node(c))
+               reaction(chain%row(c)) = shares(c)
+               density(chain%row(c)) = pressure(c)
+               gap(chain%row(c)) = distance(c)
+               place(:, chain%row(c)) = node_position(state, chain%node(c))
             end do
          end associate
-         if (.not. problem%model%step(problem%step)%field_reaction) deallocate (point%reaction, point%reaction_density)
-         if (.not. problem%model%step(problem%step)%field_gap) deallocate (point%gap)
-      end subroutine add_contact_fields
+      end subroutine measure_mesh
    end function report_point
 end module point_report

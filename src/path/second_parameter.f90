@@ -1,11 +1,14 @@
 !> The parameter that a limit curve varies besides the load factor: the problem for each of its values.
 module second_parameter
    use kinds, only: wp
-   use model, only: limit_curve_t, parameter_modulus, parameter_gap, parameter_imperfection, parameter_ea, parameter_ei, &
+   use model, only: model_t, limit_curve_t, parameter_modulus, parameter_gap, parameter_imperfection, parameter_ea, parameter_ei, &
       & parameter_constant_load
    use text, only: same_name
+   use rod_layout, only: new_layout
    use imperfect_mesh, only: move_to_curves
-   use problem, only: problem_t, new_problem
+   use problem, only: problem_t, new_problem, derive_problem
+   use span_problem, only: new_span_problem, chain_starts
+   use state_transfer, only: move_nodes
    use candidates, only: candidates_t
    use ground_regions, only: ground_reaction
    use rod_state, only: state_t
@@ -44,29 +47,9 @@ contains
       type(limit_curve_t), intent(in) :: curve
       real(wp), intent(in) :: value
       type(problem_t) :: problem
-      integer :: i, k
+      integer :: k
       problem = base
-      select case (curve%parameter)
-      case (parameter_modulus)
-         problem%model%obstacle(curve%obstacle)%modulus = value
-      case (parameter_gap)
-         where (problem%model%contact%obstacle == curve%obstacle) problem%model%contact%gap = value
-      case (parameter_imperfection)
-         k = problem%model%curve(problem%model%mesh%curve(curve%element(1)))%imperfection
-         associate (shape => problem%model%imperfection(k))
-            shape%amplitude = value * shape%amplitude
-            if (allocated(shape%bend)) shape%bend = value * shape%bend
-         end associate
-         call move_to_curves(problem%model)
-      case (parameter_ea, parameter_ei)
-         do i = 1, size(problem%model%section)
-            associate (section => problem%model%section(i))
-               if (.not. same_name(section%name, curve%set)) cycle
-               if (curve%parameter == parameter_ea) section%ea = value
-               if (curve%parameter == parameter_ei) section%ei = value
-            end associate
-         end do
-      case (parameter_constant_load)
+      if (curve%parameter == parameter_constant_load) then
          problem%constant%node_force = value * base%constant%node_force
          problem%constant%line_force = value * base%constant%line_force
          problem%constant%pressure = value * base%constant%pressure
@@ -77,9 +60,49 @@ contains
          problem%constant%closing = value * base%constant%closing
          problem%constant%resolved = value * base%constant%resolved
          return
-      end select
-      call derive_again(base, problem)
+      end if
+      ! Elements that the deck names are its own; curves are the same on every mesh.
+      k = 0
+      if (curve%parameter == parameter_imperfection) &
+         & k = base%deck%curve(base%deck%mesh%curve(curve%element(1)))%imperfection
+      call set_value(problem%deck, curve, value, k)
+      if (.not. base%spans) call set_value(problem%model, curve, value, k)
+      if (k > 0) problem%layout = new_layout(problem%deck)
+      if (base%spans) then
+         call lay_spans_again(base, problem)
+      else
+         call derive_again(base, problem)
+      end if
    end function problem_at
+
+   !> Gives a model another value of a parameter other than its loads.
+   subroutine set_value(model, curve, value, imperfection)
+      type(model_t), intent(inout) :: model
+      type(limit_curve_t), intent(in) :: curve
+      real(wp), intent(in) :: value
+      integer, intent(in) :: imperfection       !! index of the one that is varied
+      integer :: i
+      select case (curve%parameter)
+      case (parameter_modulus)
+         model%obstacle(curve%obstacle)%modulus = value
+      case (parameter_gap)
+         where (model%contact%obstacle == curve%obstacle) model%contact%gap = value
+      case (parameter_imperfection)
+         associate (shape => model%imperfection(imperfection))
+            shape%amplitude = value * shape%amplitude
+            if (allocated(shape%bend)) shape%bend = value * shape%bend
+         end associate
+         call move_to_curves(model)
+      case (parameter_ea, parameter_ei)
+         do i = 1, size(model%section)
+            associate (section => model%section(i))
+               if (.not. same_name(section%name, curve%set)) cycle
+               if (curve%parameter == parameter_ea) section%ea = value
+               if (curve%parameter == parameter_ei) section%ei = value
+            end associate
+         end do
+      end select
+   end subroutine set_value
 
    !> The problem with the curve's obstacle rigid, its reactions at the nodes.
    function rigid_problem(base, curve) result(problem)
@@ -87,24 +110,34 @@ contains
       type(limit_curve_t), intent(in) :: curve
       type(problem_t) :: problem
       problem = base
+      problem%deck%obstacle(curve%obstacle)%rigid = .true.
       problem%model%obstacle(curve%obstacle)%rigid = .true.
+      where (problem%deck%contact%obstacle == curve%obstacle) problem%deck%contact%distributed = .false.
       where (problem%model%contact%obstacle == curve%obstacle) problem%model%contact%distributed = .false.
       call derive_again(base, problem)
    end function rigid_problem
+
+   !> The same contact spans with what has changed in the deck.
+   subroutine lay_spans_again(base, problem)
+      type(problem_t), intent(in) :: base
+      type(problem_t), intent(inout) :: problem !! its deck and layout are the new ones
+      type(problem_t) :: deck
+      deck = new_problem(problem%deck)
+      problem%overlap = deck%overlap
+      problem%chain_start = chain_starts(deck)
+      problem = new_span_problem(problem, base%touch)
+      problem%opening = base%opening
+      problem%weight = base%weight
+   end subroutine lay_spans_again
 
    !> Everything that follows from the model; what the steps before left behind stays.
    subroutine derive_again(base, problem)
       type(problem_t), intent(in) :: base
       type(problem_t), intent(inout) :: problem
-      type(problem_t) :: fresh
-      fresh = new_problem(problem%model)
-      fresh%constant = base%constant
-      fresh%step = base%step
-      fresh%coordinates = base%coordinates
+      call derive_problem(problem)
       ! One metric for the whole curve.
-      fresh%weight = base%weight
-      fresh%size = base%size
-      problem = fresh
+      problem%weight = base%weight
+      problem%size = base%size
    end subroutine derive_again
 
    !> A state of one problem as a first guess for another one: every node stays where it is in space.
@@ -112,12 +145,22 @@ contains
       type(problem_t), intent(in) :: from, to
       type(state_t), intent(in) :: state
       type(state_t) :: carried
-      real(wp) :: shift, turn
+      real(wp) :: shift, turn, shifts(to%model%mesh%n_nodes)
       integer :: c, e, i, node
       logical :: done(size(state%u, 2))
       carried = state
       carried%geometry = new_geometry(to%model, to%tableau)
-      if (to%candidates%n /= from%candidates%n) call touch_nodes()
+      if (to%spans) then
+         ! The same mesh: its nodes are at the same material points.
+         do node = 1, to%model%mesh%n_nodes
+            e = from%beside(1, node)
+            shifts(node) = 0.0_wp
+            if (e > 0) shifts(node) = state%geometry%element(e)%s(2) - from%model%mesh%s(2, e)
+         end do
+         call move_nodes(to, shifts, carried%geometry)
+      else if (to%candidates%n /= from%candidates%n) then
+         call touch_nodes()
+      end if
       do c = 1, from%candidates%n
          if (.not. from%candidates%may_slide(c)) cycle
          associate (element => from%candidates%element(:, c))

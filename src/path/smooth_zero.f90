@@ -14,7 +14,8 @@ module smooth_zero
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use path_control, only: metric
-   use path_continuity, only: heading_t
+   use state_transfer, only: displacements_at
+   use path_continuity, only: heading_t, blend_geometry
    use increment_points, only: division_t, point_within
    use path_events, only: event_t, event_value, event_bifurcation, event_release
    use sightings, only: sighting_t
@@ -165,6 +166,13 @@ contains
                sighting%heading%load = sighting%heading%load + d(i) * sample(i)%load_factor
             end do
          end associate
+         if (problem%spans) then
+            call blend_geometry(problem, sample, w, sighting%place)
+            sighting%heading%u = 0.0_wp
+            do i = 1, n_samples
+               sighting%heading%u = sighting%heading%u + d(i) * displacements_at(problem, sample(i), sighting%place%geometry)
+            end do
+         end if
          norm = sqrt(metric(problem, sighting%heading%u, sighting%heading%u))
          if (.not. norm > 0.0_wp) return
          sighting%heading%u = sighting%heading%u / norm

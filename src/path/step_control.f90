@@ -51,11 +51,13 @@ contains
    end subroutine begin_arc_length
 
    !> Crisfield's rule: the increment follows the root of desired over needed iterations; but the tangent is not to turn by
-   !> more than an increment may.
-   subroutine next_increment(step, iterations, relation, control)
+   !> more than an increment may. Touchdown points follow the rest of the state by one iteration, however long the increment: with
+   !> contact spans the tangent alone tells as long as there are not more than desired.
+   subroutine next_increment(step, iterations, relation, spans, control)
       type(step_t), intent(in) :: step
       integer, intent(in) :: iterations         !! of the increment just made
       type(relation_t), intent(in) :: relation  !! of its ends
+      logical, intent(in) :: spans              !! it was one with contact spans
       type(control_t), intent(inout) :: control
       real(wp) :: ratio
       integer :: desired
@@ -63,6 +65,7 @@ contains
       ! Modified Newton converges linearly: many iterations are its nature, not a sign of too long increments.
       if (step%tangent_updates < huge(1)) desired = max(desired, (2 * step%max_iterations) / 3)
       ratio = sqrt(real(desired, wp) / max(iterations, 1))
+      if (spans) ratio = merge(growth, sqrt(real(desired, wp) / max(iterations - 1, 1)), relation%told .and. iterations <= desired)
       if (relation%told) ratio = min(ratio, safety * largest_turn / max(relation%turn, epsilon(ratio)))
       control%increment = control%increment * min(max(ratio, shrinkage), growth)
       if (abs(control%increment) > step%largest) control%increment = sign(step%largest, control%increment)

@@ -15,7 +15,7 @@ module linear_buckling
    use stress_stiffness, only: stress_stiffness_t, new_stress_stiffness, apply_stress
    use contact_set, only: reaction_rate
    use bordered_system, only: solve_effective
-   use tangent_modes, only: nodal_mode, apply_tangent
+   use tangent_modes, only: deck_mode, apply_tangent
    use band_matrix, only: band_t, band_times
    use active_coupling, only: subtract_excess
    use block_krylov, only: operator_t, spectrum_t, largest_eigenvalues
@@ -66,6 +66,7 @@ contains
       type(timers_t), intent(inout), target :: timers
       type(buckling_operator_t) :: operator
       type(spectrum_t) :: spectrum
+      real(wp) :: sense
       integer :: n, i, node, d
 
       n = system%n
@@ -99,10 +100,10 @@ contains
       if (allocated(error)) return
       buckling%step = problem%step
       allocate (buckling%load_factor(spectrum%n), buckling%residual(spectrum%n))
-      allocate (buckling%mode(3, size(problem%weight), spectrum%n))
+      allocate (buckling%mode(3, problem%deck%mesh%n_nodes, spectrum%n))
       do i = 1, spectrum%n
          call refine(operator, state, spectrum%vector(:, i), buckling%load_factor(i), buckling%residual(i))
-         buckling%mode(:, :, i) = nodal_mode(problem, system, spectrum%vector(:n, i))
+         call deck_mode(problem, state, system, spectrum%vector(:n, i), spectrum%vector(n + 1:, i), buckling%mode(:, :, i), sense)
       end do
       ! A factored tangent of n elements a wave knows its softest modes to n^4 times rounding only.
       if (any(buckling%residual > worst_residual)) call fail(error, &

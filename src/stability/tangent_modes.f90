@@ -11,6 +11,7 @@ module tangent_modes
    use rod_state, only: state_t
    use linear_system, only: system_t, to_global, contact_tangent, spring_tangent
    use element_products, only: apply_elements
+   use deck_nodes, only: deck_node_rates
    use active_coupling, only: subtract_excess
    use contact_slides, only: slide_force
    use bordered_system, only: solve_effective
@@ -18,7 +19,7 @@ module tangent_modes
    use timing, only: timers_t
    implicit none
    private
-   public :: modes_t, lowest_modes, choose_null_vectors, apply_tangent, nodal_mode, numbered_eigenvalue
+   public :: modes_t, lowest_modes, choose_null_vectors, apply_tangent, nodal_mode, deck_mode, numbered_eigenvalue
 
    !> The eigenvalues nearest zero, the nearest first.
    type :: modes_t
@@ -97,19 +98,19 @@ contains
    !> The first is the one that moves some node as far as any of unit length can, the next does so among those normal to it.
    !> Where separate parts buckle at the same load each vector is that of one part; in a symmetric structure a node on a mirror
    !> has the vector with its symmetry, along which a branch exists (equivariant branching lemma).
-   subroutine choose_null_vectors(problem, system, n, modes)
+   subroutine choose_null_vectors(problem, state, system, n, modes)
       type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system   !! gives the axes
+      type(state_t), intent(in) :: state     !! at which the system is assembled
+      type(system_t), intent(in) :: system
       integer, intent(in) :: n               !! at most modes%n
       type(modes_t), intent(inout) :: modes  !! its eigenvalues stay, for they are all zero
-      real(wp) :: part(2, n, size(problem%weight)), turn(n, n), c(n), reach(size(problem%weight)), global(3), along(2), left(n)
+      real(wp), dimension(problem%deck%mesh%n_nodes) :: reach
+      real(wp) :: part(2, n, size(reach)), values(3, size(reach)), turn(n, n), c(n), along(2), left(n)
       integer :: i, j, node
       if (n < 2) return
-      do node = 1, size(problem%weight)
-         do j = 1, n
-            global = to_global(problem, system, modes%x(:, j), node)
-            part(:, j, node) = global(1:2)
-         end do
+      do j = 1, n
+         values = deck_values(problem, state, system, modes%x(:, j), modes%shift(:, j))
+         part(:, j, :) = values(1:2, :)
       end do
       do i = 1, n
          do node = 1, size(reach)
@@ -161,7 +162,7 @@ contains
       real(wp), intent(in) :: shift(:)         !! (n_slides)
       real(wp), intent(out) :: y(:)            !! (n) without the part of the sliding points
       real(wp), intent(out) :: form            !! with it
-      real(wp) :: force(2), k(2, 2), push(3), excess
+      real(wp) :: force(2), k(3, 3), push(3), excess
       integer :: i, c, d, node
       associate (rate => problem%model%step(problem%step)%load%pressure)
          call apply_elements(problem, system, system%ek, system%eshift, &
@@ -171,9 +172,9 @@ contains
          if (.not. state%active(c)) cycle
          call contact_tangent(problem, state, system, c, force, k)
          d = dof(problem, problem%candidates%node(c), 1)
-         force = matmul(k, x(d:d + 1))
-         y(d:d + 1) = y(d:d + 1) + force
-         form = form + dot_product(x(d:d + 1), force)
+         push = matmul(k, x(d:d + 2))
+         y(d:d + 2) = y(d:d + 2) + push
+         form = form + dot_product(x(d:d + 2), push)
       end do
       call subtract_excess(system%coupling, x, y, excess)
       form = form - excess
@@ -201,27 +202,73 @@ contains
       end do
    end subroutine apply_inverse
 
-   !> A mode in global axes, its largest translation 1. The first node that moves by half of that or more moves in the
-   !> positive sense of its larger component.
+   !> A mode at the deck's nodes, scaled, and its sense.
+   subroutine deck_mode(problem, state, system, x, shift, mode, sense)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state     !! at which the system is assembled
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: x(:)           !! (unknowns) node axes
+      real(wp), intent(in) :: shift(:)       !! (n_slides) part of the sliding points
+      real(wp), intent(out) :: mode(:, :)    !! (3, deck's nodes)
+      real(wp), intent(out) :: sense         !! 1, or -1 where x points the other way
+      mode = deck_values(problem, state, system, x, shift)
+      call scale_mode(mode, sense)
+   end subroutine deck_mode
+
+   !> A mode at the deck's nodes in global axes. On the deck's own mesh nodes count, wherever they have moved.
+   function deck_values(problem, state, system, x, shift) result(values)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: x(:), shift(:) !! as in deck_mode
+      real(wp) :: values(3, problem%deck%mesh%n_nodes)
+      if (problem%deck_mesh) then
+         values = nodal_values(problem, system, x)
+      else
+         values = deck_node_rates(problem, state, system, x, [0.0_wp, shift])
+      end if
+   end function deck_values
+
+   !> A mode at the nodes of the mesh, scaled.
    function nodal_mode(problem, system, x) result(mode)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: x(:)           !! (unknowns) node axes
-      real(wp) :: mode(3, size(problem%weight))
+      real(wp) :: mode(3, size(problem%weight)), sense
+      mode = nodal_values(problem, system, x)
+      call scale_mode(mode, sense)
+   end function nodal_mode
+
+   !> Unknowns in global axes.
+   function nodal_values(problem, system, x) result(values)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: x(:)           !! (unknowns) node axes
+      real(wp) :: values(3, size(problem%weight))
+      integer :: node
+      do node = 1, size(values, 2)
+         values(:, node) = to_global(problem, system, x, node)
+      end do
+   end function nodal_values
+
+   !> Makes the largest translation 1. The first node that moves by half of that or more moves in the positive sense of its larger
+   !> component.
+   pure subroutine scale_mode(mode, sense)
+      real(wp), intent(inout) :: mode(:, :)  !! (3, nodes) global axes
+      real(wp), intent(out) :: sense         !! -1 where it is turned round, else 1
       real(wp) :: largest
       integer :: node
-      do node = 1, size(mode, 2)
-         mode(:, node) = to_global(problem, system, x, node)
-      end do
+      sense = 1.0_wp
       largest = sqrt(maxval(mode(1, :)**2 + mode(2, :)**2))
       if (.not. largest > 0.0_wp) return
       mode = mode / largest
       do node = 1, size(mode, 2)
          if (hypot(mode(1, node), mode(2, node)) < 0.5_wp) cycle
-         if (mode(maxloc(abs(mode(1:2, node)), 1), node) < 0.0_wp) mode = -mode
+         if (mode(maxloc(abs(mode(1:2, node)), 1), node) < 0.0_wp) sense = -1.0_wp
          exit
       end do
-   end function nodal_mode
+      mode = sense * mode
+   end subroutine scale_mode
 
    !> The eigenvalue of a number (in ascending order). Where it is not among the modes, its sign times the largest that is.
    !>

@@ -1,0 +1,86 @@
+!> Where rods touch rigid obstacles: points, and lines between two touchdown points. Together they are the contact set, along
+!> the rods instead of at nodes.
+module contact_touch
+   use kinds, only: wp
+   use model, only: model_t, family_ge, ground_independent
+   use rod_layout, only: layout_t
+   implicit none
+   private
+   public :: touch_t, covers, takes_spans, sort_touches
+
+   !> One connected contact of one stretch of a rod with one obstacle.
+   type :: touch_t
+      integer :: number = 0                 !! its identity, from birth to death
+      integer :: contact = 0                !! index into model%contact
+      integer :: stretch = 0                !! of the layout
+      real(wp) :: at(2) = 0.0_wp            !! coordinates of its ends along the stretch; a point: equal
+      logical :: line = .false.
+   end type touch_t
+
+contains
+
+   !> Which stretches a contact covers.
+   pure function covers(model, layout, contact)
+      type(model_t), intent(in) :: model    !! the deck's
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: contact        !! index into model%contact
+      logical :: covers(size(layout%stretch))
+      logical :: member(model%mesh%n_nodes)
+      integer :: k
+      member = .false.
+      member(model%contact(contact)%node) = .true.
+      ! Coverage changes at breakpoints only: one element stands for all.
+      do k = 1, size(covers)
+         covers(k) = all(member(model%mesh%node(:, layout%stretch(k)%element(1))))
+      end do
+   end function covers
+
+   !> True for a contact that spans describe: with a rigid obstacle that only pushes, along rods without shear whose nodes may
+   !> stand anywhere, where contact points may move.
+   pure logical function takes_spans(model, layout, contact) result(takes)
+      type(model_t), intent(in) :: model    !! the deck's
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: contact
+      logical :: member(model%mesh%n_nodes), covered(model%mesh%n_nodes)
+      integer :: k, e
+      associate (touched => model%contact(contact), obstacle => model%obstacle(model%contact(contact)%obstacle), mesh => model%mesh)
+         takes = touched%sliding .and. obstacle%rigid .and. .not. (obstacle%bilateral .or. obstacle%at_nodes) .and. &
+            & obstacle%ground == ground_independent
+         do k = 1, size(model%step)
+            takes = takes .and. .not. model%step(k)%paper_loop
+         end do
+         if (.not. takes) return
+         member = .false.
+         member(touched%node) = .true.
+         covered = .false.
+         do k = 1, size(layout%stretch)
+            e = layout%stretch(k)%element(1)
+            if (.not. all(member(mesh%node(:, e)))) cycle
+            takes = takes .and. layout%stretch(k)%free .and. mesh%family(e) == family_ge .and. &
+               & model%section(mesh%section(e))%shear_rigid
+            covered(mesh%node(1, layout%stretch(k)%element)) = .true.
+            covered(mesh%node(2, layout%stretch(k)%element)) = .true.
+         end do
+         ! Nodes on their own are candidates on their own.
+         takes = takes .and. all(covered(touched%node))
+      end associate
+   end function takes_spans
+
+   !> Orders touches along the stretches.
+   pure subroutine sort_touches(touch)
+      type(touch_t), intent(inout) :: touch(:)
+      type(touch_t) :: next
+      integer :: i, j
+      do i = 2, size(touch)
+         next = touch(i)
+         j = i
+         do while (j > 1)
+            if (touch(j - 1)%stretch < next%stretch) exit
+            if (touch(j - 1)%stretch == next%stretch .and. touch(j - 1)%at(1) <= next%at(1)) exit
+            touch(j) = touch(j - 1)
+            j = j - 1
+         end do
+         touch(j) = next
+      end do
+   end subroutine sort_touches
+end module contact_touch

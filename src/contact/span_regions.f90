@@ -1,0 +1,147 @@
+!> The contact regions of a state of contact spans, for the results: one a touch, in order along the rods.
+module span_regions
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t, candidate_position, obstacle_shift
+   use rod_profile, only: new_profile, profile_place
+   use state_transfer, only: find_point
+   use obstacle_geometry, only: has_angle, contact_angle, turns_forward, unwrap_angle
+   use conforming_span, only: rod_angle
+   use path_record, only: region_t
+   implicit none
+   private
+   public :: find_span_regions, beginning_region
+
+contains
+
+   !> All regions, contact by contact along the chains. A line that goes on over a breakpoint is one.
+   function find_span_regions(problem, state) result(regions)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(region_t), allocatable :: regions(:)
+      type(region_t) :: next
+      logical :: seen(problem%candidates%n)
+      integer :: c, i
+      allocate (regions(0))
+      seen = problem%candidates%touch(:problem%candidates%n) == 0
+      do c = 1, problem%candidates%n
+         if (.not. seen(c) .and. problem%candidates%neighbour(1, c) == 0) regions = [regions, follow(c)]
+      end do
+      ! What is left is a closed chain in contact all round.
+      do c = 1, problem%candidates%n
+         if (.not. seen(c)) regions = [regions, follow(c)]
+      end do
+      do i = 2, size(regions)
+         next = regions(i)
+         c = i
+         do while (c > 1)
+            if (regions(c - 1)%contact < next%contact) exit
+            if (regions(c - 1)%contact == next%contact .and. regions(c - 1)%start <= next%start) exit
+            regions(c) = regions(c - 1)
+            c = c - 1
+         end do
+         regions(c) = next
+      end do
+
+   contains
+
+      !> The region that begins at a candidate.
+      type(region_t) function follow(first) result(region)
+         integer, intent(in) :: first
+         logical :: forward
+         real(wp) :: theta
+         integer :: last
+         last = first
+         seen(first) = .true.
+         do while (problem%candidates%neighbour(2, last) > 0)
+            if (seen(problem%candidates%neighbour(2, last))) exit
+            last = problem%candidates%neighbour(2, last)
+            seen(last) = .true.
+         end do
+         region%contact = problem%candidates%contact(first)
+         region%start = chain_coordinate(problem, state, first, 2)
+         region%angle_start = angle_at(first)
+         region%end = region%start
+         region%angle_end = region%angle_start
+         if (problem%candidates%neighbour(2, last) == first) then
+            region%end = region%start + whole_length(problem, state, region%contact)
+         else if (last /= first) then
+            region%end = chain_coordinate(problem, state, last, 1)
+            region%angle_end = angle_at(last)
+            if (region%end < region%start) region%end = region%end + whole_length(problem, state, region%contact)
+         end if
+         associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(first)))
+            if (last == first .or. .not. has_angle(obstacle)) return
+            theta = rod_angle(problem, state, last)
+            forward = turns_forward(obstacle, candidate_position(problem, state, last), [cos(theta), sin(theta)])
+            call unwrap_angle(obstacle, region%end - region%start, forward, region%angle_start, region%angle_end)
+         end associate
+      end function follow
+
+      !> Where a candidate is on an obstacle that has angles.
+      real(wp) function angle_at(candidate) result(angle)
+         integer, intent(in) :: candidate
+         angle = ieee_value(angle, ieee_quiet_nan)
+         associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(candidate)))
+            if (has_angle(obstacle)) angle = contact_angle(obstacle, candidate_position(problem, state, candidate))
+         end associate
+      end function angle_at
+   end function find_span_regions
+
+   !> The region of a point contact that is about to begin: the obstacle touches, but does not push yet.
+   type(region_t) function beginning_region(problem, state, contact, stretch, at) result(region)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: contact, stretch
+      real(wp), intent(in) :: at            !! coordinate along the stretch
+      real(wp) :: tau
+      integer :: e
+      call find_point(problem, state, stretch, at, e, tau)
+      region%contact = contact
+      region%start = problem%chain_start(stretch, contact) + tau * state%geometry%element(e)%length + &
+         & sum(state%geometry%element(problem%element_first(stretch):e - 1)%length)
+      region%end = region%start
+      region%angle_start = ieee_value(region%angle_start, ieee_quiet_nan)
+      associate (o => problem%model%contact(contact)%obstacle)
+         if (has_angle(problem%model%obstacle(o))) region%angle_start = contact_angle(problem%model%obstacle(o), &
+            & profile_place(problem, new_profile(problem, state, e), tau) - obstacle_shift(problem, state, o))
+      end associate
+      region%angle_end = region%angle_start
+   end function beginning_region
+
+   !> Stress-free arc length of a candidate along the chain of its contact.
+   pure real(wp) function chain_coordinate(problem, state, candidate, side) result(s)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      integer, intent(in) :: side           !! the element that says it where a chain closes: 1 before, 2 after
+      integer :: e, tried, at
+      ! Beyond a breakpoint the rod may have no contact.
+      at = side
+      do tried = 1, 2
+         e = problem%candidates%element(at, candidate)
+         if (e > 0) then
+            if (problem%covered(problem%stretch(e), problem%candidates%contact(candidate))) exit
+         end if
+         at = 3 - at
+      end do
+      associate (stretch => problem%stretch(e))
+         s = problem%chain_start(stretch, problem%candidates%contact(candidate)) + &
+            & sum(state%geometry%element(problem%element_first(stretch):e - at + 1)%length)
+      end associate
+   end function chain_coordinate
+
+   !> Stress-free length of all that a contact covers: where a chain is closed, that of the chain.
+   pure real(wp) function whole_length(problem, state, contact) result(length)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: contact
+      integer :: j
+      length = 0.0_wp
+      do j = 1, size(problem%layout%stretch)
+         if (problem%covered(j, contact)) length = length + &
+            & sum(state%geometry%element(problem%element_first(j):problem%element_last(j))%length)
+      end do
+   end function whole_length
+end module span_regions

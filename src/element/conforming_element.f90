@@ -1,0 +1,305 @@
+!> The rod element that lies on an obstacle: Gauss collocation of the rod equations along the track, order 2 to 8.
+!>
+!>   sigma' = o (1 + e)        e = N/EA + e_T           theta' = k(sigma) sigma'     M = EI (theta' - k0 - k_T)
+!>   P' = k'(sigma) (1 + e) M - q_t                     P = N + o k M                q_t = q . (o tangent)
+!>
+!> ' is d/ds of the stress-free length s; sigma, k and k': arc length, curvature and its rate of the track (obstacle_track);
+!> o = 1 where the rod runs in the sense of the track, -1 against it; k0: stress-free curvature; e_T, k_T: strain and
+!> curvature that heat gives without any stress; q: dead load per unit stress-free length. Follower pressure is normal to
+!> the track and does no work on it. The rod does not shear.
+!>
+!> The track leaves the rod one degree of freedom, sigma. With L = EA (e - e_T)^2/2 + EI (theta' - k0 - k_T)^2/2 - q . r the
+!> force dual to it is dL/d(sigma') = o P, and P' is Lagrange's equation. (sigma, o P) is thus a Hamiltonian system, Gauss
+!> collocation is symplectic, and the condensed tangent is symmetric.
+!>
+!> N and M follow from sigma and P, a linear equation: N (1 + EI k^2/EA) = P - o k EI (o k (1 + e_T) - k0 - k_T).
+!> Stored unknowns z = (P at the first end, P at the stages, sigma at the stages less that of the first end) are condensed out
+!> here, as in ge_element: N never comes from EA times a difference of coordinates.
+module conforming_element
+   use kinds, only: wp
+   use model, only: obstacle_t
+   use gauss_tableau, only: tableau_t, max_stages, stage_basis
+   use small_dense, only: solve_small
+   use ge_element, only: ge_stiffness_t, ge_load_t
+   use obstacle_track, only: track_t, track_at, track_between
+   implicit none
+   private
+   public :: conforming_size, conforming_columns, conforming_evaluate, conforming_resultants
+
+   integer, parameter :: conforming_columns = 4 !! of the update operator: sigma of both ends, residual, load factor
+
+   !> The section at a place of the track.
+   type :: section_t
+      real(wp) :: n = 0.0_wp, m = 0.0_wp    !! axial force, moment
+      real(wp) :: stretch = 0.0_wp          !! 1 + e
+      real(wp) :: pull = 0.0_wp             !! -q_t plus k' (1 + e) M: P'
+      ! Derivatives of sigma' and P' by sigma, P and the load factor; P' by P is minus sigma' by sigma.
+      real(wp) :: run_by_sigma = 0.0_wp, run_by_p = 0.0_wp, run_by_load = 0.0_wp
+      real(wp) :: pull_by_sigma = 0.0_wp, pull_by_load = 0.0_wp
+   end type section_t
+
+   ! Columns of the local linearisation before condensation.
+   integer, parameter :: by_sigma = 1, by_p = 2, by_residual = 3, by_load = 4, n_by = 4
+
+contains
+
+   !> Number of stored unknowns of an element.
+   pure integer function conforming_size(stages)
+      integer, intent(in) :: stages
+      conforming_size = 1 + 2 * stages
+   end function conforming_size
+
+   !> Forces at both ends, condensed tangent and the operator that updates the stored unknowns.
+   !>
+   !> Sign: f = (-o P, o P) at the first and second node, dual to their displacements along the tangent of the track, so that
+   !> the sum over elements minus the node loads vanishes in equilibrium. With ds the increments of sigma at both ends and dl
+   !> that of the load factor,
+   !>   f + k ds - fl dl   are the end forces after one Newton step,   z + op (ds, 1, dl)   the stored unknowns.
+   subroutine conforming_evaluate(tab, h, sense, bend, obstacle, offset, first, last, ahead, compliance, load, z, f, raw, k, &
+      & fl, op, defect, ok)
+      type(tableau_t), intent(in) :: tab
+      real(wp), intent(in) :: h                !! stress-free length
+      real(wp), intent(in) :: sense            !! o: 1 or -1
+      real(wp), intent(in) :: bend(:)          !! (stages) stress-free curvature at the stages
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset           !! distance of the axis from the surface, towards the free side
+      type(track_t), intent(in) :: first, last !! both ends
+      real(wp), intent(in) :: ahead            !! track_ahead(first, last): o times the deformed length
+      type(ge_stiffness_t), intent(in) :: compliance !! axial, and bending > 0; no shear
+      type(ge_load_t), intent(in) :: load
+      real(wp), intent(in) :: z(:)             !! (conforming_size) stored unknowns
+      real(wp), intent(out) :: f(2)            !! condensed end forces: internal residuals eliminated
+      real(wp), intent(out) :: raw(2)          !! end forces as stored: free of EA times rounding errors
+      real(wp), intent(out) :: k(2, 2)         !! condensed tangent, symmetric
+      real(wp), intent(out) :: fl(2)           !! minus the derivative of f by the load factor
+      real(wp), intent(out) :: op(:, :)        !! (conforming_size, conforming_columns)
+      real(wp), intent(out) :: defect(2)       !! largest internal residual: of P, as a rotation [rad], and of sigma
+      logical, intent(out) :: ok               !! false: the internal system is singular or 1 + e <= 0; outputs undefined
+      type(section_t) :: section(max_stages)
+      type(track_t) :: near
+      real(wp) :: system(2 * max_stages, 2 * max_stages), rhs(2 * max_stages, n_by), weight(2 * max_stages)
+      real(wp) :: dend(n_by), dtail(n_by), dsigma(n_by), dp(n_by), ends(conforming_columns)
+      real(wp) :: residual_sigma, residual_p, end_defect, tail
+      logical :: singular
+      integer :: i, j, s
+      s = tab%stages
+      near = track_between(obstacle, offset, first, last)
+      do i = 1, s
+         section(i) = section_at(track_at(obstacle, offset, first%sigma + z(1 + s + i), near), sense, bend(i), compliance, &
+            & load, z(1 + i))
+      end do
+      ok = all(section(:s)%stretch > 0.0_wp)
+
+      ! Linearised stage equations, sigma before P.
+      defect = 0.0_wp
+      system = 0.0_wp
+      rhs = 0.0_wp
+      do i = 1, s
+         system(i, i) = 1.0_wp
+         system(s + i, s + i) = 1.0_wp
+         rhs(s + i, by_p) = 1.0_wp
+         residual_sigma = z(1 + s + i)
+         residual_p = z(1 + i) - z(1)
+         do j = 1, s
+            associate (at => section(j), w => h * tab%a(i, j))
+               residual_sigma = residual_sigma - w * (sense * at%stretch)
+               residual_p = residual_p - w * at%pull
+               system(i, j) = system(i, j) - w * at%run_by_sigma
+               system(i, s + j) = -w * at%run_by_p
+               system(s + i, j) = -w * at%pull_by_sigma
+               system(s + i, s + j) = system(s + i, s + j) + w * at%run_by_sigma
+               rhs(i, by_sigma) = rhs(i, by_sigma) + w * at%run_by_sigma
+               rhs(s + i, by_sigma) = rhs(s + i, by_sigma) + w * at%pull_by_sigma
+               rhs(i, by_load) = rhs(i, by_load) + w * at%run_by_load
+               rhs(s + i, by_load) = rhs(s + i, by_load) + w * at%pull_by_load
+            end associate
+         end do
+         rhs(i, by_residual) = -residual_sigma
+         rhs(s + i, by_residual) = -residual_p
+         defect(1) = max(defect(1), abs(residual_p) * h**2 * compliance%bending)
+         defect(2) = max(defect(2), abs(residual_sigma))
+      end do
+      ! Forces beside lengths: by the flexibility of the element.
+      weight(:s) = 1.0_wp
+      weight(s + 1:) = abs(h) * compliance%axial + abs(h)**3 * compliance%bending
+      call solve_small(2 * s, system, rhs(:2 * s, :), singular, weight)
+
+      ! Increments of the end values less those of the first end, as functions of (sigma 1, P at the first end, 1, load factor).
+      dend = 0.0_wp
+      dtail = 0.0_wp
+      dtail(by_p) = 1.0_wp
+      end_defect = ahead
+      tail = z(1)
+      do i = 1, s
+         associate (at => section(i), w => h * tab%b(i))
+            end_defect = end_defect - w * (sense * at%stretch)
+            tail = tail + w * at%pull
+            dsigma = rhs(i, :)
+            dsigma(by_sigma) = dsigma(by_sigma) + 1.0_wp
+            dp = rhs(s + i, :)
+            dend = dend + w * (at%run_by_sigma * dsigma + at%run_by_p * dp)
+            dtail = dtail + w * (at%pull_by_sigma * dsigma - at%run_by_sigma * dp)
+            dend(by_load) = dend(by_load) + w * at%run_by_load
+            dtail(by_load) = dtail(by_load) + w * at%pull_by_load
+         end associate
+      end do
+      defect(2) = max(defect(2), abs(end_defect))
+
+      ! Condensation: the end of the element gives the increment of P at the first end.
+      ok = ok .and. .not. singular .and. abs(dend(by_p)) > 0.0_wp
+      if (.not. ok) then
+         f = 0.0_wp; raw = 0.0_wp; k = 0.0_wp; fl = 0.0_wp; op = 0.0_wp
+         return
+      end if
+      ends = [-1.0_wp - dend(by_sigma), 1.0_wp, end_defect - dend(by_residual), -dend(by_load)] / dend(by_p)
+      op(1, :) = ends
+      do j = 1, conforming_columns
+         op(2:1 + s, j) = rhs(s + 1:2 * s, by_p) * ends(j)
+         op(2 + s:1 + 2 * s, j) = rhs(:s, by_p) * ends(j)
+      end do
+      op(2:1 + s, 1) = op(2:1 + s, 1) + rhs(s + 1:2 * s, by_sigma)
+      op(2 + s:1 + 2 * s, 1) = op(2 + s:1 + 2 * s, 1) + rhs(:s, by_sigma)
+      op(2:1 + s, 3:4) = op(2:1 + s, 3:4) + rhs(s + 1:2 * s, by_residual:by_load)
+      op(2 + s:1 + 2 * s, 3:4) = op(2 + s:1 + 2 * s, 3:4) + rhs(:s, by_residual:by_load)
+
+      k(1, :) = -sense * ends(1:2)
+      k(2, :) = sense * (dtail(by_p) * ends(1:2))
+      k(2, 1) = k(2, 1) + sense * dtail(by_sigma)
+      raw = sense * [-z(1), tail]
+      f(1) = -sense * (z(1) + ends(3))
+      f(2) = sense * (tail + dtail(by_p) * ends(3) + dtail(by_residual))
+      fl(1) = sense * ends(4)
+      fl(2) = -sense * (dtail(by_p) * ends(4) + dtail(by_load))
+   end subroutine conforming_evaluate
+
+   !> Dense output of the collocation inside an element. Resultants as in ge_element: n' = -q - p J r' - f, m' = -r' x n,
+   !> N positive in tension, Q along the normal to the left of the rod. N and M are those of sigma and P there,
+   !>   Q = -M'/(1 + e),   M' = EI (k' (1 + e)^2 + o k N'/EA - k0'),   N' = -o k M' - q_t,
+   !> and the reaction is what the balance along the normal needs, Q' by differentiating these once more.
+   pure subroutine conforming_resultants(tab, h, sense, bend, obstacle, offset, first, last, compliance, load, z, tau, sigma, &
+      & n, q, m, density, bend_rate)
+      type(tableau_t), intent(in) :: tab
+      real(wp), intent(in) :: h, sense
+      real(wp), intent(in) :: bend(:)          !! (stages)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset
+      type(track_t), intent(in) :: first, last
+      type(ge_stiffness_t), intent(in) :: compliance
+      type(ge_load_t), intent(in) :: load
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: tau              !! place, 0 to 1 of the stress-free length
+      real(wp), intent(out) :: sigma           !! less that of the first end
+      real(wp), intent(out) :: n, q, m         !! N, Q and M there
+      real(wp), intent(out), optional :: density !! reaction of the obstacle per unit stress-free length, positive when it pushes
+      real(wp), intent(in), optional :: bend_rate(:) !! (stages) dk0/ds: then k0 is as exact as the collocation, else of order
+      !! `stages`, the polynomial through `bend`
+      type(section_t) :: at
+      type(track_t) :: near, here
+      real(wp) :: basis(max_stages), k0(0:2), p, ei, d, along, across, n1, m1, m2, stretch1, k1, k2, q1, normal(2)
+      integer :: i, s
+      s = tab%stages
+      near = track_between(obstacle, offset, first, last)
+      call stage_basis(tab, tau, basis)
+      sigma = 0.0_wp
+      p = z(1)
+      do i = 1, s
+         at = section_at(track_at(obstacle, offset, first%sigma + z(1 + s + i), near), sense, bend(i), compliance, load, z(1 + i))
+         sigma = sigma + (h * basis(i)) * (sense * at%stretch)
+         p = p + (h * basis(i)) * at%pull
+      end do
+      call interpolate(tab, h, bend, tau, k0, bend_rate)
+      here = track_at(obstacle, offset, first%sigma + sigma, near)
+      at = section_at(here, sense, k0(0), compliance, load, p)
+      n = at%n
+      m = at%m
+
+      ! M' with N' put in; k1 is (o k)'.
+      ei = 1.0_wp / compliance%bending
+      normal = [-here%tangent(2), here%tangent(1)]
+      along = sense * dot_product(load%line, here%tangent)
+      across = sense * dot_product(load%line, normal)
+      d = 1.0_wp + ei * here%curvature**2 * compliance%axial
+      k1 = here%curvature_rate * at%stretch
+      m1 = ei * (k1 * at%stretch - sense * here%curvature * along * compliance%axial - k0(1)) / d
+      n1 = -sense * here%curvature * m1 - along
+      q = -m1 / at%stretch
+      if (.not. present(density)) return
+      ! With (o k)' = k' (1 + e) and q_t' = o k (1 + e) q_n:
+      !   M'' = EI (o k'' (1 + e)^3 + 3 k' (1 + e) e' + o k N''/EA - k0''),   N'' = -k' (1 + e) M' - o k M'' - q_t'
+      stretch1 = n1 * compliance%axial
+      k2 = sense * here%curvature_second * at%stretch**2
+      m2 = ei * (k2 * at%stretch + 3 * k1 * stretch1 - k0(2) - (compliance%axial * sense * here%curvature) * &
+         & (k1 * m1 + sense * here%curvature * at%stretch * across)) / d
+      q1 = -m2 / at%stretch + m1 * stretch1 / at%stretch**2
+      density = -sense * (q1 + n * sense * here%curvature * at%stretch + across + load%pressure * at%stretch)
+   end subroutine conforming_resultants
+
+   !> N, M and the right-hand sides with their derivatives where the track is `at` and the force dual to sigma is o p.
+   pure type(section_t) function section_at(at, sense, bend, compliance, load, p) result(section)
+      type(track_t), intent(in) :: at
+      real(wp), intent(in) :: sense
+      real(wp), intent(in) :: bend             !! stress-free curvature
+      type(ge_stiffness_t), intent(in) :: compliance
+      type(ge_load_t), intent(in) :: load
+      real(wp), intent(in) :: p
+      real(wp) :: ei, d, k, unstretched, n_by_sigma, m_by_sigma, n_by_load, m_by_load, stretch_by_load
+      ei = 1.0_wp / compliance%bending
+      k = sense * at%curvature
+      d = 1.0_wp + ei * k**2 * compliance%axial
+      unstretched = k * (1.0_wp + load%strain) - bend - load%curvature
+      section%n = (p - k * ei * unstretched) / d
+      section%stretch = 1.0_wp + load%strain + section%n * compliance%axial
+      section%m = ei * (unstretched + k * section%n * compliance%axial)
+      section%pull = at%curvature_rate * section%stretch * section%m - sense * dot_product(load%line, at%tangent)
+
+      section%run_by_p = sense * compliance%axial / d
+      n_by_sigma = -sense * at%curvature_rate * (section%m + ei * k * section%stretch) / d
+      m_by_sigma = ei * (sense * at%curvature_rate * section%stretch + k * compliance%axial * n_by_sigma)
+      section%run_by_sigma = sense * compliance%axial * n_by_sigma
+      section%pull_by_sigma = at%curvature_second * section%stretch * section%m + &
+         & at%curvature_rate * (compliance%axial * n_by_sigma * section%m + section%stretch * m_by_sigma) - &
+         & k * dot_product(load%line, [-at%tangent(2), at%tangent(1)])
+      n_by_load = -k * ei * (k * load%strain_rate - load%curvature_rate) / d
+      stretch_by_load = compliance%axial * n_by_load + load%strain_rate
+      m_by_load = ei * (k * stretch_by_load - load%curvature_rate)
+      section%run_by_load = sense * stretch_by_load
+      section%pull_by_load = at%curvature_rate * (stretch_by_load * section%m + section%stretch * m_by_load) - &
+         & sense * dot_product(load%line_rate, at%tangent)
+   end function section_at
+
+   !> Value and two derivatives by s of the polynomial through values at the stages, and their rates where given.
+   pure subroutine interpolate(tab, h, value, tau, f, rate)
+      type(tableau_t), intent(in) :: tab
+      real(wp), intent(in) :: h, value(:), tau
+      real(wp), intent(out) :: f(0:2)
+      real(wp), intent(in), optional :: rate(:)
+      real(wp) :: l(0:2), slope, square(0:2), x, factor
+      integer :: i, j
+      f = 0.0_wp
+      do j = 1, tab%stages
+         ! Lagrange polynomial and its derivatives by tau, factor by factor; its slope at its own stage.
+         l = [1.0_wp, 0.0_wp, 0.0_wp]
+         slope = 0.0_wp
+         do i = 1, tab%stages
+            if (i == j) cycle
+            factor = 1.0_wp / (tab%c(j) - tab%c(i))
+            slope = slope + factor
+            x = (tau - tab%c(i)) * factor
+            l = [l(0) * x, l(1) * x + l(0) * factor, l(2) * x + 2 * l(1) * factor]
+         end do
+         if (.not. present(rate)) then
+            f = f + value(j) * l
+            cycle
+         end if
+         ! Hermite: (value (1 - 2 slope x) + rate h x) l^2.
+         square = [l(0)**2, 2 * l(0) * l(1), 2 * (l(1)**2 + l(0) * l(2))]
+         x = tau - tab%c(j)
+         factor = h * rate(j) - 2 * slope * value(j)
+         f = f + (value(j) + factor * x) * square
+         f(1) = f(1) + factor * square(0)
+         f(2) = f(2) + 2 * factor * square(1)
+      end do
+      f(1) = f(1) / h
+      f(2) = f(2) / h**2
+   end subroutine interpolate
+end module conforming_element

@@ -1,0 +1,331 @@
+!> Where a rod lies on an obstacle: its elements on the obstacle's track, and the nodes that follow the track.
+!>
+!> The track is the curve at the distance of the gap's offset from the surface. A node in line contact has one unknown, its
+!> place along the track: rotation and normal displacement are given by it. Elements between two such nodes are
+!> conforming elements, which answer to nothing but these places.
+module conforming_span
+   use kinds, only: wp, pi
+   use problem, only: problem_t
+   use rod_state, only: state_t, element_load, element_displacement, node_position, obstacle_shift, candidate_offset, closing_rate
+   use reference_curve, only: curve_point, curve_abscissa, curve_bend
+   use gauss_tableau, only: max_stages
+   use obstacle_track, only: track_t, track_foot, track_at, track_ahead, track_between
+   use ge_element, only: ge_load_t, ge_columns, ge_end_forces
+   use inner_forces, only: inner_forces_t
+   use conforming_element, only: conforming_evaluate, conforming_resultants, conforming_size
+   implicit none
+   private
+   public :: evaluate_conforming, conforming_forces, conforming_displacement, conforming_resultant, &
+      & conforming_guess, track_rotation, track_bend_rate, touchdown_spring, excess_curvature, node_track, track_sense, rod_angle
+
+contains
+
+   !> The track at a node of a contact span.
+   pure type(track_t) function node_track(problem, state, candidate) result(track)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      associate (list => problem%candidates)
+         track = track_foot(problem%model%obstacle(list%obstacle(candidate)), &
+            & -candidate_offset(problem, state, list, candidate), &
+            & node_position(state, list%node(candidate)) - obstacle_shift(problem, state, list%obstacle(candidate)))
+      end associate
+   end function node_track
+
+   !> Tangent angle of the rod at a candidate.
+   pure real(wp) function rod_angle(problem, state, candidate) result(angle)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      integer :: e, side
+      side = 1
+      e = problem%candidates%element(2, candidate)
+      if (e == 0) then
+         side = 2
+         e = problem%candidates%element(1, candidate)
+      end if
+      angle = state%geometry%element(e)%end_angle(side) + state%u(3, problem%candidates%node(candidate))
+   end function rod_angle
+
+   !> 1 where the rod runs in the sense of the track at a candidate, -1 where it runs against it.
+   pure real(wp) function track_sense(problem, state, candidate, track) result(sense)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      type(track_t), intent(in) :: track            !! there
+      real(wp) :: angle
+      angle = rod_angle(problem, state, candidate)
+      sense = sign(1.0_wp, dot_product([cos(angle), sin(angle)], track%tangent))
+   end function track_sense
+
+   !> Rotation of the rod at a candidate against the track, in (-pi/2, pi/2].
+   pure real(wp) function track_rotation(problem, state, candidate) result(rotation)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      type(track_t) :: track
+      real(wp) :: angle, sense, t(2)
+      track = node_track(problem, state, candidate)
+      angle = rod_angle(problem, state, candidate)
+      sense = track_sense(problem, state, candidate, track)
+      t = sense * track%tangent
+      rotation = atan2(t(1) * sin(angle) - t(2) * cos(angle), t(1) * cos(angle) + t(2) * sin(angle))
+   end function track_rotation
+
+   !> Derivative of the track's curvature along it, at a node of a contact span.
+   pure real(wp) function track_bend_rate(problem, state, candidate) result(rate)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      type(track_t) :: track
+      track = node_track(problem, state, candidate)
+      rate = track%curvature_rate
+   end function track_bend_rate
+
+   !> By how much the rod at a point contact is curved more towards the free side than the obstacle there: o theta' -
+   !> kappa (1 + e), per unit stress-free length. Zero where a line contact, or two points, begin.
+   pure subroutine excess_curvature(problem, state, candidate, excess, stretch)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      real(wp), intent(out) :: excess
+      real(wp), intent(out) :: stretch              !! 1 + e
+      type(track_t) :: track
+      type(ge_load_t) :: load
+      real(wp) :: angle, axial, bend, sense
+      real(wp) :: n(2), m
+      integer :: e, side
+      side = 1
+      e = problem%candidates%element(2, candidate)
+      if (e == 0) side = 2
+      if (e == 0) e = problem%candidates%element(1, candidate)
+      call ge_end(problem, state, e, side, n, m)
+      load = element_load(problem, state, e)
+      track = node_track(problem, state, candidate)
+      sense = track_sense(problem, state, candidate, track)
+      angle = rod_angle(problem, state, candidate)
+      axial = 1.0_wp + load%strain + problem%compliance(e)%axial * (cos(angle) * n(1) + sin(angle) * n(2))
+      associate (g => state%geometry%element(e), c => problem%model%mesh%curve(e))
+         bend = 0.0_wp
+         if (c > 0) call curve_bend(problem%model%curve(c), problem%model%imperfection, g%s(side), bend)
+      end associate
+      excess = sense * (bend + load%curvature + problem%compliance(e)%bending * m) - track%curvature * axial
+      stretch = axial
+   end subroutine excess_curvature
+
+   !> Force and moment at one end of a free element.
+   pure subroutine ge_end(problem, state, e, side, n, m)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e, side
+      real(wp), intent(out) :: n(2), m
+      real(wp) :: first(3), second(3)
+      type(inner_forces_t) :: none
+      n = state%z(1:2, e)
+      m = state%z(3, e)
+      if (side == 1) return
+      associate (g => state%geometry%element(e))
+         call ge_end_forces(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%angle, problem%compliance(e), &
+            & element_load(problem, state, e), element_displacement(problem, state, e), state%z(:problem%z_size(e), e), first, &
+            & second, none)
+      end associate
+      n = second(1:2)
+      m = second(3)
+   end subroutine ge_end
+
+   !> Rotational stiffness of a point contact: it lies where the gap is least, g' = 0, so the energy that its force T takes
+   !> part in is that of T times the least gap, g - g'^2/(2 g''), whose second derivative by g' is T/g''.
+   pure real(wp) function touchdown_spring(problem, state, candidate) result(spring)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state            !! with the reaction
+      integer, intent(in) :: candidate
+      real(wp) :: excess, stretch
+      spring = 0.0_wp
+      ! Nor does one move that is held while a span opens beside it.
+      if (.not. problem%candidates%moves(candidate) .or. any(problem%opening == candidate)) return
+      call excess_curvature(problem, state, candidate, excess, stretch)
+      if (abs(excess) > 0.0_wp) spring = state%reaction(candidate) * stretch / excess
+   end function touchdown_spring
+
+   !> Stress-free curvature at the stages of an element.
+   pure subroutine stage_bends(problem, state, e, bend, rate)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(out) :: bend(:), rate(:)     !! (stages) and its derivative by the stress-free length
+      real(wp) :: at
+      integer :: i
+      bend = 0.0_wp
+      rate = 0.0_wp
+      associate (c => problem%model%mesh%curve(e), g => state%geometry%element(e))
+         if (c == 0) return
+         do i = 1, size(bend)
+            at = curve_abscissa(problem%model%curve(c), problem%model%imperfection, g%s(1), &
+               & problem%tableau(size(bend))%c(i) * g%length)
+            call curve_bend(problem%model%curve(c), problem%model%imperfection, at, bend(i), rate(i))
+         end do
+      end associate
+   end subroutine stage_bends
+
+   !> A conforming element as linear_system wants every element: in global axes, its unknowns the displacements of both nodes.
+   !> What an obstacle does that moves is what the nodes would do that move the other way; a gap that closes takes the nodes
+   !> along their normals.
+   subroutine evaluate_conforming(problem, state, e, f, raw, k, fl, op, defect, ok)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(out) :: f(6), raw(6), k(6, 6), fl(6), op(:, :), defect(2) !! as those of ge_evaluate
+      logical, intent(out) :: ok
+      type(track_t) :: track(2), moved(2)
+      type(ge_load_t) :: load
+      real(wp) :: f2(2), raw2(2), k2(2, 2), fl2(2), op4(1 + 2 * max_stages, 4), t(2, 2), sense, offset, rate, along(2)
+      real(wp) :: f2b(2), raw2b(2), k2b(2, 2), fl2b(2), op4b(1 + 2 * max_stages, 4), defect_b(2), step, bend(max_stages), &
+         & bend_rate(max_stages)
+      integer :: c(2), s, z, i, j, at
+      c(1) = problem%conforms(e)
+      c(2) = problem%candidates%neighbour(2, c(1))
+      s = problem%model%mesh%stages(e)
+      z = conforming_size(s)
+      load = element_load(problem, state, e)
+      call stage_bends(problem, state, e, bend(:s), bend_rate(:s))
+      do i = 1, 2
+         track(i) = node_track(problem, state, c(i))
+         t(:, i) = track(i)%tangent
+      end do
+      offset = -candidate_offset(problem, state, problem%candidates, c(1))
+      sense = track_sense(problem, state, c(1), track(1))
+      associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(c(1))), g => state%geometry%element(e), &
+         & motion => problem%model%step(problem%step)%load%motion(:, problem%candidates%obstacle(c(1))))
+         call conforming_evaluate(problem%tableau(s), g%length, sense, bend(:s), obstacle, offset, track(1), track(2), &
+            & track_ahead(obstacle, offset, track(1), track(2)), problem%compliance(e), load, state%z(:z, e), f2, raw2, k2, fl2, &
+            & op4(:z, :), defect, ok)
+         if (.not. ok) return
+         along = [dot_product(t(:, 1), motion), dot_product(t(:, 2), motion)]
+         fl2 = fl2 + matmul(k2, along)
+         op4(:z, 4) = op4(:z, 4) - matmul(op4(:z, 1:2), along)
+         rate = closing_rate(problem, problem%candidates, c(1))
+         if (abs(rate) > 0.0_wp) then
+            step = sqrt(epsilon(step)) * g%length
+            do i = 1, 2
+               moved(i) = track_foot(obstacle, offset + step, track(i)%place + step * [-t(2, i), t(1, i)])
+            end do
+            call conforming_evaluate(problem%tableau(s), g%length, sense, bend(:s), obstacle, offset + step, moved(1), moved(2), &
+               & track_ahead(obstacle, offset + step, moved(1), moved(2)), problem%compliance(e), load, state%z(:z, e), f2b, &
+               & raw2b, k2b, fl2b, op4b(:z, :), defect_b, ok)
+            if (.not. ok) return
+            fl2 = fl2 - (rate / step) * (f2b - f2)
+            op4(:z, 4) = op4(:z, 4) + (rate / step) * (op4b(:z, 3) - op4(:z, 3))
+         end if
+      end associate
+      f = 0.0_wp
+      raw = 0.0_wp
+      fl = 0.0_wp
+      k = 0.0_wp
+      op = 0.0_wp
+      do i = 1, 2
+         at = 3 * i - 2
+         f(at:at + 1) = f2(i) * t(:, i)
+         raw(at:at + 1) = raw2(i) * t(:, i)
+         fl(at:at + 1) = fl2(i) * t(:, i)
+         op(:z, at) = op4(:z, i) * t(1, i)
+         op(:z, at + 1) = op4(:z, i) * t(2, i)
+         do j = 1, 2
+            k(at:at + 1, 3 * j - 2) = k2(i, j) * t(:, i) * t(1, j)
+            k(at:at + 1, 3 * j - 1) = k2(i, j) * t(:, i) * t(2, j)
+         end do
+      end do
+      op(:z, ge_columns - 1) = op4(:z, 3)
+      op(:z, ge_columns) = op4(:z, 4)
+   end subroutine evaluate_conforming
+
+   !> Resultants (N, Q, M) in the axes of the section inside a conforming element, its place and direction, and the force of
+   !> the obstacle per unit stress-free length.
+   pure subroutine conforming_forces(problem, state, e, tau, local, place, angle, density)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau                   !! 0 to 1 of its stress-free length
+      real(wp), intent(out) :: local(3)
+      real(wp), intent(out) :: place(2), angle      !! deformed; tangent angle in (-pi, pi]
+      real(wp), intent(out), optional :: density
+      type(track_t) :: track(2), here
+      real(wp) :: sense, offset, bend(max_stages), bend_rate(max_stages), sigma
+      integer :: c(2), s, i
+      c = [problem%conforms(e), problem%candidates%neighbour(2, problem%conforms(e))]
+      s = problem%model%mesh%stages(e)
+      do i = 1, 2
+         track(i) = node_track(problem, state, c(i))
+      end do
+      sense = track_sense(problem, state, c(1), track(1))
+      offset = -candidate_offset(problem, state, problem%candidates, c(1))
+      call stage_bends(problem, state, e, bend(:s), bend_rate(:s))
+      associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(c(1))))
+         call conforming_resultants(problem%tableau(s), state%geometry%element(e)%length, sense, bend(:s), obstacle, offset, &
+            & track(1), track(2), problem%compliance(e), element_load(problem, state, e), state%z(:conforming_size(s), e), tau, &
+            & sigma, local(1), local(2), local(3), density, bend_rate(:s))
+         here = track_at(obstacle, offset, track(1)%sigma + sigma, track_between(obstacle, offset, track(1), track(2)))
+         place = here%place + obstacle_shift(problem, state, problem%candidates%obstacle(c(1)))
+         angle = atan2(sense * here%tangent(2), sense * here%tangent(1))
+      end associate
+   end subroutine conforming_forces
+
+   !> Displacements and rotation inside a conforming element.
+   pure function conforming_displacement(problem, state, e, tau) result(u)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau
+      real(wp) :: u(3), local(3), place(2), angle, x(2), home, speed, s, near
+      call conforming_forces(problem, state, e, tau, local, place, angle)
+      associate (curve => problem%model%curve(problem%model%mesh%curve(e)), g => state%geometry%element(e))
+         s = curve_abscissa(curve, problem%model%imperfection, g%s(1), tau * g%length)
+         call curve_point(curve, problem%model%imperfection, s, x, home, speed)
+      end associate
+      u(1:2) = place - x
+      ! On the same sheet as at the ends.
+      near = 0.5_wp * sum(state%u(3, problem%model%mesh%node(:, e)))
+      u(3) = angle - home
+      u(3) = u(3) - 2.0_wp * pi * anint((u(3) - near) / (2.0_wp * pi))
+   end function conforming_displacement
+
+   !> (n_x, n_y, m) inside a conforming element.
+   pure function conforming_resultant(problem, state, e, tau) result(resultant)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau
+      real(wp) :: resultant(3), local(3), place(2), angle
+      call conforming_forces(problem, state, e, tau, local, place, angle)
+      resultant = [cos(angle) * local(1) - sin(angle) * local(2), sin(angle) * local(1) + cos(angle) * local(2), local(3)]
+   end function conforming_resultant
+
+   !> Stored unknowns of a conforming element from fields known at its first end and at its stages: a guess, for neither places
+   !> nor forces need be those of the track.
+   pure function conforming_guess(problem, state, e, u, resultant, home) result(z)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state            !! with the geometry of the element
+      integer, intent(in) :: e
+      real(wp), intent(in) :: u(:, 0:)              !! (3, stages) displacements and rotation, from the first end on
+      real(wp), intent(in) :: resultant(:, 0:)      !! (3, stages) n_x, n_y, m
+      real(wp), intent(in) :: home(:, 0:)           !! (3, stages) stress-free place and angle
+      real(wp) :: z(1 + 2 * ubound(u, 2))
+      type(track_t) :: track(0:ubound(u, 2))
+      real(wp) :: offset, angle, force
+      integer :: c, s, i
+      c = problem%conforms(e)
+      s = ubound(u, 2)
+      offset = -candidate_offset(problem, state, problem%candidates, c)
+      associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(c)))
+         do i = 0, s
+            track(i) = track_foot(obstacle, offset, home(1:2, i) + u(1:2, i) - &
+               & obstacle_shift(problem, state, problem%candidates%obstacle(c)))
+            angle = home(3, i) + u(3, i)
+            force = cos(angle) * resultant(1, i) + sin(angle) * resultant(2, i) + sign(1.0_wp, &
+               & dot_product([cos(angle), sin(angle)], track(i)%tangent)) * track(i)%curvature * resultant(3, i)
+            if (i == 0) z(1) = force
+            if (i > 0) z(1 + i) = force
+            if (i > 0) z(1 + s + i) = track_ahead(obstacle, offset, track(0), track(i))
+         end do
+      end associate
+   end function conforming_guess
+end module conforming_span

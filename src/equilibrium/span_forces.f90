@@ -1,0 +1,179 @@
+!> What obstacles push contact spans with: forces at touchdown points, densities along lines, their sums.
+module span_forces
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t, candidate_gap, node_position, element_load
+   use ge_element, only: ge_load_t
+   use section_forces, only: end_forces
+   use conforming_span, only: conforming_forces
+   use touchdown_points, only: point_force, held_force
+   use state_transfer, only: find_point
+   implicit none
+   private
+   public :: span_totals, line_force, end_force, node_shares
+
+contains
+
+   !> Sums of the forces of the obstacle of every contact on the structure: in x, in y, normal; and their moment about a place.
+   subroutine span_totals(problem, state, middle, total, moment)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: middle(2)
+      real(wp), intent(out) :: total(:, :)      !! (3, contacts)
+      real(wp), intent(out) :: moment
+      real(wp) :: x(2), force(3), turn, push, gap, normal(2), bend
+      integer :: c, e
+      total = 0.0_wp
+      moment = 0.0_wp
+      do c = 1, problem%candidates%n
+         if (problem%candidates%touch(c) == 0) cycle
+         push = end_force(problem, state, c)
+         call candidate_gap(problem, state, c, gap, normal, bend)
+         x = node_position(state, problem%candidates%node(c)) - middle
+         associate (sums => total(:, problem%candidates%contact(c)))
+            sums = sums + push * [normal, 1.0_wp]
+            moment = moment + push * (x(1) * normal(2) - x(2) * normal(1))
+            e = problem%candidates%element(2, c)
+            if (e == 0) cycle
+            if (problem%conforms(e) == 0) cycle
+            call line_force(problem, state, e, middle, force, turn)
+            sums = sums + force
+            moment = moment + turn
+         end associate
+      end do
+   end subroutine span_totals
+
+   !> Forces of a contact by the deck's nodes: each of a material point goes to its two neighbours by the rule of the lever, so
+   !> that the sum is right; and the densities at these nodes.
+   subroutine node_shares(problem, state, contact, share, density)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: contact
+      real(wp), intent(out) :: share(:), density(:) !! (deck's nodes of the contact)
+      real(wp) :: sums(problem%deck%mesh%n_nodes), densities(problem%deck%mesh%n_nodes), local(3), x(2), angle, push, at, tau, &
+         & start, length, from, to
+      integer :: c, e, i, j
+      sums = 0.0_wp
+      densities = 0.0_wp
+      do c = 1, problem%candidates%n
+         if (problem%candidates%touch(c) == 0 .or. problem%candidates%contact(c) /= contact) cycle
+         e = problem%candidates%element(2, c)
+         if (e > 0) then
+            at = state%geometry%element(e)%s(1) + problem%origin(e)
+         else
+            e = problem%candidates%element(1, c)
+            at = state%geometry%element(e)%s(2) + problem%origin(e)
+         end if
+         call add(problem%stretch(e), at, end_force(problem, state, c))
+         e = problem%candidates%element(2, c)
+         if (e == 0) cycle
+         if (problem%conforms(e) == 0) cycle
+         ! Piece by piece between the deck's nodes, which may be many or few in an element.
+         associate (tab => problem%tableau(problem%model%mesh%stages(e)), g => state%geometry%element(e), &
+            & whole => problem%layout%stretch(problem%stretch(e))%at)
+            start = g%s(1) + problem%origin(e)
+            length = g%s(2) - g%s(1)
+            do j = 1, size(whole) - 1
+               from = max(whole(j), start)
+               to = min(whole(j + 1), start + length)
+               if (.not. to > from) cycle
+               do i = 1, tab%stages
+                  at = from + tab%c(i) * (to - from)
+                  call conforming_forces(problem, state, e, (at - start) / length, local, x, angle, push)
+                  call add(problem%stretch(e), at, push * tab%b(i) * g%length * (to - from) / length)
+               end do
+            end do
+         end associate
+      end do
+      do i = 1, size(share)
+         associate (node => problem%deck%contact(contact)%node(i))
+            share(i) = sums(node)
+            density(i) = 0.0_wp
+            j = problem%layout%node_stretch(node)
+            if (j == 0) cycle
+            call find_point(problem, state, j, problem%layout%node_at(node), e, tau)
+            if (problem%conforms(e) == 0) cycle
+            if (problem%candidates%contact(problem%conforms(e)) /= contact) cycle
+            call conforming_forces(problem, state, e, tau, local, x, angle, density(i))
+         end associate
+      end do
+
+   contains
+
+      !> A force at a material point.
+      subroutine add(stretch, at, force)
+         integer, intent(in) :: stretch
+         real(wp), intent(in) :: at, force
+         integer :: low, high, middle
+         real(wp) :: part
+         associate (whole => problem%layout%stretch(stretch))
+            low = 1
+            high = size(whole%at)
+            do while (high - low > 1)
+               middle = (low + high) / 2
+               if (whole%at(middle) <= at) then
+                  low = middle
+               else
+                  high = middle
+               end if
+            end do
+            part = min(max((at - whole%at(low)) / (whole%at(high) - whole%at(low)), 0.0_wp), 1.0_wp)
+            associate (node => problem%deck%mesh%node(:, whole%element(low)))
+               sums(node) = sums(node) + [1.0_wp - part, part] * force
+            end associate
+         end associate
+      end subroutine add
+   end subroutine node_shares
+
+   !> Concentrated force at a node in contact: none inside a line.
+   real(wp) function end_force(problem, state, candidate) result(force)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      logical :: inside
+      integer :: next
+      if (problem%candidates%moves(candidate)) then
+         force = point_force(problem, state, candidate)
+         return
+      end if
+      ! Not inside a stretch: there loads and supports do not act.
+      next = problem%candidates%element(2, candidate)
+      inside = minval(problem%candidates%element(:, candidate)) > 0
+      if (inside) inside = next == problem%candidates%element(1, candidate) + 1
+      if (inside) inside = problem%stretch(next) == problem%stretch(next - 1)
+      force = 0.0_wp
+      if (.not. inside) force = held_force(problem, state, candidate)
+   end function end_force
+
+   !> Force of the obstacle on a conforming element, in x, in y, and the integral of the density; its moment about a place. Force
+   !> and moment are what the ends and the loads leave over: densities are derivatives of what is solved for, less exact.
+   subroutine line_force(problem, state, e, middle, force, moment)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(in) :: middle(2)
+      real(wp), intent(out) :: force(3), moment
+      real(wp) :: local(3), x(2), angle, density, ends(3, 2), place(2, 2)
+      type(ge_load_t) :: load
+      integer :: i
+      load = element_load(problem, state, e)
+      call end_forces(problem, state, e, ends(:, 1), ends(:, 2))
+      do i = 1, 2
+         place(:, i) = node_position(state, problem%model%mesh%node(i, e)) - middle
+      end do
+      associate (tab => problem%tableau(problem%model%mesh%stages(e)), length => state%geometry%element(e)%length, &
+         & d => place(:, 2) - place(:, 1))
+         force(1:2) = ends(1:2, 1) - ends(1:2, 2) - length * load%line - load%pressure * [-d(2), d(1)]
+         force(3) = 0.0_wp
+         moment = ends(3, 1) - ends(3, 2) + place(1, 1) * ends(2, 1) - place(2, 1) * ends(1, 1) - place(1, 2) * ends(2, 2) + &
+            & place(2, 2) * ends(1, 2) - 0.5_wp * load%pressure * (dot_product(place(:, 2), place(:, 2)) - &
+            & dot_product(place(:, 1), place(:, 1)))
+         do i = 1, tab%stages
+            call conforming_forces(problem, state, e, tab%c(i), local, x, angle, density)
+            force(3) = force(3) + density * tab%b(i) * length
+            x = x - middle
+            moment = moment - tab%b(i) * length * (x(1) * load%line(2) - x(2) * load%line(1))
+         end do
+      end associate
+   end subroutine line_force
+end module span_forces

@@ -1,0 +1,302 @@
+!> The problem on a mesh that goes with the contact: a few elements for every span, between breakpoints of the rods and
+!> touchdown points, and one candidate for every node in contact.
+module span_problem
+   use kinds, only: wp
+   use problem, only: problem_t, remeshed_problem
+   use remeshed_model, only: division_t
+   use contact_touch, only: touch_t, sort_touches
+   use candidates, only: add_candidates, twins
+   use conforming_element, only: conforming_size
+   implicit none
+   private
+   public :: new_span_problem, new_sampled_problem, chain_starts, hold_touches, present_touches, outgrown
+
+   ! A free span of elements of order 8 is good to 1e-9 with these, one in contact is smooth: no layer forms at its ends.
+   integer, parameter :: least_free = 8, least_conforming = 2
+   real(wp), parameter :: at_breakpoint = 1.0e-9_wp !! of a stretch: as near as that is there
+   ! Elements that tell what touches: at least, and at most where the deck has more.
+   integer, parameter :: sampling = 64, enough = 256
+
+contains
+
+   !> The problem with a set of touches; loads, step and all that goes before are those of `base`.
+   function new_span_problem(base, touches) result(problem)
+      type(problem_t), intent(in) :: base            !! of the same deck, on any mesh
+      type(touch_t), intent(in) :: touches(:)
+      type(problem_t) :: problem
+      type(touch_t) :: touch(size(touches))
+      type(division_t) :: division(size(base%layout%stretch))
+      integer :: k
+      touch = touches
+      do k = 1, size(touch)
+         associate (length => base%layout%stretch(touch(k)%stretch)%length)
+            where (touch(k)%at <= at_breakpoint * length) touch(k)%at = 0.0_wp
+            where (touch(k)%at >= (1.0_wp - at_breakpoint) * length) touch(k)%at = length
+         end associate
+      end do
+      call sort_touches(touch)
+      do k = 1, size(division)
+         division(k)%at = stretch_division(base, touch, k)
+      end do
+      problem = remeshed_problem(with_spans(base, .true.), division)
+      problem%touch = touch
+      problem%spans = .true.
+      call add_touch_candidates(problem, division)
+   end function new_span_problem
+
+   !> The problem before any contact span is known: a mesh fine enough to tell by its nodes what touches.
+   function new_sampled_problem(base) result(problem)
+      type(problem_t), intent(in) :: base            !! of the deck
+      type(problem_t) :: problem
+      type(division_t) :: division(size(base%layout%stretch))
+      real(wp) :: length, share
+      integer :: k, n, i
+      length = sum(base%layout%stretch%length)
+      do k = 1, size(division)
+         associate (whole => base%layout%stretch(k))
+            division(k)%at = whole%at
+            share = whole%length / length
+            n = max(min(size(whole%element), max(ceiling(enough * share), 4)), ceiling(sampling * share))
+            if (whole%free) division(k)%at = [(whole%length * i / n, i=0, n)]
+         end associate
+      end do
+      problem = remeshed_problem(with_spans(base, .false.), division)
+      problem%sampled = .true.
+   end function new_sampled_problem
+
+   !> Coordinates of the beginnings of all stretches along the chains of the contacts, 0 where there is none.
+   function chain_starts(deck) result(start)
+      type(problem_t), intent(in) :: deck            !! on the deck's mesh
+      real(wp) :: start(size(deck%layout%stretch), size(deck%deck%contact)) !! (stretches, contacts)
+      integer :: i
+      start = 0.0_wp
+      do i = 1, deck%candidates%n
+         if (deck%candidates%element(2, i) == 0) cycle
+         associate (stretch => deck%stretch(deck%candidates%element(2, i)))
+            if (deck%layout%stretch(stretch)%element(1) == deck%candidates%element(2, i)) &
+               & start(stretch, deck%candidates%contact(i)) = deck%candidates%s(i)
+         end associate
+      end do
+   end function chain_starts
+
+   !> The problem whose deck has its contacts as spans, or at nodes.
+   function with_spans(base, spans) result(problem)
+      type(problem_t), intent(in) :: base
+      logical, intent(in) :: spans
+      type(problem_t) :: problem
+      problem = base
+      problem%deck%contact%spans = problem%may_span .and. spans
+      where (problem%may_span) problem%deck%contact%sliding = .false.
+   end function with_spans
+
+   !> Coordinates of the nodes along a stretch: equal parts of every span.
+   function stretch_division(base, touch, stretch) result(at)
+      type(problem_t), intent(in) :: base
+      type(touch_t), intent(in) :: touch(:)          !! sorted
+      integer, intent(in) :: stretch
+      real(wp), allocatable :: at(:)
+      real(wp) :: from
+      integer :: k
+      associate (whole => base%layout%stretch(stretch))
+         if (.not. whole%free) then
+            at = whole%at
+            return
+         end if
+         at = [0.0_wp]
+         from = 0.0_wp
+         do k = 1, size(touch)
+            if (touch(k)%stretch /= stretch) cycle
+            call divide(touch(k)%at(1), least_free)
+            if (touch(k)%line) call divide(touch(k)%at(2), least_conforming)
+         end do
+         call divide(whole%length, least_free)
+      end associate
+
+   contains
+
+      !> Nodes up to the end of a span: as many elements as the deck has there, but not less than a span needs.
+      subroutine divide(to, least)
+         real(wp), intent(in) :: to
+         integer, intent(in) :: least
+         integer :: n, i
+         if (.not. to > from) return
+         n = max(least, nint(deck_elements(base, stretch, to) - deck_elements(base, stretch, from)))
+         if (least == least_conforming) n = max(least, n / 4)
+         at = [at, [(from + (to - from) * i / n, i=1, n - 1)], to]
+         from = to
+      end subroutine divide
+   end function stretch_division
+
+   !> How many of the deck's elements lie before a coordinate, parts counted.
+   pure real(wp) function deck_elements(base, stretch, at) result(n)
+      type(problem_t), intent(in) :: base
+      integer, intent(in) :: stretch
+      real(wp), intent(in) :: at
+      integer :: low, high, middle
+      associate (whole => base%layout%stretch(stretch))
+         low = 1
+         high = size(whole%at)
+         do while (high - low > 1)
+            middle = (low + high) / 2
+            if (whole%at(middle) <= at) then
+               low = middle
+            else
+               high = middle
+            end if
+         end do
+         n = low - 1 + (at - whole%at(low)) / (whole%at(high) - whole%at(low))
+      end associate
+   end function deck_elements
+
+   !> One candidate for every node in contact with an obstacle, all of them held. A line that goes on over a breakpoint of the
+   !> rod shares the node there.
+   subroutine add_touch_candidates(problem, division)
+      type(problem_t), intent(inout) :: problem
+      type(division_t), intent(in) :: division(:)    !! (stretches) that of its mesh
+      integer :: last(problem%model%mesh%n_nodes), first(size(problem%touch)), end(size(problem%touch))
+      integer, allocatable :: contact(:), earlier(:), which(:)
+      integer :: k, i, c, n, before, side, e, before_all, stretch_first, stretch_last
+      do k = 1, size(problem%touch)
+         call touched_nodes(problem%touch(k), division(problem%touch(k)%stretch)%at, first(k), end(k))
+      end do
+      n = sum(end - first + 1)
+      allocate (contact(n), earlier(n), which(n))
+      last = 0
+      before_all = problem%candidates%n
+      c = 0
+      n = 0
+      do k = 1, size(problem%touch)
+         do i = first(k), end(k)
+            n = n + 1
+            which(n) = last(node_of(problem%touch(k)%stretch, i))
+            do while (which(n) > 0)
+               if (contact(which(n)) == problem%touch(k)%contact) exit
+               which(n) = earlier(which(n))
+            end do
+            if (which(n) > 0) cycle
+            c = c + 1
+            which(n) = c
+            contact(c) = problem%touch(k)%contact
+            earlier(c) = last(node_of(problem%touch(k)%stretch, i))
+            last(node_of(problem%touch(k)%stretch, i)) = c
+         end do
+      end do
+      call add_candidates(problem%candidates, c)
+      n = 0
+      do k = 1, size(problem%touch)
+         associate (touch => problem%touch(k), list => problem%candidates)
+            stretch_first = problem%element_first(touch%stretch)
+            stretch_last = problem%element_last(touch%stretch)
+            before = 0
+            do i = first(k), end(k)
+               n = n + 1
+               c = before_all + which(n)
+               ! Node i of the stretch stands at the end of the element before e and the beginning of e.
+               e = stretch_first + i - 1
+               if (list%touch(c) == 0) then
+                  list%node(c) = node_of(touch%stretch, i)
+                  list%contact(c) = touch%contact
+                  list%obstacle(c) = problem%model%contact(touch%contact)%obstacle
+                  list%gap_offset(c) = problem%model%contact(touch%contact)%gap
+                  list%overlap(c) = problem%overlap(touch%contact)
+                  list%bilateral(c) = .true.
+                  list%touch(c) = k
+                  list%moves(c) = e > stretch_first .and. e <= stretch_last .and. (.not. touch%line .or. i == first(k) .or. &
+                     & i == end(k))
+               end if
+               list%follows(c) = touch%line .or. list%follows(c)
+               if (e > stretch_first) list%element(1, c) = e - 1
+               if (e <= stretch_last) list%element(2, c) = e
+               if (before > 0) then
+                  list%neighbour(2, before) = c
+                  list%neighbour(1, c) = before
+                  problem%conforms(e - 1) = before
+                  problem%z_size(e - 1) = conforming_size(problem%model%mesh%stages(e - 1))
+               end if
+               before = c
+            end do
+         end associate
+      end do
+      associate (list => problem%candidates)
+         do c = before_all + 1, list%n
+            do side = 1, 2
+               e = problem%beside(side, list%node(c))
+               if (e == 0 .or. list%element(side, c) > 0) cycle
+               if (problem%covered(problem%stretch(e), list%contact(c))) list%element(side, c) = e
+            end do
+         end do
+         list%twin = twins(list%node, problem%model%mesh%n_nodes)
+      end associate
+      problem%coupling%entry = [problem%coupling%entry, spread(0, 1, problem%candidates%n - size(problem%coupling%entry))]
+
+   contains
+
+      !> A node of the mesh by its number along a stretch, from 1.
+      pure integer function node_of(stretch, i) result(node)
+         integer, intent(in) :: stretch, i
+         associate (e => problem%element_first(stretch) + i - 1, mesh => problem%model%mesh)
+            if (e <= problem%element_last(stretch)) then
+               node = mesh%node(1, e)
+            else
+               node = mesh%node(2, e - 1)
+            end if
+         end associate
+      end function node_of
+   end subroutine add_touch_candidates
+
+   !> The nodes of a stretch, by their numbers along it, from the first to the last of a touch.
+   pure subroutine touched_nodes(touch, at, first, last)
+      type(touch_t), intent(in) :: touch
+      real(wp), intent(in) :: at(:)                  !! coordinates of all of them
+      integer, intent(out) :: first, last
+      first = findloc(at >= touch%at(1), .true., 1)
+      last = findloc(at <= touch%at(2), .true., 1, back=.true.)
+   end subroutine touched_nodes
+
+   !> True where spans have grown so much that they want a quarter more elements along some stretch.
+   logical function outgrown(problem, touches)
+      type(problem_t), intent(in) :: problem
+      type(touch_t), intent(in) :: touches(:)        !! as they are now
+      type(touch_t) :: touch(size(touches))
+      real(wp), allocatable :: at(:)
+      integer :: k
+      touch = touches
+      call sort_touches(touch)
+      outgrown = .false.
+      do k = 1, size(problem%layout%stretch)
+         at = stretch_division(problem, touch, k)
+         outgrown = outgrown .or. 4 * (size(at) - 1) > 5 * (problem%element_last(k) - problem%element_first(k) + 1)
+      end do
+   end function outgrown
+
+   !> All candidates of touches active; their reactions are unknown yet.
+   pure subroutine hold_touches(problem, active)
+      type(problem_t), intent(in) :: problem
+      logical, intent(inout) :: active(:)            !! (candidates)
+      active = active .or. problem%candidates%touch > 0
+   end subroutine hold_touches
+
+   !> The touches where a state has their ends now.
+   function present_touches(problem, place) result(touch)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: place(:)               !! (candidates) coordinate along the stretch
+      type(touch_t), allocatable :: touch(:)
+      integer :: c, k
+      touch = problem%touch
+      touch%at(1) = huge(1.0_wp)
+      touch%at(2) = -huge(1.0_wp)
+      do c = 1, problem%candidates%n
+         if (problem%candidates%touch(c) == 0) cycle
+         associate (t => touch(problem%candidates%touch(c)))
+            t%at(1) = min(t%at(1), place(c))
+            t%at(2) = max(t%at(2), place(c))
+         end associate
+      end do
+      ! Ends at breakpoints stay, and belong to two of them where a contact goes on.
+      do k = 1, size(touch)
+         if (problem%touch(k)%at(1) <= 0.0_wp) touch(k)%at(1) = 0.0_wp
+         if (problem%touch(k)%at(2) >= problem%layout%stretch(touch(k)%stretch)%length) touch(k)%at(2) = problem%touch(k)%at(2)
+         if (.not. touch(k)%line) touch(k)%at = merge(touch(k)%at(1), touch(k)%at(2), touch(k)%at(1) <= 0.0_wp)
+      end do
+   end function present_touches
+end module span_problem

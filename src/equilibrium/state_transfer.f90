@@ -1,0 +1,368 @@
+!> A state seen from other nodes: on another mesh of the same rods, or at other material points of the same mesh.
+!>
+!> Elastic rods have no memory, so a state is whatever its fields are, and the dense output of the elements has them everywhere:
+!> displacements and rotations O(h^(s+1)) with s stages, exact for rigid motions (rod_profile), resultants likewise (ge_interior).
+!> What stays where it was keeps its values to the last bit. Newton's method makes the rest exact.
+module state_transfer
+   use kinds, only: wp
+   use model, only: family_ge
+   use problem, only: problem_t
+   use rod_geometry, only: geometry_t, new_geometry, slide_nodes
+   use rod_state, only: state_t, element_displacement, element_load, node_position
+   use rod_profile, only: profile_t, new_profile, profile_place, profile_displacement, profile_angle, element_place
+   use reference_curve, only: curve_point, curve_abscissa
+   use conforming_span, only: conforming_displacement, conforming_resultant, conforming_guess
+   use gauss_tableau, only: max_stages
+   use ge_element, only: ge_interior
+   implicit none
+   private
+   public :: find_point, point_displacement, carried, carry_to, move_nodes, displacements_at, field_at, node_coordinate
+
+contains
+
+   !> The element of the working mesh that holds a material point, and its place there. At a node it is the element that begins
+   !> there, at the end of a stretch the last one.
+   pure subroutine find_point(problem, state, stretch, at, e, tau)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: stretch
+      real(wp), intent(in) :: at                !! coordinate along the stretch, 0 to its length
+      integer, intent(out) :: e
+      real(wp), intent(out) :: tau              !! 0 to 1 of its stress-free length, 0 and 1 themselves at its nodes
+      call find_in(problem, state%geometry, stretch, at, e, tau)
+   end subroutine find_point
+
+   !> The same in a geometry of the mesh.
+   pure subroutine find_in(problem, geometry, stretch, at, e, tau)
+      type(problem_t), intent(in) :: problem
+      type(geometry_t), intent(in) :: geometry
+      integer, intent(in) :: stretch
+      real(wp), intent(in) :: at
+      integer, intent(out) :: e
+      real(wp), intent(out) :: tau
+      integer :: first, last, middle
+      first = problem%element_first(stretch)
+      last = problem%element_last(stretch)
+      do while (first < last)
+         middle = (first + last + 1) / 2
+         e = problem%along(middle)
+         if (geometry%element(e)%s(1) + problem%origin(e) <= at + rounding(geometry%element(e)%s(1), problem%origin(e))) then
+            first = middle
+         else
+            last = middle - 1
+         end if
+      end do
+      e = problem%along(first)
+      associate (s => at - problem%origin(e), ends => geometry%element(e)%s)
+         if (s <= ends(1) + rounding(ends(1), problem%origin(e))) then
+            tau = 0.0_wp
+         else if (s >= ends(2) - rounding(ends(2), problem%origin(e))) then
+            tau = 1.0_wp
+         else if (problem%model%mesh%curve(e) > 0) then
+            tau = min(max(element_place(problem, geometry%element(e), e, s), 0.0_wp), 1.0_wp)
+         else
+            tau = (s - ends(1)) / (ends(2) - ends(1))
+         end if
+      end associate
+   end subroutine find_in
+
+   !> What rounding makes of a coordinate along a stretch: it is the sum of two numbers, and was that of two others before.
+   pure real(wp) function rounding(s, origin)
+      real(wp), intent(in) :: s, origin
+      rounding = 8.0_wp * epsilon(s) * (abs(s) + abs(origin))
+   end function rounding
+
+   !> Coordinate along its stretch of a node that is no breakpoint.
+   pure real(wp) function node_coordinate(problem, geometry, node) result(at)
+      type(problem_t), intent(in) :: problem
+      type(geometry_t), intent(in) :: geometry
+      integer, intent(in) :: node
+      associate (e => problem%beside(1, node))
+         at = geometry%element(e)%s(2) + problem%origin(e)
+      end associate
+   end function node_coordinate
+
+   !> A state of one problem on the mesh of another one, all nodes at home. No contact is active.
+   function carried(from, state, to) result(new)
+      type(problem_t), intent(in) :: from       !! of the same deck as `to`
+      type(state_t), intent(in) :: state        !! of `from`
+      type(problem_t), intent(in) :: to
+      type(state_t) :: new
+      new%geometry = new_geometry(to%model, to%tableau)
+      call carry_to(from, state, to, new)
+   end function carried
+
+   !> The same for a state whose geometry is set: it gets load factor, displacements, resultants; no contact is active.
+   !> Foundations stand on stretches that are not free, and there elements are the same: their forces are not known in between.
+   pure subroutine carry_to(from, state, to, new, moved)
+      type(problem_t), intent(in) :: from       !! of the same deck as `to`
+      type(state_t), intent(in) :: state        !! of `from`
+      type(problem_t), intent(in) :: to
+      type(state_t), intent(inout) :: new       !! of `to`
+      logical, intent(in), optional :: moved    !! true: nodes of one and the same mesh have moved, and contact forces with them
+      real(wp) :: tau
+      integer :: range(2, to%model%mesh%n_elements)
+      integer :: d, e, i, j, old, node
+      range(1, :) = 1
+      range(2, :) = from%model%mesh%n_elements
+      if (present(moved)) then
+         if (moved) call find_ranges(to, range)
+      end if
+      new%load_factor = state%load_factor
+      new%u = spread([0.0_wp, 0.0_wp, 0.0_wp], 2, to%model%mesh%n_nodes)
+      new%z = spread(spread(0.0_wp, 1, maxval(to%z_size)), 2, to%model%mesh%n_elements)
+      new%active = spread(.false., 1, to%candidates%n)
+      new%reaction = spread(0.0_wp, 1, to%candidates%n)
+      new%grounded = spread(.false., 1, to%model%mesh%n_elements)
+      do d = 1, size(to%mesh_node)
+         if (to%mesh_node(d) > 0) new%u(:, to%mesh_node(d)) = state%u(:, from%mesh_node(d))
+      end do
+      do j = 1, size(to%element_first)
+         do i = to%element_first(j), to%element_last(j)
+            e = to%along(i)
+            if (i < to%element_last(j)) then
+               node = to%model%mesh%node(2, e)
+               call find_point(from, state, j, node_coordinate(to, new%geometry, node), old, tau)
+               new%u(:, node) = point_displacement(from, state, old, tau)
+            end if
+            call carry_resultants(from, state, to, e, range(:, e), new)
+         end do
+      end do
+   end subroutine carry_to
+
+   !> The elements between the contact forces on both sides of each element.
+   pure subroutine find_ranges(problem, range)
+      type(problem_t), intent(in) :: problem    !! of contact spans: the elements of a stretch follow each other
+      integer, intent(inout) :: range(:, :)     !! (2, elements) first and last
+      logical :: touched(problem%model%mesh%n_nodes)
+      integer :: j, e
+      touched = .false.
+      touched(pack(problem%candidates%node, problem%candidates%touch > 0)) = .true.
+      do j = 1, size(problem%element_first)
+         associate (first => problem%element_first(j), last => problem%element_last(j), node => problem%model%mesh%node)
+            do e = first, last
+               range(1, e) = e
+               if (e > first .and. .not. touched(node(1, e))) range(1, e) = range(1, e - 1)
+            end do
+            do e = last, first, -1
+               range(2, e) = e
+               if (e < last .and. .not. touched(node(2, e))) range(2, e) = range(2, e + 1)
+            end do
+         end associate
+      end do
+   end subroutine find_ranges
+
+   !> Displacements and rotation at a place of an element; at its nodes their own.
+   pure function point_displacement(problem, state, e, tau) result(u)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau
+      real(wp) :: u(3)
+      if (tau <= 0.0_wp) then
+         u = state%u(:, problem%model%mesh%node(1, e))
+      else if (tau >= 1.0_wp) then
+         u = state%u(:, problem%model%mesh%node(2, e))
+      else if (problem%conforms(e) > 0) then
+         u = conforming_displacement(problem, state, e, tau)
+      else
+         u = profile_displacement(problem, new_profile(problem, state, e), tau)
+      end if
+   end function point_displacement
+
+   !> Stored resultants of one element. Where contact forces act at its ends they jump there, wherever these ends go.
+   pure subroutine carry_resultants(from, state, to, e, range, new)
+      type(problem_t), intent(in) :: from
+      type(state_t), intent(in) :: state
+      type(problem_t), intent(in) :: to
+      integer, intent(in) :: e                  !! of `to`
+      integer, intent(in) :: range(2)           !! elements of `from` between two contact forces: what jumps there is not taken
+      !! from beyond, wherever these have gone
+      type(state_t), intent(inout) :: new
+      real(wp) :: at(2), tau, end, resultant(3, 0:max_stages), s, u(3, 0:max_stages), home(3, 0:max_stages), speed
+      integer :: old, i, stages
+      logical :: same
+      associate (g => new%geometry%element(e), mesh => to%model%mesh, n => to%z_size(e), j => to%stretch(e))
+         at = g%s + to%origin(e)
+         call find_point(from, state, j, at(1), old, tau)
+         new%grounded(e) = state%grounded(old)
+         end = state%geometry%element(old)%s(2) + from%origin(old)
+         same = tau <= 0.0_wp .and. abs(end - at(2)) <= rounding(g%s(2), to%origin(e)) .and. &
+            & (from%conforms(old) > 0 .eqv. to%conforms(e) > 0)
+         if (mesh%family(e) /= family_ge .or. same) then
+            new%z(:n, e) = state%z(:n, old)
+            return
+         end if
+         stages = mesh%stages(e)
+         do i = 0, stages
+            call stage_place(i, s)
+            if (i > 0) call find_point(from, state, j, s + to%origin(e), old, tau)
+            if (to%conforms(e) > 0) then
+               ! N + kappa M, all that is taken, does not jump.
+               u(:, i) = point_displacement(from, state, old, tau)
+            else if (old < range(1) .or. old > range(2)) then
+               ! The polynomial goes on beyond its element.
+               old = min(max(old, range(1)), range(2))
+               associate (ends => state%geometry%element(old)%s)
+                  tau = (s + to%origin(e) - from%origin(old) - ends(1)) / (ends(2) - ends(1))
+               end associate
+            end if
+            resultant(:, i) = point_resultant(from, state, old, tau)
+            if (to%conforms(e) == 0) cycle
+            call curve_point(to%model%curve(mesh%curve(e)), to%model%imperfection, s, home(1:2, i), home(3, i), speed)
+         end do
+         if (to%conforms(e) > 0) then
+            new%z(:1 + 2 * stages, e) = conforming_guess(to, new, e, u(:, :stages), resultant(:, :stages), home(:, :stages))
+            return
+         end if
+         new%z(:3, e) = resultant(:, 0)
+         new%z(4:3 + stages, e) = resultant(3, 1:stages)
+         if (n > 3 + stages) new%z(4 + stages:3 + 3 * stages, e) = reshape(resultant(1:2, 1:stages), [2 * stages])
+      end associate
+
+   contains
+
+      !> Nominal coordinate of the first end (0) or of a stage.
+      pure subroutine stage_place(stage, s)
+         integer, intent(in) :: stage
+         real(wp), intent(out) :: s
+         real(wp) :: share
+         associate (g => new%geometry%element(e), mesh => to%model%mesh)
+            share = 0.0_wp
+            if (stage > 0) share = to%tableau(mesh%stages(e))%c(max(stage, 1))
+            s = g%s(1) + share * (g%s(2) - g%s(1))
+            if (mesh%curve(e) > 0) s = curve_abscissa(to%model%curve(mesh%curve(e)), to%model%imperfection, g%s(1), &
+               & share * g%length)
+         end associate
+      end subroutine stage_place
+   end subroutine carry_resultants
+
+   !> (n_x, n_y, m) at a place of a GE element.
+   pure function point_resultant(problem, state, e, tau) result(resultant)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau
+      real(wp) :: resultant(3), span(2), rotation
+      if (problem%conforms(e) > 0) then
+         resultant = conforming_resultant(problem, state, e, tau)
+         return
+      end if
+      associate (g => state%geometry%element(e))
+         call ge_interior(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%angle, problem%compliance(e), &
+            & element_load(problem, state, e), element_displacement(problem, state, e), state%z(:problem%z_size(e), e), tau, &
+            & span, rotation, resultant)
+      end associate
+   end function point_resultant
+
+   !> Moves nodes along their stretches, nothing but the geometry.
+   pure subroutine move_nodes(problem, shift, geometry)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: shift(:)          !! (nodes) of nominal length; 0 at breakpoints and on stretches that are not free
+      type(geometry_t), intent(inout) :: geometry
+      call slide_nodes(problem%model, problem%tableau, shift, geometry)
+   end subroutine move_nodes
+
+   !> Displacements of a state at the material points where the nodes are in another geometry of the same mesh.
+   pure function displacements_at(problem, state, geometry) result(u)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(geometry_t), intent(in) :: geometry
+      real(wp) :: u(3, problem%model%mesh%n_nodes)
+      integer :: node, e
+      real(wp) :: tau
+      do node = 1, problem%model%mesh%n_nodes
+         if (stays(problem, state%geometry, geometry, node)) then
+            u(:, node) = state%u(:, node)
+         else
+            call find_point(problem, state, problem%stretch(problem%beside(1, node)), node_coordinate(problem, geometry, node), &
+               & e, tau)
+            u(:, node) = point_displacement(problem, state, e, tau)
+         end if
+      end do
+   end function displacements_at
+
+   !> The same for a field of displacement rates given at the nodes of the state.
+   pure function field_at(problem, state, field, geometry) result(moved)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: field(:, :)       !! (3, nodes) in x, in y, rotation
+      type(geometry_t), intent(in) :: geometry
+      real(wp) :: moved(3, problem%model%mesh%n_nodes)
+      integer :: node, e
+      real(wp) :: tau
+      do node = 1, problem%model%mesh%n_nodes
+         moved(:, node) = field(:, node)
+         if (stays(problem, state%geometry, geometry, node)) cycle
+         call find_point(problem, state, problem%stretch(problem%beside(1, node)), node_coordinate(problem, geometry, node), e, tau)
+         moved(:, node) = point_rate(problem, state, field, e, tau)
+      end do
+   end function field_at
+
+   !> True for a node at the same material point in two geometries.
+   pure logical function stays(problem, one, other, node)
+      type(problem_t), intent(in) :: problem
+      type(geometry_t), intent(in) :: one, other
+      integer, intent(in) :: node
+      associate (e => problem%beside(1, node))
+         stays = e == 0
+         if (.not. stays) stays = abs(one%element(e)%s(2) - other%element(e)%s(2)) <= 0.0_wp
+      end associate
+   end function stays
+
+   !> A field of rates at a place of an element: the rigid motion of its first end, exact, and what goes beyond it as the cubic that
+   !> has its value and its slope at both ends: the relative rotation turns the tangent, and the element stretches evenly.
+   !> O(h^4), the rotation as the turn of that cubic's slope O(h^3), and O(h^2) times what the stretching is not even.
+   pure function point_rate(problem, state, field, e, tau) result(rate)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: field(:, :)       !! (3, nodes)
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau
+      real(wp) :: rate(3)
+      real(wp) :: x(2, 2), tangent(2, 2), value(2), slope(2, 2), chord(2), place(2), bow(2), angle, speed, turn, even
+      type(profile_t) :: profile
+      associate (node => problem%model%mesh%node(:, e), g => state%geometry%element(e))
+         if (tau <= 0.0_wp .or. tau >= 1.0_wp) then
+            rate = field(:, node(merge(1, 2, tau <= 0.0_wp)))
+            return
+         end if
+         profile = new_profile(problem, state, e)
+         x(:, 1) = node_position(state, node(1))
+         x(:, 2) = node_position(state, node(2))
+         chord = x(:, 2) - x(:, 1)
+         speed = g%length * norm2(chord) / norm2(g%chord)
+         tangent(:, 1) = speed * direction(profile_angle(problem, state, profile, 0.0_wp))
+         tangent(:, 2) = speed * direction(profile_angle(problem, state, profile, 1.0_wp))
+         turn = field(3, node(2)) - field(3, node(1))
+         value = field(1:2, node(2)) - field(1:2, node(1)) - field(3, node(1)) * across(chord)
+         ! A rotation that grows evenly moves the second end across to the way from the mean place of the cubic there.
+         bow = 0.5_wp * chord - (tangent(:, 1) - tangent(:, 2)) / 12.0_wp
+         even = dot_product(value - turn * across(bow), chord) / dot_product(chord, chord)
+         slope(:, 1) = even * tangent(:, 1)
+         slope(:, 2) = even * tangent(:, 2) + turn * across(tangent(:, 2))
+         place = profile_place(problem, profile, tau) - x(:, 1)
+         rate(1:2) = field(1:2, node(1)) + field(3, node(1)) * across(place) + tau * (1.0_wp - tau)**2 * slope(:, 1) + &
+            & tau**2 * ((3.0_wp - 2.0_wp * tau) * value + (tau - 1.0_wp) * slope(:, 2))
+         angle = profile_angle(problem, state, profile, tau)
+         rate(3) = field(3, node(1)) + dot_product(across(direction(angle)), (1.0_wp - tau) * (1.0_wp - 3.0_wp * tau) * &
+            & slope(:, 1) + 6.0_wp * tau * (1.0_wp - tau) * value + tau * (3.0_wp * tau - 2.0_wp) * slope(:, 2)) / speed
+      end associate
+
+   contains
+
+      !> Unit vector at an angle.
+      pure function direction(angle)
+         real(wp), intent(in) :: angle
+         real(wp) :: direction(2)
+         direction = [cos(angle), sin(angle)]
+      end function direction
+
+      !> A vector after a quarter turn anticlockwise.
+      pure function across(d)
+         real(wp), intent(in) :: d(2)
+         real(wp) :: across(2)
+         across = [-d(2), d(1)]
+      end function across
+   end function point_rate
+end module state_transfer

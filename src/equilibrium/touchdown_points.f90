@@ -1,0 +1,274 @@
+!> Touchdown points: where along the rod contact begins and ends.
+!>
+!> At the end of a line the obstacle gives no couple, so the moment is continuous there: the excess of the free part's moment
+!> over the line's, M_f - M_l, changes by -(1 + e) (Q_f - Q_l) per unit of length, and vanishes at the touchdown point. A
+!> point contact lies where the gap is least. With these points frozen the equations have a symmetric tangent, exact along
+!> the path; between Newton's iterations the points go to where the iterate has them.
+module touchdown_points
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t, may_react
+   use obstacle_track, only: track_t
+   use section_forces, only: end_forces
+   use conforming_span, only: conforming_forces, track_rotation, track_sense, node_track, excess_curvature, rod_angle
+   use state_transfer, only: carry_to, move_nodes
+   implicit none
+   private
+   public :: misfit, opening_misfit, move_touchdown_points, shift_touchdown_points, point_force, held_force, &
+      & at_breakpoint
+
+   real(wp), parameter :: most = 0.5_wp     !! of a span, that its ends may come nearer at once: its nodes keep their order
+
+contains
+
+   !> How far each touchdown point is from where it belongs, and the moment that is out of balance there.
+   subroutine misfit(problem, state, distance, moment)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp), intent(out) :: distance(:)  !! (candidates) along the rod, 0 for those that stay
+      real(wp), intent(out) :: moment       !! the largest
+      real(wp), dimension(problem%candidates%n) :: error, slope
+      integer :: c
+      call measure_errors(problem, state, error, slope)
+      distance = quotient(error, slope)
+      moment = 0.0_wp
+      do c = 1, size(error)
+         if (.not. problem%candidates%moves(c) .or. any(problem%opening == c)) cycle
+         moment = max(moment, merge(abs(error(c)), abs(state%reaction(c) * distance(c)), problem%candidates%follows(c)))
+      end do
+   end subroutine misfit
+
+   !> What is not zero at each touchdown point, and how much that falls per unit of distance along the rod: at a line's end the
+   !> excess of moment, at a point the slope of the gap over the stretch.
+   subroutine measure_errors(problem, state, error, slope)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp), intent(out) :: error(:), slope(:) !! (candidates) 0 for those that stay
+      real(wp) :: free(3), line(3), place(2), angle, stretch, sense
+      integer :: c, side
+      error = 0.0_wp
+      slope = 0.0_wp
+      do c = 1, problem%candidates%n
+         if (.not. problem%candidates%moves(c)) cycle
+         if (problem%candidates%follows(c)) then
+            side = line_side(problem, c)
+            call end_of_free(problem, state, c, 3 - side, free)
+            call conforming_forces(problem, state, problem%candidates%element(side, c), merge(1.0_wp, 0.0_wp, side == 1), line, &
+               & place, angle)
+            error(c) = free(3) - line(3)
+            slope(c) = free(2) - line(2)
+         else
+            call excess_curvature(problem, state, c, slope(c), stretch)
+            sense = track_sense(problem, state, c, node_track(problem, state, c))
+            error(c) = -sense * track_rotation(problem, state, c)
+         end if
+      end do
+   end subroutine measure_errors
+
+   !> Error over slope, zero where nothing tells.
+   elemental real(wp) function quotient(error, slope)
+      real(wp), intent(in) :: error, slope
+      quotient = 0.0_wp
+      if (abs(slope) > 0.0_wp) quotient = error / slope
+   end function quotient
+
+   !> True for touchdown points that are held while a span opens.
+   pure function held(problem)
+      type(problem_t), intent(in) :: problem
+      logical :: held(problem%candidates%n)
+      integer :: i
+      held = .false.
+      do i = 1, 2
+         if (problem%opening(i) > 0) held(problem%opening(i)) = .true.
+      end do
+   end function held
+
+   !> What is left to do at the two touchdown points of an opening span, each on its own: of a point the rotation against the
+   !> obstacle, of a line's end how far it is from where it belongs, over the size. 0 for a side that has none.
+   function opening_misfit(problem, state) result(left)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp) :: left(2)
+      real(wp) :: distance(problem%candidates%n), moment
+      integer :: i
+      call misfit(problem, state, distance, moment)
+      left = 0.0_wp
+      do i = 1, 2
+         if (problem%opening(i) == 0) cycle
+         if (problem%candidates%follows(problem%opening(i))) then
+            left(i) = distance(problem%opening(i)) / problem%size
+         else
+            left(i) = track_rotation(problem, state, problem%opening(i))
+         end if
+      end do
+   end function opening_misfit
+
+   !> On which side (1 before, 2 after) of a line's end the line lies.
+   pure integer function line_side(problem, candidate) result(side)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: candidate
+      integer :: e
+      side = 2
+      e = problem%candidates%element(1, candidate)
+      if (e == 0) return
+      if (problem%conforms(e) > 0) side = 1
+   end function line_side
+
+   !> (N, Q, M) of the free element on one side of a candidate.
+   subroutine end_of_free(problem, state, candidate, side, local)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate, side
+      real(wp), intent(out) :: local(3)
+      real(wp) :: ends(3, 2), angle
+      call end_forces(problem, state, problem%candidates%element(side, candidate), ends(:, 1), ends(:, 2))
+      angle = rod_angle(problem, state, candidate)
+      associate (f => ends(:, 3 - side))
+         local = [cos(angle) * f(1) + sin(angle) * f(2), cos(angle) * f(2) - sin(angle) * f(1), f(3)]
+      end associate
+   end subroutine end_of_free
+
+   !> Concentrated force of the obstacle at a contact point or an end of a line, >= 0 when it pushes: the jump of Q.
+   real(wp) function point_force(problem, state, candidate) result(force)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      real(wp) :: local(3, 2), place(2), angle, density, sense
+      integer :: side, e
+      sense = track_sense(problem, state, candidate, node_track(problem, state, candidate))
+      local = 0.0_wp
+      do side = 1, 2
+         e = problem%candidates%element(side, candidate)
+         if (e == 0) cycle
+         if (problem%conforms(e) > 0) then
+            call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local(:, side), place, angle, density)
+         else
+            call end_of_free(problem, state, candidate, side, local(:, side))
+         end if
+      end do
+      force = sense * (local(2, 1) - local(2, 2))
+   end function point_force
+
+   !> True for a touched node that is a breakpoint of its rod.
+   pure logical function at_breakpoint(problem, candidate)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: candidate
+      associate (e => problem%beside(:, problem%candidates%node(candidate)))
+         at_breakpoint = any(e == 0)
+         if (.not. at_breakpoint) at_breakpoint = problem%stretch(e(1)) /= problem%stretch(e(2)) .or. &
+            & e(1) == problem%element_last(problem%stretch(e(1)))
+      end associate
+   end function at_breakpoint
+
+   !> The same at a breakpoint of the rod, where loads and supports act, too: what holds the free parts and those against the
+   !> obstacle, and the jump of Q of the parts on the track. Zero where supports take all of it.
+   real(wp) function held_force(problem, state, candidate) result(force)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      type(track_t) :: track
+      real(wp) :: local(3), place(2), angle, density, sense
+      integer :: side, e
+      track = node_track(problem, state, candidate)
+      force = 0.0_wp
+      if (.not. may_react(problem, candidate, [-track%tangent(2), track%tangent(1)])) return
+      sense = track_sense(problem, state, candidate, track)
+      force = state%reaction(candidate)
+      do side = 1, 2
+         e = problem%candidates%element(side, candidate)
+         if (e == 0) cycle
+         if (problem%conforms(e) == 0) cycle
+         call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, place, angle, density)
+         force = force + sense * merge(1.0_wp, -1.0_wp, side == 1) * local(2)
+      end do
+   end function held_force
+
+   !> Brings the touchdown points to where the state has them, by the slopes of the iterate before, about which the equations
+   !> were linear; all nodes between go along, displacements and resultants are those of the material points that they come to.
+   subroutine move_touchdown_points(problem, before, state)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: before
+      type(state_t), intent(inout) :: state
+      real(wp), dimension(problem%candidates%n) :: error, slope, now
+      call measure_errors(problem, before, error, slope)
+      call measure_errors(problem, state, error, now)
+      where (held(problem)) error = 0.0_wp
+      where (abs(now) > abs(slope)) slope = now
+      error = quotient(error, slope)
+      call shift_touchdown_points(problem, state, error)
+   end subroutine move_touchdown_points
+
+   !> Moves touchdown points by given distances.
+   subroutine shift_touchdown_points(problem, state, distance)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(inout) :: state
+      real(wp), intent(inout) :: distance(:) !! (candidates) reduced where spans would vanish
+      real(wp) :: shift(problem%model%mesh%n_nodes)
+      type(state_t) :: before
+      call node_shifts(problem, state, distance, shift)
+      if (.not. any(abs(shift) > 0.0_wp)) return
+      before = state
+      call move_nodes(problem, shift, state%geometry)
+      call carry_to(problem, before, problem, state, moved=.true.)
+      state%active = before%active
+      state%reaction = before%reaction
+      state%grounded = before%grounded
+   end subroutine shift_touchdown_points
+
+   !> How far all nodes go along with the touchdown points: in proportion between these and the breakpoints, which stay.
+   subroutine node_shifts(problem, state, distance, shift)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp), intent(inout) :: distance(:) !! (candidates) reduced where spans would vanish
+      real(wp), intent(out) :: shift(:)      !! (nodes)
+      integer, allocatable :: node(:), mark(:)
+      real(wp), allocatable :: at(:)
+      real(wp) :: closing, length
+      integer :: k, i, c, n, first, last, at_node(problem%model%mesh%n_nodes)
+      shift = 0.0_wp
+      if (.not. any(abs(distance) > 0.0_wp)) return
+      at_node = 0
+      do c = 1, problem%candidates%n
+         if (problem%candidates%moves(c)) at_node(problem%candidates%node(c)) = c
+      end do
+      do k = 1, size(problem%layout%stretch)
+         first = problem%element_first(k)
+         n = problem%element_last(k) - first + 2
+         if (n < 2) cycle
+         node = [problem%model%mesh%node(1, first), problem%model%mesh%node(2, first:first + n - 2)]
+         at = [state%geometry%element(first)%s(1) + problem%origin(first), &
+            & state%geometry%element(first:first + n - 2)%s(2) + problem%origin(first:first + n - 2)]
+         mark = pack([(i, i=1, n)], [(i == 1 .or. i == n .or. at_node(node(i)) > 0, i=1, n)])
+         if (size(mark) == 2) cycle
+         ! Twice, from both sides: what one end gives up the next may need.
+         do i = 1, size(mark) - 1
+            length = at(mark(i + 1)) - at(mark(i))
+            closing = way(i) - way(i + 1)
+            if (closing <= most * length) cycle
+            call shorten(i, most * length / closing)
+            call shorten(i + 1, most * length / closing)
+         end do
+         do i = 1, size(mark) - 1
+            first = mark(i)
+            last = mark(i + 1)
+            length = at(last) - at(first)
+            shift(node(first:last)) = way(i) + (way(i + 1) - way(i)) * (at(first:last) - at(first)) / length
+         end do
+      end do
+
+   contains
+
+      !> How far a mark goes.
+      pure real(wp) function way(i)
+         integer, intent(in) :: i
+         way = 0.0_wp
+         if (at_node(node(mark(i))) > 0) way = distance(at_node(node(mark(i))))
+      end function way
+
+      subroutine shorten(i, factor)
+         integer, intent(in) :: i
+         real(wp), intent(in) :: factor
+         if (at_node(node(mark(i))) > 0) distance(at_node(node(mark(i)))) = factor * distance(at_node(node(mark(i))))
+      end subroutine shorten
+   end subroutine node_shifts
+end module touchdown_points

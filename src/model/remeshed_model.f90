@@ -1,0 +1,270 @@
+!> The model of a deck on another mesh: nodes anywhere along its free stretches, everything else where the deck has it.
+module remeshed_model
+   use kinds, only: wp
+   use model, only: model_t, curve_t, mesh_t, load_t, contact_t, imperfection_t
+   use rod_layout, only: layout_t, stretch_element, stretch_place
+   use reference_curve, only: curve_point
+   implicit none
+   private
+   public :: division_t, new_remeshed_model, mapped_load, deck_division
+
+   !> Where the nodes of a mesh stand on one stretch.
+   type :: division_t
+      real(wp), allocatable :: at(:)   !! (elements + 1) coordinates along it, rising, from 0 to its length
+   end type division_t
+
+contains
+
+   !> The division of all stretches by the deck's nodes.
+   pure function deck_division(layout) result(division)
+      type(layout_t), intent(in) :: layout
+      type(division_t) :: division(size(layout%stretch))
+      integer :: j
+      do j = 1, size(division)
+         division(j)%at = layout%stretch(j)%at
+      end do
+   end function deck_division
+
+   !> Nodes: the deck's breakpoints in its order, then those inside stretch by stretch. Elements: stretch by stretch, in order; each
+   !> has curve, coordinates and label of the deck's element that holds its first end, and may go beyond that one's curve.
+   !> Node sets and monitors keep their breakpoints only, contacts have all nodes of the stretches they cover. Elements named by
+   !> steps (limit curves, modes as imperfections) stay those of the deck.
+   function new_remeshed_model(deck, layout, division) result(model)
+      type(model_t), intent(in) :: deck
+      type(layout_t), intent(in) :: layout       !! of the deck
+      type(division_t), intent(in) :: division(:) !! (stretches) where they are not free with all of the deck's nodes
+      type(model_t) :: model
+      integer, allocatable :: mesh_node(:), deck_node(:), deck_element(:), first(:)
+      integer :: i, k
+      model = deck
+      call lay_mesh(deck, layout, division, model%mesh, mesh_node, first, deck_element)
+      allocate (deck_node(model%mesh%n_nodes), source=0)
+      do i = 1, size(mesh_node)
+         if (mesh_node(i) > 0) deck_node(mesh_node(i)) = i
+      end do
+      deallocate (model%fixed)
+      allocate (model%fixed(3, model%mesh%n_nodes), source=.false.)
+      do i = 1, count(layout%breakpoint)
+         model%fixed(:, i) = deck%fixed(:, deck_node(i))
+      end do
+      if (allocated(deck%spring)) then
+         deallocate (model%spring)
+         allocate (model%spring(3, model%mesh%n_nodes), source=0.0_wp)
+         do i = 1, count(layout%breakpoint)
+            model%spring(:, i) = deck%spring(:, deck_node(i))
+         end do
+      end if
+      do k = 1, size(deck%step)
+         model%step(k)%load = mapped_load(deck%step(k)%load, deck_node, deck_element)
+      end do
+      do k = 1, size(deck%contact)
+         model%contact(k)%node = contact_nodes(deck, layout, division, deck%contact(k), mesh_node, first)
+      end do
+      do k = 1, size(deck%monitor)
+         if (allocated(deck%monitor(k)%node)) model%monitor(k)%node = there(deck%monitor(k)%node)
+      end do
+      do k = 1, size(deck%node_set)
+         if (allocated(deck%node_set(k)%node)) model%node_set(k)%node = there(deck%node_set(k)%node)
+      end do
+
+   contains
+
+      !> Those of a list of the deck's nodes that the mesh has.
+      pure function there(node)
+         integer, intent(in) :: node(:)
+         integer, allocatable :: there(:)
+         there = pack(mesh_node(node), mesh_node(node) > 0)
+      end function there
+   end function new_remeshed_model
+
+   !> A load pattern on another mesh: forces at nodes stay with them, those on elements with the rod.
+   pure function mapped_load(load, node, element) result(mapped)
+      type(load_t), intent(in) :: load
+      integer, intent(in) :: node(:)             !! (new nodes) the node of `load`, 0: none, nothing acts there
+      integer, intent(in) :: element(:)          !! (new elements) an element of `load` on the same stretch
+      type(load_t) :: mapped
+      integer :: i
+      allocate (mapped%node_force(3, size(node)), mapped%displacement(3, size(node)), source=0.0_wp)
+      do i = 1, size(node)
+         if (node(i) == 0) cycle
+         mapped%node_force(:, i) = load%node_force(:, node(i))
+         mapped%displacement(:, i) = load%displacement(:, node(i))
+      end do
+      mapped%line_force = load%line_force(:, element)
+      mapped%pressure = load%pressure(element)
+      mapped%strain = load%strain(element)
+      mapped%curvature = load%curvature(element)
+      mapped%motion = load%motion
+      mapped%closing = load%closing
+      mapped%resolved = load%resolved
+   end function mapped_load
+
+   !> Nodes and elements.
+   subroutine lay_mesh(deck, layout, division, mesh, mesh_node, first, deck_element)
+      type(model_t), intent(in) :: deck
+      type(layout_t), intent(in) :: layout
+      type(division_t), intent(in) :: division(:)
+      type(mesh_t), intent(out) :: mesh
+      integer, allocatable, intent(out) :: mesh_node(:)    !! (deck's nodes) of its breakpoints, 0: none
+      integer, allocatable, intent(out) :: first(:)        !! (stretches) node before the first one inside
+      integer, allocatable, intent(out) :: deck_element(:) !! (elements) that of the deck which holds the first end
+      integer :: i, j, k, n, e, node
+      allocate (mesh_node(deck%mesh%n_nodes), source=0)
+      n = 0
+      do i = 1, deck%mesh%n_nodes
+         if (.not. layout%breakpoint(i)) cycle
+         n = n + 1
+         mesh_node(i) = n
+      end do
+      allocate (first(size(division)))
+      mesh%n_elements = 0
+      do j = 1, size(division)
+         first(j) = n
+         n = n + size(division(j)%at) - 2
+         mesh%n_elements = mesh%n_elements + size(division(j)%at) - 1
+      end do
+      mesh%n_nodes = n
+      allocate (mesh%node_label(n), mesh%x(2, n), mesh%x_nominal(2, n))
+      n = mesh%n_elements
+      allocate (mesh%element_label(n), mesh%node(2, n), mesh%s(2, n), deck_element(n))
+      do i = 1, deck%mesh%n_nodes
+         if (mesh_node(i) == 0) cycle
+         mesh%node_label(mesh_node(i)) = deck%mesh%node_label(i)
+         mesh%x(:, mesh_node(i)) = deck%mesh%x(:, i)
+         mesh%x_nominal(:, mesh_node(i)) = deck%mesh%x_nominal(:, i)
+      end do
+      e = 0
+      do j = 1, size(division)
+         associate (rod => layout%stretch(j), at => division(j)%at)
+            node = mesh_node(rod%node(1))
+            do i = 1, size(at) - 1
+               e = e + 1
+               k = stretch_element(rod, at(i))
+               deck_element(e) = rod%element(k)
+               mesh%node(1, e) = node
+               node = first(j) + i
+               if (i == size(at) - 1) node = mesh_node(rod%node(2))
+               mesh%node(2, e) = node
+               mesh%s(:, e) = at(i:i + 1) - layout%origin(deck_element(e))
+               ! To the last bit at the deck's nodes.
+               if (abs(at(i) - rod%at(k)) <= 0.0_wp) mesh%s(1, e) = deck%mesh%s(1, deck_element(e))
+               if (abs(at(i + 1) - rod%at(k + 1)) <= 0.0_wp) mesh%s(2, e) = deck%mesh%s(2, deck_element(e))
+               if (i < size(at) - 1) call place_node(deck, layout, j, at(i + 1), mesh, node)
+            end do
+         end associate
+      end do
+      mesh%element_label = deck%mesh%element_label(deck_element)
+      mesh%family = deck%mesh%family(deck_element)
+      mesh%stages = deck%mesh%stages(deck_element)
+      mesh%section = deck%mesh%section(deck_element)
+      mesh%curve = deck%mesh%curve(deck_element)
+   end subroutine lay_mesh
+
+   !> Stress-free place of a node inside a stretch; its label is that of the deck's node next to it.
+   subroutine place_node(deck, layout, stretch, at, mesh, node)
+      type(model_t), intent(in) :: deck
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: stretch
+      real(wp), intent(in) :: at
+      type(mesh_t), intent(inout) :: mesh
+      integer, intent(in) :: node
+      type(imperfection_t) :: none(0)
+      type(curve_t) :: perfect
+      real(wp) :: s, angle, speed, tau
+      integer :: c, k, next
+      associate (rod => layout%stretch(stretch))
+         k = stretch_element(rod, at)
+         tau = (at - rod%at(k)) / (rod%at(k + 1) - rod%at(k))
+         associate (ends => deck%mesh%node(:, rod%element(k)))
+            next = ends(merge(1, 2, tau < 0.5_wp))
+            mesh%node_label(node) = deck%mesh%node_label(next)
+            if (abs(at - rod%at(k)) <= 0.0_wp) then
+               mesh%x(:, node) = deck%mesh%x(:, next)
+               mesh%x_nominal(:, node) = deck%mesh%x_nominal(:, next)
+               return
+            end if
+            call stretch_place(deck, layout, stretch, at, c, s)
+            if (c == 0) then
+               mesh%x(:, node) = (1.0_wp - tau) * deck%mesh%x(:, ends(1)) + tau * deck%mesh%x(:, ends(2))
+               mesh%x_nominal(:, node) = (1.0_wp - tau) * deck%mesh%x_nominal(:, ends(1)) + tau * deck%mesh%x_nominal(:, ends(2))
+            else
+               perfect = deck%curve(c)
+               perfect%imperfection = 0
+               call curve_point(perfect, none, s, mesh%x_nominal(:, node), angle, speed)
+               call curve_point(deck%curve(c), deck%imperfection, s, mesh%x(:, node), angle, speed)
+            end if
+         end associate
+      end associate
+   end subroutine place_node
+
+   !> Nodes of a contact: first the one where a closed chain begins, next after the deck's first node; then stretch by stretch in
+   !> order; then single ones in the deck's order.
+   function contact_nodes(deck, layout, division, contact, mesh_node, first) result(list)
+      type(model_t), intent(in) :: deck
+      type(layout_t), intent(in) :: layout
+      type(division_t), intent(in) :: division(:)
+      type(contact_t), intent(in) :: contact      !! of the deck
+      integer, intent(in) :: mesh_node(:), first(:) !! as of lay_mesh
+      integer, allocatable :: list(:)
+      logical :: member(deck%mesh%n_nodes), listed(deck%mesh%n_nodes), covered(size(division))
+      integer :: i, j, n, start
+      member = .false.
+      member(contact%node) = .true.
+      listed = .false.
+      covered = .false.
+      n = count(layout%breakpoint(contact%node))
+      if (.not. deck%obstacle(contact%obstacle)%at_nodes) then
+         do j = 1, size(division)
+            ! Breakpoints stand where the cover ends: its first element says it.
+            covered(j) = all(member(deck%mesh%node(:, layout%stretch(j)%element(1))))
+            if (covered(j)) n = n + size(division(j)%at) - 2
+         end do
+      end if
+      allocate (list(n))
+      n = 0
+      j = layout%node_stretch(contact%node(1))
+      start = 0
+      if (j > 0) then
+         if (covered(j)) call begin(layout%stretch(j)%node, division(j)%at, layout%node_at(contact%node(1)))
+      end if
+      do j = 1, size(division)
+         if (.not. covered(j)) cycle
+         call add(layout%stretch(j)%node(1))
+         do i = 1, size(division(j)%at) - 2
+            if (first(j) + i == start) cycle
+            n = n + 1
+            list(n) = first(j) + i
+         end do
+         call add(layout%stretch(j)%node(2))
+      end do
+      do i = 1, size(contact%node)
+         call add(contact%node(i))
+      end do
+      list = list(:n)
+
+   contains
+
+      !> The first node at or after a coordinate of stretch j.
+      subroutine begin(ends, at, from)
+         integer, intent(in) :: ends(2)
+         real(wp), intent(in) :: at(:), from
+         i = findloc(at >= from - 8.0_wp * epsilon(from) * at(size(at)), .true., 1)
+         if (i == 1 .or. i == size(at)) then
+            call add(ends(merge(1, 2, i == 1)))
+         else
+            n = 1
+            start = first(j) + i - 1
+            list(n) = start
+         end if
+      end subroutine begin
+
+      !> A breakpoint, once.
+      subroutine add(node)
+         integer, intent(in) :: node
+         if (listed(node) .or. mesh_node(node) == 0) return
+         listed(node) = .true.
+         n = n + 1
+         list(n) = mesh_node(node)
+      end subroutine add
+   end function contact_nodes
+end module remeshed_model

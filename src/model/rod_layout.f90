@@ -1,0 +1,245 @@
+!> The rods that the deck's mesh stands for, whatever mesh is used: stretches between breakpoints.
+!>
+!> Along a stretch section, element type, loads and obstacles are the same and the stress-free axis is smooth, so a node has no
+!> reason to stand in one place rather than in another. Breakpoints are the deck's nodes where that ends, or where something acts
+!> on a point of the rod.
+module rod_layout
+   use kinds, only: wp
+   use model, only: model_t, load_t, family_ge
+   use reference_curve, only: curve_goes_on
+   implicit none
+   private
+   public :: layout_t, stretch_t, new_layout, stretch_element, stretch_place
+
+   !> A rod between two breakpoints.
+   type :: stretch_t
+      integer :: node(2) = 0                  !! the deck's nodes at its ends, one and the same when it is closed
+      integer, allocatable :: element(:)      !! the deck's elements along it, in order, all in its sense
+      real(wp), allocatable :: at(:)          !! (elements + 1) coordinates of the deck's nodes along it: nominal length from 0
+      real(wp) :: length = 0.0_wp             !! the last of them
+      logical :: free = .false.               !! nodes may stand anywhere; else those of the deck stay
+   end type stretch_t
+
+   !> All rods.
+   type :: layout_t
+      type(stretch_t), allocatable :: stretch(:)
+      integer, allocatable :: stretch_of(:)   !! (deck's elements)
+      real(wp), allocatable :: origin(:)      !! (deck's elements) coordinate along the stretch less the nominal one of the element
+      integer, allocatable :: node_stretch(:) !! (deck's nodes) a stretch that holds it, 0: none does
+      real(wp), allocatable :: node_at(:)     !! (deck's nodes) and its coordinate there
+      logical, allocatable :: breakpoint(:)   !! (deck's nodes)
+   end type layout_t
+
+contains
+
+   !> The layout of the model of a deck. Stretches come in the order of the deck's elements that they begin with, closed chains
+   !> without any breakpoint last; these are cut at their first node.
+   function new_layout(model) result(layout)
+      type(model_t), intent(in) :: model
+      type(layout_t) :: layout
+      integer, allocatable :: beside(:, :)   ! (2, nodes) the element that ends there, and the one that begins
+      logical, allocatable :: kept(:)
+      type(stretch_t), allocatable :: stretch(:)
+      integer :: e, node, n
+      associate (mesh => model%mesh)
+         call find_breakpoints(model, beside, layout%breakpoint)
+         kept = elements_that_stay(model)
+         allocate (layout%stretch_of(mesh%n_elements), layout%node_stretch(mesh%n_nodes), source=0)
+         allocate (layout%origin(mesh%n_elements), layout%node_at(mesh%n_nodes), source=0.0_wp)
+         ! As many as elements at most, and mostly far fewer.
+         allocate (stretch(count(layout%breakpoint(mesh%node(1, :))) + count(.not. layout%breakpoint)))
+         n = 0
+         do e = 1, mesh%n_elements
+            if (layout%breakpoint(mesh%node(1, e))) call follow(e)
+         end do
+         do node = 1, mesh%n_nodes
+            if (layout%breakpoint(node)) cycle
+            if (layout%stretch_of(beside(2, node)) > 0) cycle
+            layout%breakpoint(node) = .true.
+            call follow(beside(2, node))
+         end do
+      end associate
+      allocate (layout%stretch(n))
+      do e = 1, n
+         layout%stretch(e)%node = stretch(e)%node
+         layout%stretch(e)%length = stretch(e)%length
+         layout%stretch(e)%free = stretch(e)%free
+         call move_alloc(stretch(e)%element, layout%stretch(e)%element)
+         call move_alloc(stretch(e)%at, layout%stretch(e)%at)
+      end do
+
+   contains
+
+      !> One stretch from the element that it begins with to the next breakpoint.
+      subroutine follow(first)
+         integer, intent(in) :: first
+         integer :: at, k, length
+         n = n + 1
+         associate (mesh => model%mesh, new => stretch(n))
+            at = first
+            length = 1
+            do while (.not. layout%breakpoint(mesh%node(2, at)))
+               at = beside(2, mesh%node(2, at))
+               length = length + 1
+            end do
+            new%node = [mesh%node(1, first), mesh%node(2, at)]
+            allocate (new%element(length), new%at(length + 1))
+            new%at(1) = 0.0_wp
+            new%free = .true.
+            at = first
+            do k = 1, length
+               if (k > 1) at = beside(2, mesh%node(2, at))
+               new%element(k) = at
+               layout%stretch_of(at) = n
+               layout%origin(at) = new%at(k) - mesh%s(1, at)
+               ! The same one all along a curve, not one that differs by rounding.
+               if (k > 1) then
+                  associate (before => new%element(k - 1))
+                     if (mesh%curve(at) == mesh%curve(before) .and. abs(mesh%s(1, at) - mesh%s(2, before)) <= 0.0_wp) &
+                        & layout%origin(at) = layout%origin(before)
+                  end associate
+               end if
+               new%at(k + 1) = mesh%s(2, at) + layout%origin(at)
+               new%free = new%free .and. .not. kept(at)
+               layout%node_stretch(mesh%node(:, at)) = n
+               layout%node_at(mesh%node(:, at)) = new%at(k:k + 1)
+            end do
+            new%length = new%at(length + 1)
+         end associate
+      end subroutine follow
+   end function new_layout
+
+   !> Nodes where a stretch ends; what stands beside all others.
+   subroutine find_breakpoints(model, beside, breakpoint)
+      type(model_t), intent(in) :: model
+      integer, allocatable, intent(out) :: beside(:, :)     !! (2, nodes) as in new_layout
+      logical, allocatable, intent(out) :: breakpoint(:)    !! (nodes)
+      integer :: ends(2, model%mesh%n_nodes)                ! how many elements end and begin there
+      logical, allocatable :: member(:), covered(:)
+      integer :: e, i, k
+      associate (mesh => model%mesh)
+         allocate (beside(2, mesh%n_nodes), source=0)
+         allocate (breakpoint(mesh%n_nodes))
+         ends = 0
+         do e = 1, mesh%n_elements
+            do i = 1, 2
+               associate (node => mesh%node(i, e))
+                  ends(3 - i, node) = ends(3 - i, node) + 1
+                  beside(3 - i, node) = e
+               end associate
+            end do
+         end do
+         do i = 1, mesh%n_nodes
+            breakpoint(i) = any(ends(:, i) /= 1) .or. any(model%fixed(:, i))
+            if (allocated(model%spring)) breakpoint(i) = breakpoint(i) .or. any(model%spring(:, i) > 0.0_wp)
+            if (.not. breakpoint(i)) breakpoint(i) = .not. goes_on(model, beside(1, i), beside(2, i))
+         end do
+         do k = 1, size(model%step)
+            associate (load => model%step(k)%load)
+               do i = 1, mesh%n_nodes
+                  breakpoint(i) = breakpoint(i) .or. any(abs(load%node_force(:, i)) > 0.0_wp) .or. &
+                     & any(abs(load%displacement(:, i)) > 0.0_wp)
+               end do
+            end associate
+         end do
+         allocate (member(mesh%n_nodes), covered(0:mesh%n_elements))
+         do k = 1, size(model%contact)
+            associate (contact => model%contact(k))
+               member = .false.
+               member(contact%node) = .true.
+               covered = .false.
+               if (.not. model%obstacle(contact%obstacle)%at_nodes) &
+                  & covered(1:) = member(mesh%node(1, :)) .and. member(mesh%node(2, :))
+               do i = 1, size(contact%node)
+                  if (.not. all(covered(beside(:, contact%node(i))))) breakpoint(contact%node(i)) = .true.
+               end do
+            end associate
+         end do
+      end associate
+   end subroutine find_breakpoints
+
+   !> True where one element goes on as the next one: the same in all but its nodes.
+   pure logical function goes_on(model, a, b)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: a, b             !! the element that ends at a node, and the one that begins there
+      integer :: k
+      associate (mesh => model%mesh)
+         goes_on = min(mesh%curve(a), mesh%curve(b)) > 0 .and. mesh%family(a) == mesh%family(b) .and. &
+            & mesh%stages(a) == mesh%stages(b) .and. mesh%section(a) == mesh%section(b)
+         if (goes_on) goes_on = curve_goes_on(model%curve(mesh%curve(a)), mesh%s(2, a), model%curve(mesh%curve(b)), mesh%s(1, b))
+         do k = 1, size(model%step)
+            if (.not. goes_on) return
+            goes_on = same_load(model%step(k)%load, a, b)
+         end do
+      end associate
+   end function goes_on
+
+   !> True when the loads on two elements are the same.
+   pure logical function same_load(load, a, b)
+      type(load_t), intent(in) :: load
+      integer, intent(in) :: a, b
+      same_load = all(abs(load%line_force(:, a) - load%line_force(:, b)) <= 0.0_wp) .and. &
+         & abs(load%pressure(a) - load%pressure(b)) <= 0.0_wp .and. &
+         & abs(load%strain(a) - load%strain(b)) <= 0.0_wp .and. &
+         & abs(load%curvature(a) - load%curvature(b)) <= 0.0_wp
+   end function same_load
+
+   !> Elements whose nodes stay: all but GE of two and more stages on curves, and where something acts at the nodes or is
+   !> counted from them: foundations, and rigid contact that the deck wants at its nodes.
+   function elements_that_stay(model) result(kept)
+      type(model_t), intent(in) :: model
+      logical, allocatable :: kept(:)         !! (elements)
+      logical, allocatable :: member(:)
+      integer :: k
+      associate (mesh => model%mesh)
+         kept = mesh%family /= family_ge .or. mesh%stages < 2 .or. mesh%curve == 0
+         do k = 1, size(model%contact)
+            associate (contact => model%contact(k))
+               if (contact%sliding .and. model%obstacle(contact%obstacle)%rigid .and. .not. contact%distributed) cycle
+               allocate (member(mesh%n_nodes), source=.false.)
+               member(contact%node) = .true.
+               kept = kept .or. (member(mesh%node(1, :)) .and. member(mesh%node(2, :)) .and. &
+                  & .not. model%obstacle(contact%obstacle)%at_nodes)
+               deallocate (member)
+            end associate
+         end do
+      end associate
+   end function elements_that_stay
+
+   !> The place in a stretch's list of the deck's element that holds a coordinate. At a node it is the element that begins there.
+   pure integer function stretch_element(stretch, at) result(k)
+      type(stretch_t), intent(in) :: stretch
+      real(wp), intent(in) :: at              !! beyond the ends: the element there
+      integer :: last, middle
+      k = 1
+      last = size(stretch%element)
+      do while (k < last)
+         middle = (k + last + 1) / 2
+         if (stretch%at(middle) <= at) then
+            k = middle
+         else
+            last = middle - 1
+         end if
+      end do
+   end function stretch_element
+
+   !> The curve of the deck's element that holds a coordinate, and the nominal coordinate there.
+   pure subroutine stretch_place(model, layout, stretch, at, curve, s)
+      type(model_t), intent(in) :: model      !! of the deck
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: stretch
+      real(wp), intent(in) :: at              !! 0 to its length
+      integer, intent(out) :: curve           !! 0: the element is straight between its nodes
+      real(wp), intent(out) :: s
+      integer :: e, k
+      associate (rod => layout%stretch(stretch))
+         k = stretch_element(rod, at)
+         e = rod%element(k)
+         curve = model%mesh%curve(e)
+         s = at - layout%origin(e)
+         ! To the last bit at the deck's nodes.
+         if (abs(at - rod%at(k)) <= 0.0_wp) s = model%mesh%s(1, e)
+         if (abs(at - rod%at(k + 1)) <= 0.0_wp) s = model%mesh%s(2, e)
+      end associate
+   end subroutine stretch_place
+end module rod_layout

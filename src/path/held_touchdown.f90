@@ -1,0 +1,118 @@
+!> Equilibria with touchdown points held where they are told to be, the load taken as an unknown instead: where a span opens from
+!> nothing, or a point contact is as curved as its obstacle, the points' own equations are singular, these are not.
+module held_touchdown
+   use kinds, only: wp
+   use model, only: method_load
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t
+   use path_control, only: control_t
+   use corrector, only: increment_t, correct
+   use touchdown_points, only: shift_touchdown_points
+   use small_dense, only: solve_small
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: solve_held, condition
+
+   abstract interface
+      !> What is to vanish, of the size of rotations.
+      function condition(problem, state) result(left)
+         import :: problem_t, state_t, wp
+         type(problem_t), intent(in) :: problem
+         type(state_t), intent(in) :: state
+         real(wp) :: left(2)
+      end function condition
+   end interface
+
+   integer, parameter :: max_iterations = 20
+   real(wp), parameter :: small = 1.0e-8_wp !! from here on as small as it gets, for where the gap is least hangs on that where
+   !! curvatures hardly differ
+   real(wp), parameter :: least_step = 1.0e-11_wp !! of the load: what the corrector can tell from none
+   real(wp), parameter :: rounding = 1.0e3_wp * epsilon(1.0_wp) !! of a rotation
+
+contains
+
+   !> Newton's method, by differences, for load factor and place of the points problem%opening, which move together. With one
+   !> point at most, and `places` false, the load alone is unknown and the sum of the conditions has to vanish.
+   subroutine solve_held(problem, system, places, step, left_of, state, ok, timers)
+      type(problem_t), intent(in) :: problem     !! its opening set
+      type(system_t), intent(inout) :: system
+      logical, intent(in) :: places              !! the place is an unknown, too
+      real(wp), intent(in) :: step(2)            !! of load factor and place, for differences
+      procedure(condition) :: left_of
+      type(state_t), intent(inout) :: state      !! guess on entry
+      logical, intent(out) :: ok
+      type(timers_t), intent(inout) :: timers
+      type(state_t) :: other
+      real(wp) :: left(2), changed(2), slope(2, 2), move(2, 1), trial(2), best
+      integer :: try, k, unknowns
+      logical :: singular
+      unknowns = merge(2, 1, places)
+      best = huge(best)
+      other = state
+      call go_by([0.0_wp, 0.0_wp], other, state, left)
+      do try = 1, max_iterations
+         if (.not. ok) return
+         if (maxval(abs(left)) <= small .and. maxval(abs(left)) >= 0.1_wp * best) return
+         if (maxval(abs(left)) <= rounding) return
+         best = maxval(abs(left))
+         do k = 1, unknowns
+            trial = 0.0_wp
+            trial(k) = step(k)
+            call go_by(trial, state, other, changed)
+            if (.not. ok) exit
+            slope(:, k) = (changed - left) / step(k)
+         end do
+         if (.not. ok) then
+            ok = best <= small
+            return
+         end if
+         move(:, 1) = -left
+         if (unknowns == 1) then
+            slope(1, 1) = sum(slope(:, 1))
+            move(1, 1) = -sum(left)
+         end if
+         call solve_small(unknowns, slope, move, singular)
+         ok = .not. singular
+         if (.not. ok) return
+         trial = 0.0_wp
+         trial(:unknowns) = move(:unknowns, 1)
+         ! Nothing but rounding is left.
+         if (best <= small .and. abs(trial(1)) <= least_step * abs(state%load_factor)) return
+         other = state
+         call go_by(trial, other, state, left)
+         if (.not. ok .and. best <= small) then
+            state = other
+            ok = .true.
+            return
+         end if
+      end do
+      ok = .false.
+
+   contains
+
+      !> Equilibrium with load and points moved.
+      subroutine go_by(move, from, to, left)
+         real(wp), intent(in) :: move(2)         !! load factor, place
+         type(state_t), intent(in) :: from
+         type(state_t), intent(out) :: to
+         real(wp), intent(out) :: left(2)
+         type(control_t) :: control
+         type(increment_t) :: report
+         real(wp) :: distance(problem%candidates%n)
+         integer :: i
+         to = from
+         distance = 0.0_wp
+         do i = 1, 2
+            if (problem%opening(i) > 0 .and. places) distance(problem%opening(i)) = move(2)
+         end do
+         call shift_touchdown_points(problem, to, distance)
+         control%method = method_load
+         control%increment = move(1)
+         call correct(problem, from, control, .true., to, system, report, timers)
+         ok = report%converged
+         left = left_of(problem, to)
+      end subroutine go_by
+   end subroutine solve_held
+end module held_touchdown

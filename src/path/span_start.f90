@@ -1,0 +1,474 @@
+!> From contact at many nodes to contact spans: what the complementarity problem found at the start, as points and lines.
+module span_start
+   use kinds, only: wp
+   use model, only: method_load
+   use problem, only: problem_t
+   use rod_state, only: state_t, candidate_gap, may_react
+   use linear_system, only: system_t, new_system
+   use bordered_system, only: linearise
+   use contact_touch, only: touch_t, takes_spans, covers
+   use span_problem, only: new_span_problem, new_sampled_problem, chain_starts, hold_touches, present_touches
+   use span_tests, only: run_span_tests, span_test_t, touch_place, virtual_pressure, test_slack, test_gap, test_force, &
+      & test_curvature, test_pressure, test_length, test_closing
+   use state_transfer, only: carried
+   use path_control, only: control_t, displacement_between, is_arc_length, set_tangent
+   use path_run, only: run_t
+   use path_continuity, only: heading_at
+   use path_events, only: new_probe
+   use corrector, only: increment_t, correct
+   use obstacle_geometry, only: obstacle_gap
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: prepare_spans, enter_spans, leave_spans, support_leaves
+
+   integer, parameter :: open_nodes(3) = [1, 4, 16]
+   integer, parameter :: max_rounds = 20 !! corrections of what the nodes say
+   integer, parameter :: max_tries = 30  !! increments with contact at nodes
+
+contains
+
+   !> The problem that a path with contact spans starts with: without spans where nothing touches yet, else with nodes that find
+   !> out what does. Unchanged where the deck has no contact that spans describe.
+   subroutine prepare_spans(problem)
+      type(problem_t), intent(inout) :: problem      !! of the deck
+      type(touch_t) :: none(0)
+      real(wp) :: gap, normal(2), bend
+      logical :: touches
+      integer :: k, i
+      do k = 1, size(problem%deck%contact)
+         problem%may_span(k) = takes_spans(problem%deck, problem%layout, k)
+      end do
+      ! All or none: what acts at nodes wants the deck's.
+      if (.not. all(problem%may_span)) problem%may_span = .false.
+      if (.not. any(problem%may_span)) return
+      allocate (problem%covered(size(problem%layout%stretch), size(problem%deck%contact)))
+      do k = 1, size(problem%deck%contact)
+         problem%covered(:, k) = covers(problem%deck, problem%layout, k)
+      end do
+      problem%chain_start = chain_starts(problem)
+      touches = .false.
+      do k = 1, size(problem%deck%contact)
+         associate (contact => problem%deck%contact(k))
+            do i = 1, size(contact%node)
+               call obstacle_gap(problem%deck%obstacle(contact%obstacle), problem%deck%mesh%x(:, contact%node(i)), gap, normal, &
+                  & bend)
+               touches = touches .or. gap + contact%gap + problem%overlap(k) <= 1.0e-10_wp * problem%size
+            end do
+         end associate
+      end do
+      if (touches) then
+         problem = new_sampled_problem(problem)
+      else
+         problem = new_span_problem(problem, none)
+      end if
+   end subroutine prepare_spans
+
+   !> Takes a converged state of contact at nodes for one of contact spans, and the run with it. What the nodes say is corrected
+   !> until all tests of the spans hold; where that fails the run goes on with contact at nodes, and tries again later.
+   subroutine enter_spans(problem, run, trial, entered, timers)
+      type(problem_t), intent(inout) :: problem      !! sampled on entry
+      type(run_t), intent(inout) :: run
+      type(state_t), intent(inout) :: trial
+      logical, intent(out) :: entered
+      type(timers_t), intent(inout) :: timers
+      type(problem_t) :: next
+      type(system_t) :: system
+      type(state_t) :: state
+      type(increment_t) :: report
+      type(control_t) :: here
+      type(touch_t), allocatable :: touch(:), first(:), better(:)
+      type(span_test_t), allocatable :: tests(:)
+      character(:), allocatable :: why
+      logical, allocatable :: moves(:)
+      integer :: round, wave, k
+      entered = .false.
+      here%method = method_load
+      ! From what the nodes say to what they may mean.
+      waves: do wave = 1, size(open_nodes)
+         touch = nodal_touches(problem, trial, open_nodes(wave))
+         if (wave > 1) then
+            if (same_touches(touch, first)) cycle waves
+         end if
+         first = touch
+         call settle()
+         if (entered) exit waves
+      end do waves
+      if (.not. entered) then
+         run%span_tries = run%span_tries + 1
+         if (run%span_tries > max_tries) run%stuck = 'contact at nodes did not turn into points and lines along the rod: '//why
+         call linearise(problem, trial, run%state, run%system, timers)
+         return
+      end if
+      run%span_tries = 0
+      do k = 1, size(next%touch)
+         next%touch(k)%number = run%touches + k
+      end do
+      run%touches = run%touches + size(next%touch)
+      run%state = carried(problem, run%state, next)
+      call hold_touches(next, run%state%active)
+      run%system = system
+      problem = next
+      trial = state
+      call forget_mesh(run)
+      run%heading = heading_at(problem, run%system, displacement_between(problem, run%state, trial), &
+         & trial%load_factor - run%state%load_factor)
+      if (is_arc_length(run%control%method)) &
+         & call set_tangent(problem, run%system, run%heading%u, run%heading%load, run%control)
+      run%probe = new_probe(problem, run%state, run%system, run%heading%load)
+
+   contains
+
+      !> Corrects the touches until they hold.
+      subroutine settle()
+         tries: do round = 1, max_rounds
+            next = new_span_problem(problem, touch)
+            state = carried(problem, trial, next)
+            call hold_touches(next, state%active)
+            system = new_system(next)
+            ! Touchdown points move where they are told by forces in equilibrium.
+            moves = next%candidates%moves
+            next%candidates%moves = .false.
+            call correct(next, state, here, .true., state, system, report, timers)
+            next%candidates%moves = moves
+            if (report%converged) call correct(next, state, here, .true., state, system, report, timers)
+            why = 'equilibrium was not found'
+            if (.not. report%converged) exit tries
+            tests = run_span_tests(next, state, max(system%force_scale, tiny(1.0_wp)))
+            entered = .not. any(tests%value < -test_slack(tests%kind))
+            if (entered) exit tries
+            why = 'contact did not settle'
+            call correct_touches(next, state, tests, better)
+            if (.not. allocated(better)) exit tries
+            if (same_touches(better, touch)) exit tries
+            touch = better
+         end do tries
+      end subroutine settle
+   end subroutine enter_spans
+
+   !> Goes back from contact spans to contact at many nodes, at the point where the run stands: what touches is to be found out
+   !> anew. Left as it was where that has no equilibrium.
+   subroutine leave_spans(problem, run, left, timers)
+      type(problem_t), intent(inout) :: problem
+      type(run_t), intent(inout) :: run
+      logical, intent(out) :: left
+      type(timers_t), intent(inout) :: timers
+      type(problem_t) :: next
+      type(state_t) :: state
+      type(system_t) :: system
+      type(increment_t) :: report
+      type(control_t) :: here
+      type(touch_t), allocatable :: touch(:)
+      real(wp) :: place(problem%candidates%n), at, gap, normal(2), bend, load
+      integer :: c, k
+      left = .false.
+      place = [(touch_place(problem, run%state, c), c=1, problem%candidates%n)]
+      touch = present_touches(problem, place)
+      next = new_sampled_problem(problem)
+      state = carried(problem, run%state, next)
+      do c = 1, next%candidates%n
+         call candidate_gap(next, state, c, gap, normal, bend)
+         at = touch_place(next, state, c)
+         do k = 1, size(touch)
+            if (touch(k)%contact /= next%candidates%contact(c)) cycle
+            if (touch(k)%stretch /= next%stretch(maxval(next%candidates%element(:, c)))) cycle
+            if (abs(at - 0.5_wp * sum(touch(k)%at)) > 0.5_wp * (touch(k)%at(2) - touch(k)%at(1)) + &
+               & 0.5_wp * next%candidates%tributary(c)) cycle
+            state%active(c) = may_react(next, c, normal)
+         end do
+      end do
+      system = new_system(next)
+      here%method = method_load
+      call correct(next, state, here, .false., state, system, report, timers)
+      if (.not. report%converged) return
+      left = .true.
+      load = run%heading%load
+      problem = next
+      run%state = state
+      run%system = system
+      call forget_mesh(run)
+      run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, load))
+      run%probe = new_probe(problem, run%state, run%system, run%heading%load)
+   end subroutine leave_spans
+
+   !> True where a support has taken a node of a contact off its obstacle: how far contact ends from there is found out by nodes.
+   pure logical function support_leaves(problem, state) result(leaves)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp) :: gap, normal(2), bend
+      integer :: c
+      leaves = .false.
+      do c = 1, problem%candidates%n
+         if (problem%candidates%touch(c) == 0 .or. .not. any(problem%model%fixed(1:2, problem%candidates%node(c)))) cycle
+         call candidate_gap(problem, state, c, gap, normal, bend)
+         leaves = leaves .or. (gap > 1.0e-10_wp * problem%size .and. .not. may_react(problem, c, normal))
+      end do
+   end function support_leaves
+
+   !> What belongs to the nodes of the mesh that the run leaves.
+   subroutine forget_mesh(run)
+      type(run_t), intent(inout) :: run
+      if (allocated(run%control%tangent)) deallocate (run%control%tangent)
+      if (allocated(run%control%previous)) deallocate (run%control%previous)
+      if (allocated(run%trail)) deallocate (run%trail)
+   end subroutine forget_mesh
+
+   !> True for sets that are one and the same.
+   pure logical function same_touches(one, other) result(same)
+      type(touch_t), intent(in) :: one(:), other(:)
+      integer :: k
+      same = size(one) == size(other)
+      if (.not. same) return
+      do k = 1, size(one)
+         same = same .and. one(k)%contact == other(k)%contact .and. one(k)%stretch == other(k)%stretch .and. &
+            & (one(k)%line .eqv. other(k)%line) .and. all(abs(one(k)%at - other(k)%at) <= 0.0_wp)
+      end do
+   end function same_touches
+
+   !> Runs of nodes in contact: one or two make a point, more a line, on each stretch that they go over one of its own. A few open
+   !> nodes between others are those of the waves that forces at nodes make; a support that stands on the obstacle takes its
+   !> force, but is in contact.
+   function nodal_touches(problem, state, most) result(touch)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: most        !! open nodes in a row that count as such waves
+      type(touch_t), allocatable :: touch(:)
+      logical, dimension(problem%candidates%n) :: active, done, told
+      integer :: run(problem%candidates%n)
+      real(wp) :: gap, normal(2), bend
+      integer :: c, n, at
+      allocate (touch(0))
+      active = state%active
+      do c = 1, problem%candidates%n
+         associate (near => problem%candidates%neighbour(:, c))
+            if (active(c) .or. .not. any(state%active(pack(near, near > 0)))) cycle
+            call candidate_gap(problem, state, c, gap, normal, bend)
+            if (.not. may_react(problem, c, normal)) active(c) = gap <= 1.0e-9_wp * problem%size
+         end associate
+      end do
+      told = active
+      do c = 1, problem%candidates%n
+         if (.not. told(c)) cycle
+         call close_waves(c, 1)
+         call close_waves(c, 2)
+      end do
+      done = .not. active
+      do c = 1, problem%candidates%n
+         if (done(c)) cycle
+         ! Back to where the run begins; one all round begins anywhere.
+         at = c
+         do
+            if (problem%candidates%neighbour(1, at) == 0) exit
+            if (.not. active(problem%candidates%neighbour(1, at))) exit
+            at = problem%candidates%neighbour(1, at)
+            if (at == c) exit
+         end do
+         n = 0
+         do
+            if (n > 0) then
+               if (at == run(1)) exit
+            end if
+            n = n + 1
+            run(n) = at
+            done(at) = .true.
+            at = problem%candidates%neighbour(2, at)
+            if (at == 0) exit
+            if (.not. active(at)) exit
+         end do
+         if (n <= 2 .and. all(told(run(:n)))) then
+            if (n == 2) then
+               if (state%reaction(run(2)) > state%reaction(run(1))) run(1) = run(2)
+            end if
+            touch = [touch, point_at(run(1))]
+         else
+            call add_lines(run(:n), at == run(1))
+         end if
+      end do
+
+   contains
+
+      !> Takes a few open nodes next to one in contact for closed, up to the next one, or the end of the rod.
+      subroutine close_waves(c, side)
+         integer, intent(in) :: c, side
+         integer :: at, n
+         at = c
+         do n = 0, most
+            at = problem%candidates%neighbour(side, at)
+            if (at == 0) exit
+            if (told(at)) exit
+         end do
+         if (n > most) return
+         ! At the end of a rod that lies flat a single node takes it all.
+         if (at == 0 .and. most == 1) return
+         at = problem%candidates%neighbour(side, c)
+         do while (at > 0)
+            if (active(at)) exit
+            active(at) = .true.
+            at = problem%candidates%neighbour(side, at)
+         end do
+      end subroutine close_waves
+
+      !> A point contact at a node.
+      function point_at(c) result(new)
+         integer, intent(in) :: c
+         type(touch_t) :: new
+         integer :: side
+         side = merge(1, 2, problem%candidates%element(2, c) > 0)
+         new%contact = problem%candidates%contact(c)
+         new%stretch = problem%stretch(problem%candidates%element(3 - side, c))
+         new%at = end_of(problem%candidates%element(3 - side, c), side)
+      end function point_at
+
+      !> Coordinate along its stretch of one end of an element; of breakpoints exactly.
+      real(wp) function end_of(e, side)
+         integer, intent(in) :: e, side
+         end_of = state%geometry%element(e)%s(side) + problem%origin(e)
+         if (side == 1 .and. e == problem%element_first(problem%stretch(e))) end_of = 0.0_wp
+         if (side == 2 .and. e == problem%element_last(problem%stretch(e))) &
+            & end_of = problem%layout%stretch(problem%stretch(e))%length
+      end function end_of
+
+      !> Lines for nodes in contact side by side.
+      subroutine add_lines(run, closed)
+         integer, intent(in) :: run(:)      ! candidates
+         logical, intent(in) :: closed      ! the last one's neighbour is the first one
+         type(touch_t) :: new
+         integer :: i, e
+         do i = 1, size(run) - merge(0, 1, closed)
+            e = problem%candidates%element(2, run(i))
+            if (new%stretch /= problem%stretch(e) .or. (i > 1 .and. e == problem%element_first(problem%stretch(e)))) then
+               if (new%stretch > 0) touch = [touch, new]
+               new%stretch = problem%stretch(e)
+               new%contact = problem%candidates%contact(run(1))
+               new%line = .true.
+               new%at(1) = end_of(e, 1)
+            end if
+            new%at(2) = end_of(e, 2)
+         end do
+         touch = [touch, new]
+      end subroutine add_lines
+   end function nodal_touches
+
+   !> Another set where some tests of one do not hold: contact where the rod is inside an obstacle, none where it would have to be
+   !> pulled. Not allocated where nothing is known to help.
+   subroutine correct_touches(problem, state, tests, better)
+      type(problem_t), intent(in) :: problem         !! of spans
+      type(state_t), intent(in) :: state
+      type(span_test_t), intent(in) :: tests(:)
+      type(touch_t), allocatable, intent(out) :: better(:)
+      type(touch_t) :: touch(size(problem%touch)), new
+      type(touch_t), allocatable :: added(:)
+      logical :: kept(size(problem%touch)), touched(size(problem%touch))
+      real(wp) :: place(problem%candidates%n), length, whole
+      integer :: c, k, i
+      place = [(touch_place(problem, state, c), c=1, problem%candidates%n)]
+      touch = present_touches(problem, place)
+      kept = .true.
+      touched = .false.
+      allocate (added(0))
+      do i = 1, size(tests)
+         associate (test => tests(i))
+            if (test%value >= -test_slack(test%kind)) cycle
+            k = test%touch
+            if (k > 0) then
+               if (touched(k)) cycle
+               touched(k) = .true.
+               whole = problem%layout%stretch(touch(k)%stretch)%length
+               length = touch(k)%at(2) - touch(k)%at(1)
+            end if
+            select case (test%kind)
+            case (test_gap)
+               k = at_tip(test)
+               if (k > 0) then
+                  ! The end of a rod that has turned flat lies down from there.
+                  if (touched(k)) cycle
+                  touched(k) = .true.
+                  touch(k)%line = .true.
+                  touch(k)%at = [min(test%at, touch(k)%at(1)), max(test%at, touch(k)%at(2))]
+               else
+                  new = touch_t(contact=test%contact, stretch=test%stretch, at=[test%at, test%at])
+                  added = [added, new]
+               end if
+            case (test_force)
+               if (.not. touch(k)%line) then
+                  kept(k) = .false.
+               else if (place(test%candidate) > 0.5_wp * sum(touch(k)%at)) then
+                  call lift_end(2)
+               else
+                  call lift_end(1)
+               end if
+            case (test_curvature)
+               length = 0.01_wp * whole
+               touch(k)%at = [max(touch(k)%at(1) - length, 0.0_wp), min(touch(k)%at(2) + length, whole)]
+               touch(k)%line = virtual_pressure(problem, state, test%candidate) >= 0.0_wp
+               if (.not. touch(k)%line) then
+                  new = touch(k)
+                  new%at(1) = new%at(2)
+                  touch(k)%at(2) = touch(k)%at(1)
+                  added = [added, new]
+               end if
+            case (test_pressure)
+               if (test%sense > 0.5_wp) then
+                  call lift_end(2)
+               else if (test%sense < -0.5_wp) then
+                  call lift_end(1)
+               else
+                  call open_inside(test%at)
+               end if
+            case (test_length)
+               touch(k)%line = .false.
+               touch(k)%at = test%at
+            case (test_closing)
+               touched(k + 1) = .true.
+               kept(k + 1) = .false.
+               touch(k)%at(2) = touch(k + 1)%at(2)
+               touch(k)%line = .true.
+            end select
+         end associate
+      end do
+      if (any(touched) .or. size(added) > 0) better = [pack(touch, kept), added]
+
+   contains
+
+      !> The point contact at the end of its rod that a span inside an obstacle leads to; 0: none.
+      pure integer function at_tip(test) result(k)
+         type(span_test_t), intent(in) :: test
+         integer :: c, node
+         do c = 1, problem%candidates%n
+            k = problem%candidates%touch(c)
+            if (k == 0) cycle
+            node = problem%candidates%node(c)
+            if (touch(k)%line .or. touch(k)%contact /= test%contact .or. all(problem%beside(:, node) > 0)) cycle
+            if (any(problem%beside(:, node) == test%first .or. problem%beside(:, node) == test%last)) return
+         end do
+         k = 0
+      end function at_tip
+
+      !> A line that is not pressed at one end: it ends before, and its last point stays where the rod is pressed on.
+      subroutine lift_end(side)
+         integer, intent(in) :: side
+         real(wp) :: to
+         logical :: last
+         last = touch(k)%at(side) <= 0.0_wp .or. touch(k)%at(side) >= whole
+         to = touch(k)%at(side) + merge(0.2_wp, -0.2_wp, side == 1) * length
+         if (.not. last) then
+            new = touch(k)
+            new%line = .false.
+            new%at = touch(k)%at(side)
+            added = [added, new]
+         end if
+         touch(k)%at(side) = to
+      end subroutine lift_end
+
+      !> A line that is not pressed inside becomes two.
+      subroutine open_inside(at)
+         real(wp), intent(in) :: at
+         real(wp) :: half
+         half = 0.1_wp * min(length, 2.0_wp * (at - touch(k)%at(1)), 2.0_wp * (touch(k)%at(2) - at))
+         new = touch(k)
+         new%at(1) = at + half
+         touch(k)%at(2) = at - half
+         added = [added, new]
+      end subroutine open_inside
+   end subroutine correct_touches
+end module span_start

@@ -1,0 +1,378 @@
+!> What must hold for a set of contact spans to be the right one: test functions, smooth along a path on which the set stays,
+!> positive while it holds. Their zeros are where contact begins, ends, spreads or splits.
+module span_tests
+   use kinds, only: wp, pi
+   use problem, only: problem_t
+   use rod_state, only: state_t, element_load, obstacle_shift, candidate_gap
+   use rod_profile, only: profile_t, new_profile, profile_place, profile_angle
+   use obstacle_geometry, only: obstacle_gap
+   use conforming_span, only: conforming_forces, excess_curvature, node_track, track_sense, rod_angle
+   use obstacle_track, only: track_t
+   use ge_element, only: ge_load_t
+   use state_transfer, only: find_point
+   use touchdown_points, only: point_force, held_force, at_breakpoint
+   use contact_touch, only: touch_t
+   use span_problem, only: present_touches
+   implicit none
+   private
+   public :: span_test_t, run_span_tests, touch_place, gap_at, virtual_pressure
+   public :: at_breakpoint, test_slack, flat_buckles
+   public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_closing
+
+   ! What is tested.
+   integer, parameter :: test_gap = 1       !! least gap of a free span: contact begins
+   integer, parameter :: test_force = 2     !! concentrated force of a point, or at a line's end: contact ends, or lifts off behind
+   integer, parameter :: test_curvature = 3 !! of a point contact against the obstacle's: it becomes a line, or two points
+   integer, parameter :: test_pressure = 4  !! least density along a line: it lifts off inside
+   integer, parameter :: test_length = 5    !! of a line: it shrinks to a point
+   integer, parameter :: test_closing = 6   !! of a free span between two contacts: they merge
+
+   !> What a test may fall below zero by before it is taken for violated: what the dense output errs by.
+   real(wp), parameter :: test_slack(6) = [1.0e-9_wp, 1.0e-9_wp, 1.0e-9_wp, 1.0e-6_wp, 0.0_wp, 0.0_wp]
+
+   type :: span_test_t
+      integer :: kind = 0
+      real(wp) :: value = 0.0_wp            !! over its own scale: lengths, forces and curvatures of the structure
+      integer :: touch = 0                  !! index into problem%touch; 0: none yet
+      integer :: candidate = 0              !! force, curvature: which node
+      integer :: contact = 0                !! gap: index into model%contact
+      integer :: stretch = 0
+      integer :: first = 0, last = 0        !! gap: elements of the span
+      real(wp) :: at = 0.0_wp               !! gap, pressure: where along the stretch
+      real(wp) :: sense = 1.0_wp            !! pressure: at the first end (-1), inside (0), at the last (1)
+   end type span_test_t
+
+   ! Next to a touchdown point the gap grows with a power of the distance, less than the dense output errs by.
+   real(wp), parameter :: beside = 0.06_wp  !! of a span
+   integer, parameter :: samples = 4        !! of the gap in an element
+   real(wp), parameter :: shortest = 1.0e-4_wp !! of a stretch: spans as short as that are taken for none
+
+contains
+
+   !> All tests of a converged state; in the same order for all states of one problem.
+   function run_span_tests(problem, state, scale) result(tests)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: scale         !! of forces
+      type(span_test_t), allocatable :: tests(:)
+      type(span_test_t) :: test
+      real(wp) :: stretch, noise
+      logical :: touched(problem%model%mesh%n_nodes), touching(problem%model%mesh%n_nodes)
+      integer :: k, j, c, first, e
+      allocate (tests(0))
+      touched = .false.
+      touched(pack(problem%candidates%node, problem%candidates%touch > 0)) = .true.
+      do k = 1, size(problem%deck%contact)
+         if (.not. problem%deck%contact(k)%spans) cycle
+         touching = .false.
+         touching(pack(problem%candidates%node, problem%candidates%touch > 0 .and. problem%candidates%contact == k)) = .true.
+         do j = 1, size(problem%layout%stretch)
+            if (.not. problem%covered(j, k)) cycle
+            first = 0
+            do e = problem%element_first(j), problem%element_last(j)
+               if (problem%conforms(e) > 0) cycle
+               if (first == 0) first = e
+               if (e < problem%element_last(j)) then
+                  if (problem%conforms(e + 1) == 0 .and. .not. touched(problem%model%mesh%node(2, e))) cycle
+               end if
+               test = span_test_t(kind=test_gap, contact=k, stretch=j, first=first, last=e)
+               call least_gap(problem, state, touching([problem%model%mesh%node(1, first), problem%model%mesh%node(2, e)]), test)
+               test%value = test%value / problem%size
+               tests = [tests, test]
+               first = 0
+            end do
+         end do
+      end do
+      do c = 1, problem%candidates%n
+         if (problem%candidates%touch(c) == 0) cycle
+         associate (touch => problem%touch(problem%candidates%touch(c)))
+            if (problem%candidates%moves(c) .or. at_breakpoint(problem, c)) then
+               test = span_test_t(kind=test_force, touch=problem%candidates%touch(c), candidate=c)
+               if (problem%candidates%moves(c)) then
+                  test%value = point_force(problem, state, c) / scale
+               else
+                  test%value = held_force(problem, state, c) / scale
+                  ! Where a line goes on nothing is held, and what is left is what equilibrium leaves.
+                  noise = max(10.0_wp * problem%model%step(problem%step)%tolerance, 1.0e-10_wp)
+                  if (abs(test%value) <= noise) test%value = 0.0_wp
+                  ! A support that leaves takes the node along.
+                  if (lift(problem, state, c) > noise * problem%size) test%value = -lift(problem, state, c) / problem%size
+               end if
+               tests = [tests, test]
+            end if
+            if (.not. touch%line) then
+               if (problem%candidates%moves(c) .or. problem%model%fixed(3, problem%candidates%node(c))) then
+                  test = span_test_t(kind=test_curvature, touch=problem%candidates%touch(c), candidate=c)
+                  call excess_curvature(problem, state, c, test%value, stretch)
+                  test%value = test%value * problem%size
+                  tests = [tests, test]
+               end if
+            end if
+         end associate
+      end do
+      call add_lengths()
+      do k = 1, size(problem%touch)
+         if (.not. problem%touch(k)%line) cycle
+         test = span_test_t(kind=test_pressure, touch=k)
+         call least_pressure(problem, state, test)
+         test%value = test%value * problem%size / scale
+         tests = [tests, test]
+      end do
+
+   contains
+
+      !> Lines that shrink to points, free spans between two contacts that close.
+      subroutine add_lengths()
+         real(wp) :: length, place(problem%candidates%n)
+         type(touch_t), allocatable :: now(:)
+         integer :: k
+         place = [(touch_place(problem, state, c), c=1, problem%candidates%n)]
+         now = present_touches(problem, place)
+         do k = 1, size(problem%touch)
+            associate (whole => problem%layout%stretch(problem%touch(k)%stretch)%length)
+               if (problem%touch(k)%line) then
+                  test = span_test_t(kind=test_length, touch=k, stretch=problem%touch(k)%stretch, at=0.5_wp * sum(now(k)%at))
+                  test%value = (now(k)%at(2) - now(k)%at(1) - shortest * whole) / problem%size
+                  tests = [tests, test]
+               end if
+               if (k == size(problem%touch)) cycle
+               if (problem%touch(k + 1)%stretch /= problem%touch(k)%stretch) cycle
+               length = now(k + 1)%at(1) - now(k)%at(2)
+               test = span_test_t(kind=test_closing, touch=k, stretch=problem%touch(k)%stretch)
+               test%value = (length - shortest * whole) / problem%size
+               tests = [tests, test]
+            end associate
+         end do
+      end subroutine add_lengths
+   end function run_span_tests
+
+   !> How far a touched node is from the track.
+   pure real(wp) function lift(problem, state, candidate)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      real(wp) :: gap, normal(2), bend
+      call candidate_gap(problem, state, candidate, gap, normal, bend)
+      lift = gap
+   end function lift
+
+   !> Coordinate of a candidate along its stretch.
+   pure real(wp) function touch_place(problem, state, candidate) result(at)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      integer :: e
+      e = problem%candidates%element(2, candidate)
+      if (e > 0) then
+         at = state%geometry%element(e)%s(1) + problem%origin(e)
+      else
+         e = problem%candidates%element(1, candidate)
+         at = state%geometry%element(e)%s(2) + problem%origin(e)
+      end if
+   end function touch_place
+
+   !> Gap of a material point to the obstacle of a contact.
+   real(wp) function gap_at(problem, state, contact, stretch, at) result(gap)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: contact, stretch
+      real(wp), intent(in) :: at            !! along the stretch
+      real(wp) :: normal(2), bend, tau
+      integer :: e
+      call find_point(problem, state, stretch, at, e, tau)
+      associate (o => problem%model%contact(contact)%obstacle)
+         call obstacle_gap(problem%model%obstacle(o), profile_place(problem, new_profile(problem, state, e), tau) - &
+            & obstacle_shift(problem, state, o), gap, normal, bend)
+      end associate
+      gap = gap + contact_offset(problem, state, contact)
+   end function gap_at
+
+   !> What comes on top of the distance from the obstacle of a contact: the gap left in the deck, less what has closed since.
+   pure real(wp) function contact_offset(problem, state, contact) result(offset)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: contact
+      associate (o => problem%model%contact(contact)%obstacle, load => problem%model%step(problem%step)%load)
+         ! As candidate_offset.
+         offset = problem%model%contact(contact)%gap + problem%overlap(contact) * (1.0_wp - problem%constant%resolved(o) - &
+            & state%load_factor * load%resolved(o)) - problem%constant%closing(o) - state%load_factor * load%closing(o)
+      end associate
+   end function contact_offset
+
+   !> The density of the obstacle's force if the rod lay on it at a point contact, of constant curvature and without Q there.
+   real(wp) function virtual_pressure(problem, state, candidate) result(density)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      type(ge_load_t) :: load
+      type(track_t) :: track
+      real(wp) :: angle, sense, stretch, excess, axial, normal(2)
+      integer :: e
+      e = maxval(problem%candidates%element(:, candidate))
+      load = element_load(problem, state, e)
+      track = node_track(problem, state, candidate)
+      sense = track_sense(problem, state, candidate, track)
+      angle = rod_angle(problem, state, candidate)
+      normal = [-sin(angle), cos(angle)]
+      call excess_curvature(problem, state, candidate, excess, stretch)
+      axial = (stretch - 1.0_wp - load%strain) / problem%compliance(e)%axial
+      density = -(axial * track%curvature * stretch + sense * (dot_product(load%line, normal) + load%pressure * stretch))
+   end function virtual_pressure
+
+   !> Least gap of a free span to an obstacle, away from the touchdown points at its ends, and where it is.
+   subroutine least_gap(problem, state, touched, test)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      logical, intent(in) :: touched(2)     !! its ends touch this obstacle: there the gap is zero for certain
+      type(span_test_t), intent(inout) :: test
+      type(profile_t) :: profile
+      real(wp) :: from, to, low, high, at, gap, slope, before, tau, step(2), found
+      integer :: e, i, try
+      associate (g => state%geometry%element)
+         from = g(test%first)%s(1) + problem%origin(test%first)
+         to = g(test%last)%s(2) + problem%origin(test%last)
+      end associate
+      low = from
+      high = to
+      if (touched(1)) low = from + beside * (to - from)
+      if (touched(2)) high = to - beside * (to - from)
+      test%value = huge(1.0_wp)
+      test%at = 0.5_wp * (from + to)
+      before = -1.0_wp
+      do e = test%first, test%last
+         profile = new_profile(problem, state, e)
+         do i = 0, samples
+            if (i == 0 .and. e > test%first) cycle
+            tau = real(i, wp) / samples
+            at = place_of(e, tau)
+            if (at < low .or. at > high) cycle
+            call gap_there(profile, tau, gap, slope)
+            if (gap < test%value) then
+               test%value = gap
+               test%at = at
+            end if
+            ! A minimum between two samples.
+            if (before < 0.0_wp .and. slope > 0.0_wp .and. i > 0 .and. at - step_of(e) >= low) then
+               step = [real(i - 1, wp), real(i, wp)] / samples
+               do try = 1, 50
+                  tau = 0.5_wp * sum(step)
+                  call gap_there(profile, tau, found, slope)
+                  if (slope < 0.0_wp) then
+                     step(1) = tau
+                  else
+                     step(2) = tau
+                  end if
+               end do
+               if (found < test%value) then
+                  test%value = found
+                  test%at = place_of(e, tau)
+               end if
+               call gap_there(profile, real(i, wp) / samples, gap, slope)
+            end if
+            before = slope
+         end do
+      end do
+      if (test%value >= huge(1.0_wp)) test%value = problem%size
+
+   contains
+
+      pure real(wp) function place_of(e, tau) result(at)
+         integer, intent(in) :: e
+         real(wp), intent(in) :: tau
+         associate (g => state%geometry%element(e))
+            at = g%s(1) + tau * (g%s(2) - g%s(1)) + problem%origin(e)
+         end associate
+      end function place_of
+
+      pure real(wp) function step_of(e)
+         integer, intent(in) :: e
+         associate (g => state%geometry%element(e))
+            step_of = (g%s(2) - g%s(1)) / samples
+         end associate
+      end function step_of
+
+      !> Gap and its derivative along the rod.
+      subroutine gap_there(profile, tau, gap, slope)
+         type(profile_t), intent(in) :: profile
+         real(wp), intent(in) :: tau
+         real(wp), intent(out) :: gap, slope
+         real(wp) :: normal(2), bend, angle
+         integer :: obstacle
+         obstacle = problem%model%contact(test%contact)%obstacle
+         call obstacle_gap(problem%model%obstacle(obstacle), profile_place(problem, profile, tau) - &
+            & obstacle_shift(problem, state, obstacle), gap, normal, bend)
+         gap = gap + contact_offset(problem, state, test%contact)
+         angle = profile_angle(problem, state, profile, tau)
+         slope = normal(1) * cos(angle) + normal(2) * sin(angle)
+      end subroutine gap_there
+   end subroutine least_gap
+
+   !> Least density of the obstacle's force along a line, and where it is.
+   subroutine least_pressure(problem, state, test)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(span_test_t), intent(inout) :: test
+      real(wp) :: local(3), place(2), angle, density, tau
+      integer :: e, i, c, first, last
+      test%value = huge(1.0_wp)
+      first = 0
+      last = 0
+      do e = problem%element_first(problem%touch(test%touch)%stretch), problem%element_last(problem%touch(test%touch)%stretch)
+         c = problem%conforms(e)
+         if (c == 0) cycle
+         ! The first node may be that of the line before it, which goes on over a breakpoint.
+         if (problem%candidates%touch(problem%candidates%neighbour(2, c)) /= test%touch .and. &
+            & problem%candidates%touch(c) /= test%touch) cycle
+         if (first == 0) first = e
+         last = e
+         do i = 0, samples
+            tau = real(i, wp) / samples
+            call conforming_forces(problem, state, e, tau, local, place, angle, density)
+            if (density >= test%value) cycle
+            test%value = density
+            associate (g => state%geometry%element(e))
+               test%at = g%s(1) + tau * (g%s(2) - g%s(1)) + problem%origin(e)
+            end associate
+            test%sense = 0.0_wp
+            if (e == first .and. i == 0) test%sense = -1.0_wp
+         end do
+      end do
+      if (last == 0) then
+         test%value = 1.0_wp
+         return
+      end if
+      associate (g => state%geometry%element(last))
+         if (test%at >= g%s(2) + problem%origin(last)) test%sense = 1.0_wp
+      end associate
+   end subroutine least_pressure
+
+   !> Whether a line that nothing presses on a straight obstacle has buckled off it: with ends that keep place and direction this is
+   !> where its thrust reaches 4 pi^2 EI/l^2, however fine the mesh. No test tells: pressure and gap are zero all along.
+   logical function flat_buckles(problem, state, scale)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: scale             !! of forces
+      real(wp), parameter :: none = 1.0e-9_wp   ! of the scale over the size: what rounding leaves of a density
+      real(wp) :: local(3), place(2), angle, density, pushed, turns, length
+      integer :: k, e, i, c
+      flat_buckles = .false.
+      do k = 1, size(problem%touch)
+         if (.not. problem%touch(k)%line) cycle
+         pushed = 0.0_wp
+         turns = 0.0_wp
+         do e = problem%element_first(problem%touch(k)%stretch), problem%element_last(problem%touch(k)%stretch)
+            c = problem%conforms(e)
+            if (c == 0) cycle
+            if (problem%candidates%touch(problem%candidates%neighbour(2, c)) /= k .and. problem%candidates%touch(c) /= k) cycle
+            length = state%geometry%element(e)%length
+            do i = 0, samples
+               call conforming_forces(problem, state, e, real(i, wp) / samples, local, place, angle, density)
+               pushed = max(pushed, abs(density))
+               ! Wave number times length, by its mean.
+               turns = turns + length * sqrt(max(-local(1), 0.0_wp) * problem%compliance(e)%bending) / (samples + 1)
+            end do
+         end do
+         if (pushed * problem%size <= none * scale .and. turns > 2.0_wp * pi) flat_buckles = .true.
+      end do
+   end function flat_buckles
+end module span_tests
