@@ -5,6 +5,8 @@ module model_fixture
    use kinds, only: wp
    use model, only: model_t, curve_t, imperfection_t, family_ge, family_ul2, shape_sine, obstacle_circle, new_load
    use problem, only: problem_t
+   use rod_layout, only: layout_t
+   use remeshed_model, only: division_t
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: linearise, set_path_row, solve_bordered, apply_increment
@@ -13,7 +15,7 @@ module model_fixture
    use random_numbers, only: random_t, new_random, next_random
    implicit none
    private
-   public :: chain_model, line_of, arc_of, bend_sine, add_circle, add_line, solve_at_load, random_values, cross
+   public :: chain_model, line_of, arc_of, bend_sine, add_circle, add_line, solve_at_load, random_values, cross, divided
 
 contains
 
@@ -207,6 +209,30 @@ contains
       end do
       values = 2.0_wp * values - 1.0_wp
    end function random_values
+
+   !> Every element cut in `parts`; nodes inside moved by up to `wander` of an element, to and fro.
+   function divided(layout, parts, wander) result(division)
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: parts
+      real(wp), intent(in) :: wander
+      type(division_t) :: division(size(layout%stretch))
+      real(wp) :: part
+      integer :: j, i, n, k
+      do j = 1, size(division)
+         associate (at => layout%stretch(j)%at)
+            n = parts * (size(at) - 1)
+            allocate (division(j)%at(n + 1))
+            do i = 0, n
+               k = min(i / parts, size(at) - 2)
+               part = real(i - parts * k, wp) / parts
+               division(j)%at(i + 1) = at(k + 1) + part * (at(k + 2) - at(k + 1))
+               if (i > 0 .and. i < n) division(j)%at(i + 1) = division(j)%at(i + 1) + &
+                  & wander * (at(k + 2) - at(k + 1)) / parts * merge(1.0_wp, -0.7_wp, modulo(i, 2) == 0)
+            end do
+            division(j)%at(n + 1) = layout%stretch(j)%length
+         end associate
+      end do
+   end function divided
 
    !> The third component of a x b.
    pure real(wp) function cross(a, b)

@@ -128,14 +128,30 @@ def test_fourth_order_elements(number):
 
 @pytest.mark.parametrize("kind, order, number, meshes", [
     ("GE4", 4, 0, (10, 20, 40)), ("GE4", 4, 1, (10, 20, 40)), ("GE4", 4, 2, (10, 20, 40)), ("GE4", 4, 3, (10, 20, 40)),
-    ("GE6", 6, 0, (6, 12, 24)), ("GE6", 6, 1, (7, 14, 28)), ("GE6", 6, 2, (7, 14, 28)), ("GE6", 6, 3, (5, 10)),
-    ("GE8", 8, 1, (4, 8)), ("GE8", 8, 2, (4, 8))])
+    ("GE6", 6, 1, (7, 14, 28)), ("GE6", 6, 2, (7, 14, 28)), ("GE6", 6, 3, (5, 10))])
 def test_events_converge_with_the_order_of_the_elements(kind, order, number, meshes):
     """A contact point takes nothing from it, wherever it lies between the nodes."""
     label, load, _ = EVENTS[number]
     events = [column(half, kind).results.critical[number] for half in meshes]
     assert all(event.label == label for event in events)
     dr.assert_mean_order([event.load_factor / load - 1.0 for event in events], order, below=1.0, above=1.5)
+
+
+@pytest.mark.parametrize("half", [4, 8, 16])
+@pytest.mark.parametrize("number", range(4))
+def test_coarse_meshes_of_order_8(number, half):
+    """A free span has 8 elements at least, so a coarser deck changes nothing: of order 8 they err by (k h)^8/(8! sqrt(8!)), 1e-8
+    before contact (k = 1.93 pi) and 2e-9 in the halves at the limit point (3.15 pi). What *CONTROLS locates is 1e-8."""
+    event = column(half, "GE8").results.critical[number]
+    assert event.label == EVENTS[number][0] and event.located
+    dr.assert_close(event.load_factor, EVENTS[number][1], relative=3.0 * LOCATE)
+
+
+@pytest.mark.parametrize("half, close", [(6, 1e-6), (12, 1e-7), (24, 2e-8)])
+def test_first_contact_of_order_6(half, close):
+    """One free span of 2*half elements. The gap touches zero between their nodes, where the error of the polynomial, one order more
+    than that of the nodes with a sign that hangs on the place in the element, is added: bounds instead of an order."""
+    dr.assert_close(column(half, "GE6").results.critical[0].load_factor, EVENTS[0][1], relative=close)
 
 
 @pytest.mark.parametrize("kind", ["GE4", "GE6"])
@@ -178,7 +194,8 @@ def test_contact_point_along_all_its_way(kind, close):
     run = column(40, kind)
     rows, _, exact = contact_history(run)
     start, end = dr.regions(run, "start")[rows], dr.regions(run, "end")[rows]
-    assert len(rows) > 25 and exact[0] > 0.461 and exact[-1] < 0.302
+    # How many and where is the affair of the increments; C+ and C- are left out.
+    assert len(rows) > 5 and exact[0] - exact[-1] > 0.75 * (EVENTS[0][2] - EVENTS[2][2])
     dr.assert_close(start, exact, absolute=close)
     dr.assert_close(end, start, absolute=1e-12)
 
@@ -195,10 +212,18 @@ def test_contact_point_wanders_smoothly(kind, close):
 
 
 def test_points_right_after_first_contact():
-    """The column is hundreds of times stiffer there: increments begin anew with the load's former pace."""
+    """The column is hundreds of times stiffer there. Increments are as long as the path is straight, so load over midspan, drawn by
+    chords through the points, leaves the exact curve by less than 1 % of the largest load."""
     run = column()
-    first = run.only("C+").point
-    assert np.all(np.diff(run.column("load_factor")[first - 1:first + 10]) < 0.15)
+    first, top = run.only("C+").point - 1, run.labelled("LP")[0].point - 1
+    load, midspan = run.column("load_factor")[first:top + 1], run.column("midspan")[first:top + 1]
+    rising = branch("contact")
+    exact_load, exact_midspan = table()["P_over_Pcr"][rising], table()["mid_over_h"][rising]
+    below = slice(0, int(np.argmax(exact_load)) + 1)
+    middle = np.linspace(load[0], load[-1], 200)[1:-1]
+    chord = np.interp(middle, load, midspan)
+    exact = np.interp(middle, exact_load[below], exact_midspan[below])
+    dr.assert_close(chord, exact, absolute=0.01 * np.max(run.column("midspan")))
 
 
 def test_path_turns_at_its_limit_points_only():
@@ -230,11 +255,10 @@ def test_contact_at_nodes_finds_the_same_loads_at_second_order():
 
 
 def test_a_contact_that_is_gained_has_its_place():
-    """It carries no force yet, but stands where the next points have it."""
+    """It carries no force yet, but stands where the exact column touches."""
     run = dr.run_deck(dr.example("column"))
     row = run.only("C+").point - 1
     contact = run.results.contact
     assert contact.count[row] == 1 and contact.count[row - 1] == 0
     assert contact.start[row, 0] == contact.end[row, 0]
-    # From 0.461 here it wanders to 0.418 at the limit load.
-    dr.assert_close(contact.start[row, 0], contact.start[row + 1, 0], absolute=2e-4)
+    dr.assert_close(contact.start[row, 0], along_the_rod(EVENTS[0][2]), absolute=1e-7)

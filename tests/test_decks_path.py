@@ -145,10 +145,11 @@ def any_end(text):
 @pytest.mark.parametrize("increments", ["0.02", "0.005, 1e-9, 0.01"])
 def test_load_control_gives_one_answer(increments):
     """The end of the sheet hangs upright, but for 4e-8, and stands on the floor: as a column it buckles at V = 1.78. A long
-    increment meets the path of short ones, which turns there, or says that it has not located a bifurcation.
+    increment meets the path of short ones, which turns there, or tells of a bifurcation: 4e-8 are too little for it to see
+    that the path turns.
     """
     run, slow = any_end(SHEET.format(increments=increments)), dr.run_deck(SHEET.format(increments="0.001, 1e-9, 0.002"))
-    if run.code == 0:
+    if run.code == 0 and not run.labelled("BP"):
         dr.assert_close(run.only("UZ").monitors["V"], slow.only("UZ").monitors["V"], relative=1e-6)
     for one in (run, slow):
         assert not changes_without_event(one), "the stability changes without an event"

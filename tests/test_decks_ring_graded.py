@@ -45,7 +45,7 @@ def angles_and_exact(run, table):
     """Angles of separation at all points that the table covers, and the exact ones at the same displacements."""
     v = run.column("v")
     inside = (v >= table["v"][0]) & (v <= table["v"][-1])
-    assert np.count_nonzero(inside) > 30
+    assert np.count_nonzero(inside) > 15
     exact = dr.interpolate(np.log(table["v"]), table["phi_deg"], np.log(v[inside]))
     return dr.regions(run, "angle_start")[inside], exact
 

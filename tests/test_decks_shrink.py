@@ -59,8 +59,9 @@ def test_ring_that_stays_round(kind, elements, load):
     reaction = run.results.field("reaction", run.results.n_points)
     dr.assert_close(reaction, np.full(elements, np.mean(reaction)), relative=1e-8)
     force = run.results.field("section_forces", run.results.n_points)
-    dr.assert_close(np.hypot(force[..., 0], force[..., 1]),
-                    np.full((elements, 2), np.mean(reaction) / (2 * math.sin(math.pi / elements))), relative=1e-7)
+    # On the wall all along, not only at the nodes, the ring stays a circle: the strain is all that it carries.
+    hoop = n if kind == "GE4" else np.mean(reaction) / (2 * math.sin(math.pi / elements))
+    dr.assert_close(np.hypot(force[..., 0], force[..., 1]), np.full((elements, 2), hoop), relative=1e-7)
 
 
 @pytest.mark.parametrize("load, k", [(load, k) for load in LOADS for k in (30.0, 3000.0)])

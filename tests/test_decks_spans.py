@@ -8,7 +8,7 @@ import pytest
 import deck_runner as dr
 from test_decks_path import LINER, PINNED, TUBE, liner
 
-pytestmark = pytest.mark.xfail(strict=True, reason="contact spans")
+known = pytest.mark.xfail(strict=True, reason="contact spans")
 
 WALLS = """*HEADING
 {title}
@@ -45,6 +45,7 @@ d, ABOVE, 0.6
 """
 
 
+@known
 def test_half_of_a_strip_between_walls():
     """Point contact to P = 155.482, then line contact; d = 0.0313907 at P = 160."""
     run = dr.run_deck(WALLS.format(title="half of a strip", length=0.5, elements=60, guide="2, 6", factor=-2,
@@ -53,6 +54,7 @@ def test_half_of_a_strip_between_walls():
     dr.assert_close(point.monitors["d"], 0.0313907, relative=1e-5)
 
 
+@known
 def test_strip_between_walls():
     """The same without symmetry, on the branch of the perfect strip; in line contact it may shift along itself: no BP."""
     run = dr.run_deck(WALLS.format(title="strip", length=1.0, elements=120, guide="2, 2\n2, 6", factor=-1, trigger="", end=45,
@@ -63,12 +65,14 @@ def test_strip_between_walls():
     assert not [c for c in branch.critical if c.label == "BP" and 150.0 < c.load_factor]
 
 
+@known
 def test_a_line_contact_opens_inside():
     run = dr.run_deck(PINNED.format(middle="", lines="1, 3, 81", monitor="", end=0.0018))
     split = [c for c in run.labelled("C-") if "split" in c.note]
     dr.assert_close(split[0].load_factor, 4.804326, relative=1e-4)
 
 
+@known
 @pytest.mark.parametrize("disturbance", ["1e-5", "2e-4", "5e-3"])
 def test_liner_without_a_gap(disturbance):
     """R/t = 25: 35.1 with the disturbances 1e-3 and 2e-3 (Glock 34.3)."""
@@ -77,6 +81,7 @@ def test_liner_without_a_gap(disturbance):
     dr.assert_close(run.load("LP"), 35.1, relative=3e-3)
 
 
+@known
 def test_liners_with_gaps():
     """One limit point each, whatever small force disturbs them; 36.277501 is exact for 0.004."""
     for gap in (0.001, 0.002, 0.004, 0.006, 0.01):
