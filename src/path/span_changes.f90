@@ -13,7 +13,7 @@ module span_changes
    use state_transfer, only: carried
    use span_regions, only: beginning_region
    use span_tests, only: span_test_t, run_span_tests, touch_place, gap_at, virtual_pressure, test_slack, test_gap, test_force, &
-      & test_curvature, test_pressure, test_length, test_closing
+      & test_curvature, test_pressure, test_length, test_closing, test_crossing, shortest, beyond
    use path_control, only: control_t, is_arc_length, path_length
    use path_continuity, only: heading_t, heading_at
    use path_events, only: new_probe
@@ -301,6 +301,8 @@ contains
          words = 'contact opens inside'
       case (test_length)
          words = 'a contact line shrinks to a point'
+      case (test_crossing)
+         words = 'contact comes to a breakpoint of the rod'
       case default
          words = 'two contacts merge'
       end select
@@ -316,6 +318,7 @@ contains
       type(touch_t) :: new
       real(wp) :: place(problem%candidates%n), rate, length, whole
       integer :: opened(2)                       ! numbers of the touches that a new span opens between; 0: none
+      integer :: crossed(2)                      ! the same of one that is behind a breakpoint now: its last node, its first
       integer :: c, k
       logical :: ok
       do c = 1, problem%candidates%n
@@ -323,6 +326,7 @@ contains
       end do
       touch = present_touches(problem, place)
       opened = 0
+      crossed = 0
       k = test%touch
       whole = problem%layout%stretch(max(test%stretch, 1))%length
       if (k > 0) whole = problem%layout%stretch(touch(k)%stretch)%length
@@ -356,8 +360,9 @@ contains
             if (touch(k)%at(1) > 0.5_wp * whole) opened = [touch(k)%number, 0]
          end if
       case (test_length)
-         touch(k)%line = .false.
-         touch(k)%at = test%at
+         call shrink()
+      case (test_crossing)
+         call cross(nint(test%sense))
       case (test_closing)
          touch(k)%at(2) = touch(k + 1)%at(2)
          touch(k)%line = .true.
@@ -372,6 +377,7 @@ contains
       end if
       ok = run%system%ok
       if (ok .and. any(opened > 0)) call open_span(problem, run, opened, ok, timers)
+      if (ok .and. any(crossed > 0)) call open_span(problem, run, crossed, ok, timers)
       if (.not. ok) then
          run%stuck = 'no way on from where '//test_words(test)
          return
@@ -406,6 +412,51 @@ contains
       end if
 
    contains
+
+      !> A line that has become as short as none: what is left is a point, or, where it goes on past a breakpoint, the line there.
+      subroutine shrink()
+         integer :: way, next, side
+         real(wp) :: end
+         do way = -1, 1, 2
+            next = beyond(problem, k, way)
+            if (next == 0) cycle
+            end = merge(problem%layout%stretch(next)%length, 0.0_wp, way < 0)
+            side = merge(2, 1, way < 0)
+            next = findloc(touch%line .and. touch%stretch == next .and. touch%contact == touch(k)%contact .and. &
+               & abs(touch%at(side) - end) <= 0.0_wp, .true., 1)
+            if (next == 0) cycle
+            if (abs(touch(k)%at(3 - side) - merge(0.0_wp, whole, way < 0)) > 0.0_wp) cycle
+            touch(next)%at(side) = end + way * 2.0_wp * shortest * problem%layout%stretch(touch(next)%stretch)%length
+            crossed(3 - side) = touch(next)%number
+            touch = [touch(:k - 1), touch(k + 1:)]
+            return
+         end do
+         touch(k)%line = .false.
+         touch(k)%at = test%at
+      end subroutine shrink
+
+      !> What comes to a breakpoint goes on behind it: a point is there, a line gets another part there.
+      subroutine cross(way)
+         integer, intent(in) :: way           !! -1: before the touch, 1: after it
+         real(wp) :: end, inside
+         new = touch(k)
+         new%stretch = beyond(problem, k, way)
+         end = merge(problem%layout%stretch(new%stretch)%length, 0.0_wp, way < 0)
+         inside = end + way * 2.0_wp * shortest * problem%layout%stretch(new%stretch)%length
+         if (.not. new%line) then
+            new%at = inside
+            touch(k) = new
+            crossed(2) = new%number
+            return
+         end if
+         new%at = [min(end, inside), max(end, inside)]
+         new%number = run%touches + 1
+         run%touches = new%number
+         crossed(merge(2, 1, way < 0)) = new%number
+         if (way < 0) touch(k)%at(1) = 0.0_wp
+         if (way > 0) touch(k)%at(2) = whole
+         touch = [touch, new]
+      end subroutine cross
 
       !> A line that lifts off: inside two lines are left, behind its end a point and a line.
       subroutine split_line()

@@ -17,7 +17,7 @@ module span_tests
    private
    public :: span_test_t, run_span_tests, touch_place, gap_at, virtual_pressure
    public :: at_breakpoint, test_slack, flat_buckles
-   public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_closing
+   public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_closing, test_crossing, beyond
 
    ! What is tested.
    integer, parameter :: test_gap = 1       !! least gap of a free span: contact begins
@@ -26,9 +26,10 @@ module span_tests
    integer, parameter :: test_pressure = 4  !! least density along a line: it lifts off inside
    integer, parameter :: test_length = 5    !! of a line: it shrinks to a point
    integer, parameter :: test_closing = 6   !! of a free span between two contacts: they merge
+   integer, parameter :: test_crossing = 7  !! of a free span between a contact and a breakpoint of the rod: it comes to that
 
    !> What a test may fall below zero by before it is taken for violated: what the dense output errs by.
-   real(wp), parameter :: test_slack(6) = [1.0e-9_wp, 1.0e-9_wp, 1.0e-9_wp, 1.0e-6_wp, 0.0_wp, 0.0_wp]
+   real(wp), parameter :: test_slack(7) = [1.0e-9_wp, 1.0e-9_wp, 1.0e-9_wp, 1.0e-6_wp, 0.0_wp, 0.0_wp, 0.0_wp]
 
    type :: span_test_t
       integer :: kind = 0
@@ -39,13 +40,13 @@ module span_tests
       integer :: stretch = 0
       integer :: first = 0, last = 0        !! gap: elements of the span
       real(wp) :: at = 0.0_wp               !! gap, pressure: where along the stretch
-      real(wp) :: sense = 1.0_wp            !! pressure: at the first end (-1), inside (0), at the last (1)
+      real(wp) :: sense = 1.0_wp            !! pressure: at the first end (-1), inside (0), at the last (1); crossing: before, beyond
    end type span_test_t
 
    ! Next to a touchdown point the gap grows with a power of the distance, less than the dense output errs by.
    real(wp), parameter :: beside = 0.06_wp  !! of a span
    integer, parameter :: samples = 4        !! of the gap in an element
-   real(wp), parameter :: shortest = 1.0e-4_wp !! of a stretch: spans as short as that are taken for none
+   real(wp), parameter, public :: shortest = 1.0e-4_wp !! of a stretch: spans as short as that are taken for none
 
 contains
 
@@ -76,7 +77,7 @@ contains
                   if (problem%conforms(e + 1) == 0 .and. .not. touched(problem%model%mesh%node(2, e))) cycle
                end if
                test = span_test_t(kind=test_gap, contact=k, stretch=j, first=first, last=e)
-               call least_gap(problem, state, touching([problem%model%mesh%node(1, first), problem%model%mesh%node(2, e)]), test)
+               call least_gap(problem, state, touched, touching, test)
                test%value = test%value / problem%size
                tests = [tests, test]
                first = 0
@@ -135,6 +136,8 @@ contains
                   test%value = (now(k)%at(2) - now(k)%at(1) - shortest * whole) / problem%size
                   tests = [tests, test]
                end if
+               call add_crossing(k, now(k)%at(1), -1)
+               call add_crossing(k, whole - now(k)%at(2), 1)
                if (k == size(problem%touch)) cycle
                if (problem%touch(k + 1)%stretch /= problem%touch(k)%stretch) cycle
                length = now(k + 1)%at(1) - now(k)%at(2)
@@ -144,7 +147,42 @@ contains
             end associate
          end do
       end subroutine add_lengths
+
+      !> A touch that comes to an end of its stretch, past which the contact goes on.
+      subroutine add_crossing(k, distance, way)
+         integer, intent(in) :: k, way        !! touch; -1: before it, 1: after it
+         real(wp), intent(in) :: distance     !! to the breakpoint; 0 for one that is there
+         if (.not. distance > 0.0_wp .or. beyond(problem, k, way) == 0) return
+         if (k + way >= 1 .and. k + way <= size(problem%touch)) then
+            if (problem%touch(k + way)%stretch == problem%touch(k)%stretch) return
+         end if
+         test = span_test_t(kind=test_crossing, touch=k, stretch=problem%touch(k)%stretch, sense=real(way, wp))
+         test%value = (distance - shortest * problem%layout%stretch(test%stretch)%length) / problem%size
+         tests = [tests, test]
+      end subroutine add_crossing
    end function run_span_tests
+
+   !> The stretch on which a contact goes on past the end of its own: the obstacle is the same there, and at the breakpoint between
+   !> no support holds the rod. Forces pass from the free span to the contact, or back. 0: there is none.
+   pure integer function beyond(problem, touch, way) result(stretch)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: touch             !! index into problem%touch
+      integer, intent(in) :: way               !! -1: before it, 1: after it
+      integer :: node, e
+      stretch = 0
+      associate (own => problem%touch(touch)%stretch, mesh => problem%model%mesh)
+         if (way < 0) then
+            node = mesh%node(1, problem%element_first(own))
+            e = problem%beside(1, node)
+         else
+            node = mesh%node(2, problem%element_last(own))
+            e = problem%beside(2, node)
+         end if
+         if (e == 0) return
+         if (any(problem%model%fixed(:, node))) return
+         if (problem%covered(problem%stretch(e), problem%touch(touch)%contact)) stretch = problem%stretch(e)
+      end associate
+   end function beyond
 
    !> How far a touched node is from the track.
    pure real(wp) function lift(problem, state, candidate)
@@ -156,19 +194,24 @@ contains
       lift = gap
    end function lift
 
-   !> Coordinate of a candidate along its stretch.
+   !> Coordinate of a candidate along the stretch of its touch.
    pure real(wp) function touch_place(problem, state, candidate) result(at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      integer :: e
+      integer :: e, side, touch
+      touch = problem%candidates%touch(candidate)
+      side = 2
       e = problem%candidates%element(2, candidate)
-      if (e > 0) then
-         at = state%geometry%element(e)%s(1) + problem%origin(e)
-      else
-         e = problem%candidates%element(1, candidate)
-         at = state%geometry%element(e)%s(2) + problem%origin(e)
+      if (e > 0 .and. touch > 0) then
+         ! A node that two stretches share.
+         if (problem%stretch(e) /= problem%touch(touch)%stretch) e = 0
       end if
+      if (e == 0) then
+         side = 1
+         e = problem%candidates%element(1, candidate)
+      end if
+      at = state%geometry%element(e)%s(3 - side) + problem%origin(e)
    end function touch_place
 
    !> Gap of a material point to the obstacle of a contact.
@@ -220,22 +263,27 @@ contains
    end function virtual_pressure
 
    !> Least gap of a free span to an obstacle, away from the touchdown points at its ends, and where it is.
-   subroutine least_gap(problem, state, touched, test)
+   subroutine least_gap(problem, state, touched, touching, test)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      logical, intent(in) :: touched(2)     !! its ends touch this obstacle: there the gap is zero for certain
+      logical, intent(in) :: touched(:)     !! (nodes) touch some obstacle
+      logical, intent(in) :: touching(:)    !! (nodes) touch this one: there the gap is zero for certain
       type(span_test_t), intent(inout) :: test
       type(profile_t) :: profile
-      real(wp) :: from, to, low, high, at, gap, slope, before, tau, step(2), found
+      real(wp) :: from, to, low, high, at, gap, slope, before, tau, step(2), found, more(2)
+      logical :: zero(2)
       integer :: e, i, try
       associate (g => state%geometry%element)
          from = g(test%first)%s(1) + problem%origin(test%first)
          to = g(test%last)%s(2) + problem%origin(test%last)
       end associate
+      ! Breakpoints of the rod divide no span.
+      call to_next_touch(problem, state, touched, touching, test%first, 1, more(1), zero(1))
+      call to_next_touch(problem, state, touched, touching, test%last, 2, more(2), zero(2))
       low = from
       high = to
-      if (touched(1)) low = from + beside * (to - from)
-      if (touched(2)) high = to - beside * (to - from)
+      if (zero(1)) low = max(from, from - more(1) + beside * (to - from + sum(more)))
+      if (zero(2)) high = min(to, to + more(2) - beside * (to - from + sum(more)))
       test%value = huge(1.0_wp)
       test%at = 0.5_wp * (from + to)
       before = -1.0_wp
@@ -306,6 +354,30 @@ contains
          slope = normal(1) * cos(angle) + normal(2) * sin(angle)
       end subroutine gap_there
    end subroutine least_gap
+
+   !> How much of a free span lies beyond one end of an element, and whether it ends with a touch of one obstacle.
+   pure subroutine to_next_touch(problem, state, touched, touching, element, side, length, touches)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      logical, intent(in) :: touched(:), touching(:) !! (nodes) as in least_gap
+      integer, intent(in) :: element, side   !! 1: before its first node, 2: after its last
+      real(wp), intent(out) :: length
+      logical, intent(out) :: touches
+      integer :: e, node
+      length = 0.0_wp
+      e = element
+      do
+         node = problem%model%mesh%node(side, e)
+         touches = touching(node)
+         if (touched(node)) return
+         e = problem%beside(side, node)
+         if (e == 0 .or. e == element) return
+         if (problem%conforms(e) > 0) return
+         associate (s => state%geometry%element(e)%s)
+            length = length + s(2) - s(1)
+         end associate
+      end do
+   end subroutine to_next_touch
 
    !> Least density of the obstacle's force along a line, and where it is.
    subroutine least_pressure(problem, state, test)
