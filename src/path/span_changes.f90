@@ -13,7 +13,7 @@ module span_changes
    use state_transfer, only: carried
    use span_regions, only: beginning_region
    use span_tests, only: span_test_t, run_span_tests, touch_place, gap_at, virtual_pressure, test_slack, test_gap, test_force, &
-      & test_curvature, test_pressure, test_length, test_closing, test_crossing, shortest, beyond
+      & test_curvature, test_pressure, test_length, test_closing, test_crossing, test_slope, shortest, beyond
    use path_control, only: control_t, is_arc_length, path_length
    use path_continuity, only: heading_t, heading_at
    use path_events, only: new_probe
@@ -60,7 +60,7 @@ contains
       type(state_t) :: place, earlier
       type(heading_t) :: heading
       real(wp) :: scale, fraction, at
-      logical :: shorter, found, lies
+      logical :: shorter, found, lies, looked_ahead
       integer :: k, first, round
       finished = .false.
       scale = max(run%system%force_scale, tiny(scale))
@@ -71,6 +71,7 @@ contains
       changed = any(after%value < -test_slack(after%kind))
       there = after
       first = 0
+      looked_ahead = .false.
       if (.not. changed) then
          ! A span that lies down makes its point flat, too, but is neutral there.
          call lie_down(problem, run, earlier, trial, ahead, lies, timers)
@@ -89,6 +90,7 @@ contains
             call linearise(problem, trial, run%state, run%system, timers)
             return
          end if
+         looked_ahead = .not. stuck
          call linearise(problem, place, run%state, run%system, timers)
          heading = heading_of(problem, run, place)
       end if
@@ -119,9 +121,15 @@ contains
       if (there(first)%kind == test_gap) call sharpen()
       if (after(first)%kind == test_gap) run%beginning = beginning_region(problem, place, there(first)%contact, &
          & there(first)%stretch, there(first)%at)
-      call accept(problem, step, run, place, heading, change_label(after(first)), report, .false., recorder, shorter, finished, &
-         & outcome, timers)
+      call accept(problem, step, run, place, heading, change_label(after(first)), report, looked_ahead, recorder, shorter, &
+         & finished, outcome, timers)
       if (allocated(run%beginning)) deallocate (run%beginning)
+      if (shorter) then
+         ! Something lies before it that is better found from nearer.
+         changed = .false.
+         call linearise(problem, trial, run%state, run%system, timers)
+         return
+      end if
       if (finished .or. allocated(outcome%why)) return
       kept = problem
       place = run%state
@@ -303,6 +311,8 @@ contains
          words = 'a contact line shrinks to a point'
       case (test_crossing)
          words = 'contact comes to a breakpoint of the rod'
+      case (test_slope)
+         words = 'an end of a rod lies down'
       case default
          words = 'two contacts merge'
       end select
@@ -363,6 +373,8 @@ contains
          call shrink()
       case (test_crossing)
          call cross(nint(test%sense))
+      case (test_slope)
+         call lie_down_from_end(nint(test%sense))
       case (test_closing)
          touch(k)%at(2) = touch(k + 1)%at(2)
          touch(k)%line = .true.
@@ -432,15 +444,45 @@ contains
             return
          end do
          touch(k)%line = .false.
-         touch(k)%at = test%at
+         if (touch(k)%at(1) <= 0.0_wp) then
+            touch(k)%at = 0.0_wp
+         else if (touch(k)%at(2) >= whole) then
+            touch(k)%at = whole
+         else
+            touch(k)%at = test%at
+         end if
       end subroutine shrink
 
-      !> What comes to a breakpoint goes on behind it: a point is there, a line gets another part there.
+      !> An end of a rod that touched is tangent to the obstacle: where the rod, which has no moment there, is curved away from it
+      !> the point leaves the end; else a line begins with it.
+      subroutine lie_down_from_end(way)
+         integer, intent(in) :: way           !! -1: the rod lies before its end, 1: after it
+         real(wp) :: inside, excess, stretch
+         inside = touch(k)%at(1) + way * 2.0_wp * shortest * whole
+         call excess_curvature(problem, run%state, test%candidate, excess, stretch)
+         touch(k)%line = excess * problem%size <= flat
+         crossed(merge(1, 2, way > 0)) = touch(k)%number
+         if (.not. touch(k)%line) then
+            touch(k)%at = inside
+         else if (way > 0) then
+            touch(k)%at(2) = inside
+         else
+            touch(k)%at(1) = inside
+         end if
+      end subroutine lie_down_from_end
+
+      !> What comes to a breakpoint goes on behind it: a point is there, a line gets another part there. At the end of a rod, or at
+      !> a support, it stays.
       subroutine cross(way)
          integer, intent(in) :: way           !! -1: before the touch, 1: after it
          real(wp) :: end, inside
          new = touch(k)
          new%stretch = beyond(problem, k, way)
+         if (new%stretch == 0) then
+            if (way < 0 .or. .not. touch(k)%line) touch(k)%at(1) = merge(0.0_wp, whole, way < 0)
+            if (way > 0 .or. .not. touch(k)%line) touch(k)%at(2) = merge(0.0_wp, whole, way < 0)
+            return
+         end if
          end = merge(problem%layout%stretch(new%stretch)%length, 0.0_wp, way < 0)
          inside = end + way * 2.0_wp * shortest * problem%layout%stretch(new%stretch)%length
          if (.not. new%line) then

@@ -6,7 +6,7 @@ module span_tests
    use rod_state, only: state_t, element_load, obstacle_shift, candidate_gap
    use rod_profile, only: profile_t, new_profile, profile_place, profile_angle
    use obstacle_geometry, only: obstacle_gap
-   use conforming_span, only: conforming_forces, excess_curvature, node_track, track_sense, rod_angle
+   use conforming_span, only: conforming_forces, excess_curvature, node_track, track_sense, track_rotation, rod_angle
    use obstacle_track, only: track_t
    use ge_element, only: ge_load_t
    use state_transfer, only: find_point
@@ -17,7 +17,7 @@ module span_tests
    private
    public :: span_test_t, run_span_tests, touch_place, gap_at, virtual_pressure
    public :: at_breakpoint, test_slack, flat_buckles
-   public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_closing, test_crossing, beyond
+   public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_closing, test_crossing, test_slope, beyond
 
    ! What is tested.
    integer, parameter :: test_gap = 1       !! least gap of a free span: contact begins
@@ -27,9 +27,10 @@ module span_tests
    integer, parameter :: test_length = 5    !! of a line: it shrinks to a point
    integer, parameter :: test_closing = 6   !! of a free span between two contacts: they merge
    integer, parameter :: test_crossing = 7  !! of a free span between a contact and a breakpoint of the rod: it comes to that
+   integer, parameter :: test_slope = 8     !! of the gap inwards from a free end that touches: the end lies down, or lifts
 
    !> What a test may fall below zero by before it is taken for violated: what the dense output errs by.
-   real(wp), parameter :: test_slack(7) = [1.0e-9_wp, 1.0e-9_wp, 1.0e-9_wp, 1.0e-6_wp, 0.0_wp, 0.0_wp, 0.0_wp]
+   real(wp), parameter :: test_slack(8) = [1.0e-9_wp, 1.0e-9_wp, 1.0e-9_wp, 1.0e-6_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0e-9_wp]
 
    type :: span_test_t
       integer :: kind = 0
@@ -40,7 +41,8 @@ module span_tests
       integer :: stretch = 0
       integer :: first = 0, last = 0        !! gap: elements of the span
       real(wp) :: at = 0.0_wp               !! gap, pressure: where along the stretch
-      real(wp) :: sense = 1.0_wp            !! pressure: at the first end (-1), inside (0), at the last (1); crossing: before, beyond
+      real(wp) :: sense = 1.0_wp            !! pressure: at the first end (-1), inside (0), at the last (1); crossing: before
+      !! the touch, after it; slope: likewise
    end type span_test_t
 
    ! Next to a touchdown point the gap grows with a power of the distance, less than the dense output errs by.
@@ -107,6 +109,12 @@ contains
                   call excess_curvature(problem, state, c, test%value, stretch)
                   test%value = test%value * problem%size
                   tests = [tests, test]
+               else if (any(problem%beside(:, problem%candidates%node(c)) == 0) .and. may_turn(c)) then
+                  test = span_test_t(kind=test_slope, touch=problem%candidates%touch(c), candidate=c)
+                  test%sense = merge(1.0_wp, -1.0_wp, problem%beside(1, problem%candidates%node(c)) == 0)
+                  test%value = test%sense * track_rotation(problem, state, c) * &
+                     & track_sense(problem, state, c, node_track(problem, state, c))
+                  tests = [tests, test]
                end if
             end if
          end associate
@@ -148,11 +156,17 @@ contains
          end do
       end subroutine add_lengths
 
-      !> A touch that comes to an end of its stretch, past which the contact goes on.
+      !> True for a touched end of a rod that nothing holds.
+      pure logical function may_turn(c)
+         integer, intent(in) :: c
+         may_turn = .not. any(problem%model%fixed(:, problem%candidates%node(c)))
+      end function may_turn
+
+      !> A touch that comes to an end of its stretch.
       subroutine add_crossing(k, distance, way)
          integer, intent(in) :: k, way        !! touch; -1: before it, 1: after it
          real(wp), intent(in) :: distance     !! to the breakpoint; 0 for one that is there
-         if (.not. distance > 0.0_wp .or. beyond(problem, k, way) == 0) return
+         if (.not. distance > 0.0_wp) return
          if (k + way >= 1 .and. k + way <= size(problem%touch)) then
             if (problem%touch(k + way)%stretch == problem%touch(k)%stretch) return
          end if
