@@ -187,10 +187,11 @@ contains
          place = run%state
          heading = run%heading
          there = before
-         if (before(which)%value <= 0.0_wp) return
-         division = new_division(problem, run, trial, ahead, .false.)
          ! Found on the side that it is reached from: beyond it the set does not hold.
          tolerance = 0.5_wp * step%locate_tolerance * max(before(which)%value, -after(which)%value)
+         ! What comes with another change, as where a structure is symmetric, is there already.
+         if (before(which)%value <= 2.0_wp * tolerance) return
+         division = new_division(problem, run, trial, ahead, .false.)
          bracket = new_bracket(before(which)%value - tolerance, after(which)%value - tolerance)
          found = .false.
          do try = 1, max_tries
