@@ -635,12 +635,15 @@ contains
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run             !! its system factored
       type(touch_t), intent(in) :: lost
-      type(state_t) :: ahead
+      type(state_t) :: ahead, here
       real(wp) :: step
       step = 1.0e-6_wp * problem%size / max(maxval(abs(run%system%tangent)), tiny(step))
+      ! On the new mesh forces are in balance after the next iteration only, which both make.
+      here = run%state
       ahead = run%state
+      call apply_increment(problem, run%system, 0.0_wp * run%system%tangent, [0.0_wp], here)
       call apply_increment(problem, run%system, step * run%system%tangent, [step], ahead)
       rate = gap_at(problem, ahead, lost%contact, lost%stretch, lost%at(1)) - &
-         & gap_at(problem, run%state, lost%contact, lost%stretch, lost%at(1))
+         & gap_at(problem, here, lost%contact, lost%stretch, lost%at(1))
    end function opening_rate
 end module span_changes
