@@ -5,7 +5,7 @@ module span_changes
    use model, only: step_t, method_load, method_linearised
    use problem, only: problem_t
    use rod_state, only: state_t
-   use linear_system, only: new_system
+   use linear_system, only: system_t, new_system
    use bordered_system, only: linearise, apply_increment
    use contact_set, only: reaction_rate
    use contact_touch, only: touch_t
@@ -17,7 +17,7 @@ module span_changes
    use path_control, only: control_t, is_arc_length, path_length
    use path_continuity, only: heading_t, heading_at
    use path_events, only: new_probe
-   use path_run, only: run_t, heading_of
+   use path_run, only: run_t, heading_of, forget_mesh
    use path_acceptance, only: accept, outcome_t
    use increment_points, only: division_t, new_division, point_within
    use bracketing, only: bracket_t, new_bracket, bracket_guess, bracket_update
@@ -60,7 +60,7 @@ contains
       type(state_t) :: place, earlier
       type(heading_t) :: heading
       real(wp) :: scale, fraction, at
-      logical :: shorter, found, lies
+      logical :: shorter, found
       integer :: k, first, round
       finished = .false.
       scale = max(run%system%force_scale, tiny(scale))
@@ -72,14 +72,6 @@ contains
       there = after
       first = 0
       if (.not. changed) then
-         ! A span that lies down makes its point flat, too, but is neutral there.
-         call lie_down(problem, run, earlier, trial, ahead, lies, timers)
-         if (lies) then
-            changed = stuck
-            if (stuck) call accept(problem, step, run, trial, ahead, '  ', report, .false., recorder, shorter, finished, &
-               & outcome, timers)
-            return
-         end if
          call find_flat_point(problem, run, earlier, trial, before, after, merge(20.0_wp, 2.0_wp, stuck), place, first, timers)
          if (first > 0) then
             there = run_span_tests(problem, place, scale)
@@ -317,7 +309,7 @@ contains
       real(wp) :: place(problem%candidates%n), rate, length, whole
       integer :: opened(2)                       ! numbers of the touches that a new span opens between; 0: none
       integer :: c, k
-      logical :: ok
+      logical :: ok, lies
       do c = 1, problem%candidates%n
          place(c) = touch_place(problem, run%state, c)
       end do
@@ -335,6 +327,8 @@ contains
          end if
          touch = [touch(:k - 1), touch(k + 1:)]
       case (test_curvature)
+         call lay_span(lies)
+         if (lies) return
          length = first_length * whole
          ! Against a straight wall a uniform rod lies without pressure.
          if (virtual_pressure(problem, run%state, test%candidate) >= 0.0_wp) then
@@ -407,6 +401,24 @@ contains
 
    contains
 
+      !> The span beside a flat point lies down as a whole where it is the obstacle's shape.
+      subroutine lay_span(lies)
+         logical, intent(out) :: lies
+         type(problem_t) :: next
+         type(state_t) :: start
+         type(system_t) :: system
+         call lie_down(problem, run%trail(1)%from, run%state, test%candidate, held_load(run), next, start, system, rate, &
+            & lies, timers)
+         if (.not. lies) return
+         problem = next
+         run%state = start
+         run%system = system
+         run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
+         run%probe = new_probe(problem, run%state, run%system, run%heading%load)
+         call forget_mesh(run)
+         run%control%increment = min(run%control%increment, run%last_length)
+      end subroutine lay_span
+
       !> A line that lifts off: inside two lines are left, behind its end a point and a line.
       subroutine split_line()
          type(touch_t) :: rest
@@ -456,9 +468,14 @@ contains
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
       real(wp) :: step(2)
-      step = [1.0e-4_wp * max(abs(run%last_load), 1.0e-3_wp * abs(run%state%load_factor)), &
-         & 1.0e-2_wp * first_length * maxval(problem%layout%stretch%length)]
+      step = [held_load(run), 1.0e-2_wp * first_length * maxval(problem%layout%stretch%length)]
    end function held_steps
+
+   !> That of the load factor.
+   pure real(wp) function held_load(run) result(step)
+      type(run_t), intent(in) :: run
+      step = 1.0e-4_wp * max(abs(run%last_load), 1.0e-3_wp * abs(run%state%load_factor))
+   end function held_load
 
    !> Where a point contact is about to be as curved as its obstacle: there its own equation, that of the least gap, has no
    !> slope, and no increment gets past it. With the point held load and place are found at which both are right.
@@ -606,9 +623,7 @@ contains
       state = carried(problem, run%state, next)
       call hold_touches(next, state%active)
       run%heading%u = carried_field(problem, run%state, run%heading%u, next, state)
-      if (allocated(run%control%tangent)) deallocate (run%control%tangent)
-      if (allocated(run%control%previous)) deallocate (run%control%previous)
-      if (allocated(run%trail)) deallocate (run%trail)
+      call forget_mesh(run)
       problem = next
       run%state = state
       run%system = new_system(problem)

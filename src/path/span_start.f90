@@ -12,7 +12,7 @@ module span_start
       & test_curvature, test_pressure, test_length, test_closing
    use state_transfer, only: carried
    use path_control, only: control_t, displacement_between, is_arc_length, set_tangent
-   use path_run, only: run_t
+   use path_run, only: run_t, forget_mesh
    use path_continuity, only: heading_at
    use path_events, only: new_probe
    use corrector, only: increment_t, correct
@@ -204,14 +204,6 @@ contains
          leaves = leaves .or. (gap > 1.0e-10_wp * problem%size .and. .not. may_react(problem, c, normal))
       end do
    end function support_leaves
-
-   !> What belongs to the nodes of the mesh that the run leaves.
-   subroutine forget_mesh(run)
-      type(run_t), intent(inout) :: run
-      if (allocated(run%control%tangent)) deallocate (run%control%tangent)
-      if (allocated(run%control%previous)) deallocate (run%control%previous)
-      if (allocated(run%trail)) deallocate (run%trail)
-   end subroutine forget_mesh
 
    !> True for sets that are one and the same.
    pure logical function same_touches(one, other) result(same)
