@@ -500,13 +500,19 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
       integer :: c, d, j
-      real(wp) :: force(2), k(3, 3), motion(3), normal(3)
+      real(wp) :: force(2), k(3, 3), motion(3), normal(3), spring
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
          associate (node => problem%candidates%node(c))
             d = dof(problem, node, 1)
             call contact_tangent(problem, state, system, c, force, k)
             if (system%soft(c)) system%residual(d:d + 1) = system%residual(d:d + 1) - force
+            if (problem%candidates%touch(c) > 0 .and. .not. problem%candidates%follows(c)) then
+               ! What the point is away from where the gap is least, times its force.
+               spring = touchdown_spring(problem, state, c)
+               if (abs(spring) > 0.0_wp) system%residual(d + 2) = system%residual(d + 2) + &
+                  & spring * track_rotation(problem, state, c)
+            end if
             do j = 1, 3
                system%k%a(1:4 - j, d + j - 1) = system%k%a(1:4 - j, d + j - 1) + k(j:3, j)
             end do
