@@ -314,6 +314,8 @@ contains
          place(c) = touch_place(problem, run%state, c)
       end do
       touch = present_touches(problem, place)
+      call lay_span(lies)
+      if (lies) return
       opened = 0
       k = test%touch
       whole = problem%layout%stretch(max(test%stretch, 1))%length
@@ -327,8 +329,6 @@ contains
          end if
          touch = [touch(:k - 1), touch(k + 1:)]
       case (test_curvature)
-         call lay_span(lies)
-         if (lies) return
          length = first_length * whole
          ! Against a straight wall a uniform rod lies without pressure.
          if (virtual_pressure(problem, run%state, test%candidate) >= 0.0_wp) then
@@ -401,14 +401,13 @@ contains
 
    contains
 
-      !> The span beside a flat point lies down as a whole where it is the obstacle's shape.
+      !> A free span lies down as a whole where it is the obstacle's shape.
       subroutine lay_span(lies)
          logical, intent(out) :: lies
          type(problem_t) :: next
          type(state_t) :: start
          type(system_t) :: system
-         call lie_down(problem, run%trail(1)%from, run%state, test%candidate, held_load(run), next, start, system, rate, &
-            & lies, timers)
+         call lie_down(problem, run%trail(1)%from, run%state, held_load(run), next, start, system, rate, lies, timers)
          if (.not. lies) return
          problem = next
          run%state = start

@@ -24,34 +24,39 @@ module span_lie_down
 
 contains
 
-   !> The set in which a free span beside a flat point lies down, and the state where its line begins to press.
-   subroutine lie_down(problem, earlier, state, candidate, step, next, start, system, rate, lies, timers)
+   !> The set in which a free span lies down, and the state where its line begins to press.
+   subroutine lie_down(problem, earlier, state, step, next, start, system, rate, lies, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: earlier       !! the point of the path before
-      type(state_t), intent(in) :: state         !! where the point is flat
-      integer, intent(in) :: candidate           !! of the point
+      type(state_t), intent(in) :: state         !! where a test of the set is zero
       real(wp), intent(in) :: step               !! of the load, for differences
       type(problem_t), intent(out) :: next
       type(state_t), intent(out) :: start        !! of `next`, its system factored there
       type(system_t), intent(out) :: system
       real(wp), intent(out) :: rate              !! of the line's least pressure, per unit of load factor
-      logical, intent(out) :: lies               !! false: no span beside it lies down
+      logical, intent(out) :: lies               !! false: no span lies down
       type(timers_t), intent(inout) :: timers
       type(span_test_t), allocatable :: tests(:)
       real(wp) :: span(2), was(2)
-      integer :: side
+      integer :: c, side, e
       lies = .false.
-      do side = 1, 2
-         call free_span(problem, state, candidate, side, span)
-         if (.not. span(2) > span(1)) cycle
-         call free_span(problem, earlier, candidate, side, was)
-         if (largest_gap(problem, state, candidate, span) > vanished * largest_gap(problem, earlier, candidate, was)) cycle
-         next = new_span_problem(problem, laid_down(problem, state, candidate, side))
-         call find_begin(problem, next, state, step, start, system, rate, lies, timers)
-         if (.not. lies) cycle
-         tests = run_span_tests(next, start, max(system%force_scale, tiny(rate)))
-         lies = .not. any(tests%value < -10.0_wp * test_slack(tests%kind))
-         if (lies) return
+      do c = 1, problem%candidates%n
+         if (problem%candidates%touch(c) == 0) cycle
+         do side = 1, 2
+            e = problem%candidates%element(side, c)
+            if (e == 0) cycle
+            if (problem%conforms(e) > 0) cycle
+            call free_span(problem, state, c, side, span)
+            if (.not. span(2) > span(1)) cycle
+            call free_span(problem, earlier, c, side, was)
+            if (largest_gap(problem, state, c, span) > vanished * largest_gap(problem, earlier, c, was)) cycle
+            next = new_span_problem(problem, laid_down(problem, state, c, side))
+            call find_begin(problem, next, state, step, start, system, rate, lies, timers)
+            if (.not. lies) cycle
+            tests = run_span_tests(next, start, max(system%force_scale, tiny(rate)))
+            lies = .not. any(tests%value < -10.0_wp * test_slack(tests%kind))
+            if (lies) return
+         end do
       end do
    end subroutine lie_down
 
