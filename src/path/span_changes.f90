@@ -26,7 +26,7 @@ module span_changes
    use touchdown_points, only: opening_misfit, point_force
    use held_touchdown, only: solve_held
    use span_lie_down, only: lie_down
-   use conforming_span, only: excess_curvature, track_sense, track_rotation, node_track
+   use conforming_span, only: flat, excess_curvature, track_sense, track_rotation, node_track
    use path_record, only: recorder_t
    use timing, only: timers_t
    implicit none
@@ -35,7 +35,6 @@ module span_changes
 
    integer, parameter :: max_tries = 40
    real(wp), parameter :: near_by = 0.1_wp     !! of an increment: what a better place may differ by
-   real(wp), parameter :: flat = 1.0e-9_wp         !! excess of curvature times size that is as good as none
    real(wp), parameter :: first_length = 4.0e-3_wp !! of a stretch: what opens from nothing begins with that
 
 contains
@@ -56,11 +55,12 @@ contains
       type(timers_t), intent(inout) :: timers
       type(span_test_t), allocatable :: before(:), after(:), there(:)
       type(increment_t) :: report
-      type(problem_t) :: kept
-      type(state_t) :: place, earlier
+      type(problem_t) :: kept, laid
+      type(state_t) :: place, earlier, start
+      type(system_t) :: system
       type(heading_t) :: heading
-      real(wp) :: scale, fraction, at
-      logical :: shorter, found
+      real(wp) :: scale, fraction, at, rate
+      logical :: shorter, found, lies
       integer :: k, first, round
       finished = .false.
       scale = max(run%system%force_scale, tiny(scale))
@@ -72,7 +72,7 @@ contains
       there = after
       first = 0
       if (.not. changed) then
-         call find_flat_point(problem, run, earlier, trial, before, after, merge(20.0_wp, 2.0_wp, stuck), place, first, timers)
+         call look_ahead(merge(20.0_wp, 2.0_wp, stuck), first)
          if (first > 0) then
             there = run_span_tests(problem, place, scale)
             changed = .not. any(there%value < -10.0_wp * test_slack(after%kind) .and. [(k, k=1, size(there))] /= first)
@@ -109,12 +109,19 @@ contains
          if (.not. any(there%value < -10.0_wp * test_slack(after%kind) .and. [(k, k=1, size(there))] /= first)) exit
       end do
       if (there(first)%kind == test_gap) call sharpen()
+      call lie_down(problem, earlier, place, held_load(run), laid, start, system, rate, lies, timers)
+      ! There the span is neutral, and its pivot has the sign of rounding; the line's are definite.
+      if (lies) run%system%negative_pivots = system%negative_pivots
       if (after(first)%kind == test_gap) run%beginning = beginning_region(problem, place, there(first)%contact, &
          & there(first)%stretch, there(first)%at)
       call accept(problem, step, run, place, heading, change_label(after(first)), report, .false., recorder, shorter, finished, &
          & outcome, timers)
       if (allocated(run%beginning)) deallocate (run%beginning)
       if (finished .or. allocated(outcome%why)) return
+      if (lies) then
+         call take_line()
+         return
+      end if
       kept = problem
       place = run%state
       heading = run%heading
@@ -128,6 +135,17 @@ contains
       call linearise(problem, run%state, run%state, run%system, timers)
 
    contains
+
+      !> Goes on with the line of a span that has lain down.
+      subroutine take_line()
+         problem = laid
+         run%state = start
+         run%system = system
+         run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
+         run%probe = new_probe(problem, run%state, run%system, run%heading%load)
+         call forget_mesh(run)
+         run%control%increment = min(run%control%increment, run%last_length)
+      end subroutine take_line
 
       !> Where contact begins: the gap is as good as the dense output, the touch itself as good as the nodes.
       subroutine sharpen()
@@ -158,6 +176,23 @@ contains
          there(first)%at = touched_at(next, touched)
       end subroutine sharpen
 
+      !> A point contact that is about to become as curved as its obstacle: no increment may get there.
+      subroutine look_ahead(ahead, which)
+         real(wp), intent(in) :: ahead           !! stretches like the last one, over which a straight line tells enough
+         integer, intent(out) :: which           !! test, 0: none is near its zero
+         do which = 1, size(after)
+            if (after(which)%kind /= test_curvature) cycle
+            if (.not. problem%candidates%moves(after(which)%candidate)) cycle
+            if (after(which)%value <= 0.0_wp .or. after(which)%value > ahead * (before(which)%value - after(which)%value)) cycle
+            place = trial
+            call find_flat_point(problem, run, after(which)%candidate, place, found, timers)
+            if (found) found = abs(place%load_factor - trial%load_factor) <= &
+               & 2.0_wp * ahead * abs(trial%load_factor - earlier%load_factor)
+            if (found) return
+         end do
+         which = 0
+      end subroutine look_ahead
+
       !> The zero of a test between both ends.
       subroutine locate_change(which, found)
          integer, intent(in) :: which
@@ -172,6 +207,22 @@ contains
          heading = run%heading
          there = before
          if (before(which)%value <= 0.0_wp) return
+         if (after(which)%kind == test_curvature) then
+            if (problem%candidates%moves(after(which)%candidate)) then
+               if (before(which)%value > -after(which)%value) place = trial
+               call find_flat_point(problem, run, after(which)%candidate, place, found, timers)
+               if (found) found = path_length(problem, run%state, place) <= path_length(problem, run%state, trial)
+               if (found) then
+                  report = increment_t(converged=.true.)
+                  call linearise(problem, place, run%state, run%system, timers)
+                  heading = heading_of(problem, run, place)
+                  there = run_span_tests(problem, place, scale)
+                  return
+               end if
+               place = run%state
+               there = before
+            end if
+         end if
          division = new_division(problem, run, trial, ahead, .false.)
          ! Found on the side that it is reached from: beyond it the set does not hold.
          tolerance = 0.5_wp * step%locate_tolerance * max(before(which)%value, -after(which)%value)
@@ -309,13 +360,11 @@ contains
       real(wp) :: place(problem%candidates%n), rate, length, whole
       integer :: opened(2)                       ! numbers of the touches that a new span opens between; 0: none
       integer :: c, k
-      logical :: ok, lies
+      logical :: ok
       do c = 1, problem%candidates%n
          place(c) = touch_place(problem, run%state, c)
       end do
       touch = present_touches(problem, place)
-      call lay_span(lies)
-      if (lies) return
       opened = 0
       k = test%touch
       whole = problem%layout%stretch(max(test%stretch, 1))%length
@@ -401,23 +450,6 @@ contains
 
    contains
 
-      !> A free span lies down as a whole where it is the obstacle's shape.
-      subroutine lay_span(lies)
-         logical, intent(out) :: lies
-         type(problem_t) :: next
-         type(state_t) :: start
-         type(system_t) :: system
-         call lie_down(problem, run%trail(1)%from, run%state, held_load(run), next, start, system, rate, lies, timers)
-         if (.not. lies) return
-         problem = next
-         run%state = start
-         run%system = system
-         run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
-         run%probe = new_probe(problem, run%state, run%system, run%heading%load)
-         call forget_mesh(run)
-         run%control%increment = min(run%control%increment, run%last_length)
-      end subroutine lay_span
-
       !> A line that lifts off: inside two lines are left, behind its end a point and a line.
       subroutine split_line()
          type(touch_t) :: rest
@@ -476,34 +508,18 @@ contains
       step = 1.0e-4_wp * max(abs(run%last_load), 1.0e-3_wp * abs(run%state%load_factor))
    end function held_load
 
-   !> Where a point contact is about to be as curved as its obstacle: there its own equation, that of the least gap, has no
-   !> slope, and no increment gets past it. With the point held load and place are found at which both are right.
-   subroutine find_flat_point(problem, run, earlier, trial, before, after, ahead, place, which, timers)
+   !> Where a point contact is as curved as its obstacle: there its own equation, that of the least gap, has no slope. With the point
+   !> held load and place are found at which both are right.
+   subroutine find_flat_point(problem, run, candidate, place, ok, timers)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
-      type(state_t), intent(in) :: earlier, trial !! two points of the path
-      type(span_test_t), intent(in) :: before(:), after(:) !! their tests
-      real(wp), intent(in) :: ahead              !! stretches like that between them, over which a straight line tells enough
-      type(state_t), intent(out) :: place
-      integer, intent(out) :: which              !! test, 0: none is near its zero
+      integer, intent(in) :: candidate
+      type(state_t), intent(inout) :: place      !! a state nearby on entry
+      logical, intent(out) :: ok
       type(timers_t), intent(inout) :: timers
-      integer :: k
-      logical :: ok
-      do k = 1, size(after)
-         which = k
-         if (after(k)%kind /= test_curvature) cycle
-         if (.not. problem%candidates%moves(after(k)%candidate)) cycle
-         if (after(k)%value <= 0.0_wp .or. after(k)%value > ahead * (before(k)%value - after(k)%value)) cycle
-         problem%opening = [after(k)%candidate, 0]
-         place = trial
-         call solve_held(problem, run%system, .true., held_steps(problem, run), flatness, place, ok, timers)
-         problem%opening = 0
-         if (.not. ok) cycle
-         ok = abs(place%load_factor - trial%load_factor) <= &
-            & 2.0_wp * ahead * abs(trial%load_factor - earlier%load_factor)
-         if (ok) return
-      end do
-      which = 0
+      problem%opening = [candidate, 0]
+      call solve_held(problem, run%system, .true., held_steps(problem, run), flatness, place, ok, timers)
+      problem%opening = 0
    end subroutine find_flat_point
 
    !> Rotation of a held point against the obstacle, and its excess of curvature over the size, which is to stay above zero.

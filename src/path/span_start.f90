@@ -370,6 +370,8 @@ contains
             end if
             select case (test%kind)
             case (test_gap)
+               ! Beside a point that is to spread the rod is inside the obstacle for that reason.
+               if (spreads_beside(test)) cycle
                k = at_tip(test)
                if (k > 0) then
                   ! The end of a rod that has turned flat lies down from there.
@@ -421,6 +423,18 @@ contains
       if (any(touched) .or. size(added) > 0) better = [pack(touch, kept), added]
 
    contains
+
+      !> True for a span next to a point contact that is less curved than its obstacle.
+      pure logical function spreads_beside(test) result(beside)
+         type(span_test_t), intent(in) :: test
+         integer :: i
+         beside = .false.
+         do i = 1, size(tests)
+            if (tests(i)%kind /= test_curvature .or. tests(i)%value >= -test_slack(test_curvature)) cycle
+            beside = beside .or. any(problem%candidates%element(:, tests(i)%candidate) == test%first) .or. &
+               & any(problem%candidates%element(:, tests(i)%candidate) == test%last)
+         end do
+      end function spreads_beside
 
       !> The point contact at the end of its rod that a span inside an obstacle leads to; 0: none.
       pure integer function at_tip(test) result(k)
