@@ -25,7 +25,7 @@ module span_changes
    use step_control, only: smallest
    use touchdown_points, only: opening_misfit, point_force
    use held_touchdown, only: solve_held
-   use span_lie_down, only: lie_down
+   use span_lie_down, only: lie_down, beside_free_span, span_gap, vanished
    use conforming_span, only: flat, excess_curvature, track_sense, track_rotation, node_track
    use path_record, only: recorder_t
    use timing, only: timers_t
@@ -61,7 +61,8 @@ contains
       type(heading_t) :: heading
       real(wp) :: scale, fraction, at, rate
       logical :: shorter, found, lies
-      integer :: k, first, round
+      character(2) :: label
+      integer :: k, first
       finished = .false.
       scale = max(run%system%force_scale, tiny(scale))
       after = run_span_tests(problem, trial, scale)
@@ -84,38 +85,21 @@ contains
          call linearise(problem, place, run%state, run%system, timers)
          heading = heading_of(problem, run, place)
       end if
-      ! The first along the path: what is located may turn out to come after another one.
-      do round = 1, size(after)
-         if (.not. any(after%value < -test_slack(after%kind))) exit
-         first = 0
-         fraction = 1.0_wp
-         do k = 1, size(after)
-            if (there(k)%value >= -test_slack(after(k)%kind)) cycle
-            at = max(before(k)%value, 0.0_wp) / max(before(k)%value - after(k)%value, tiny(at))
-            if (first > 0 .and. at >= fraction) cycle
-            first = k
-            fraction = at
-         end do
-         if (first == 0) exit
-         call locate_change(first, found)
-         if (.not. found) then
-            ! A shorter increment may tell.
-            call linearise(problem, run%state, run%state, run%system, timers)
-            run%control%increment = 0.5_wp * run%control%increment
-            if (abs(run%control%increment) < smallest(step, run%control)) run%stuck = 'where '//test_words(after(first))// &
-               & ' was not found'
-            return
-         end if
-         if (.not. any(there%value < -10.0_wp * test_slack(after%kind) .and. [(k, k=1, size(there))] /= first)) exit
-      end do
-      if (there(first)%kind == test_gap) call sharpen()
-      call lie_down(problem, earlier, place, held_load(run), laid, start, system, rate, lies, timers)
-      ! There the span is neutral, and its pivot has the sign of rounding; the line's are definite.
-      if (lies) run%system%negative_pivots = system%negative_pivots
-      if (after(first)%kind == test_gap) run%beginning = beginning_region(problem, place, there(first)%contact, &
-         & there(first)%stretch, there(first)%at)
-      call accept(problem, step, run, place, heading, change_label(after(first)), report, .false., recorder, shorter, finished, &
-         & outcome, timers)
+      lies = .false.
+      if (first == 0) call pass_flat_span()
+      if (.not. lies) then
+         call locate_first(found)
+         if (.not. found) return
+         if (there(first)%kind == test_gap) call sharpen()
+         if (after(first)%kind == test_gap) run%beginning = beginning_region(problem, place, there(first)%contact, &
+            & there(first)%stretch, there(first)%at)
+         call lie_down(problem, earlier, place, held_load(run), laid, start, system, rate, lies, timers)
+         ! There the span is neutral, and its pivot has the sign of rounding; the line's are definite.
+         if (lies) run%system%negative_pivots = system%negative_pivots
+      end if
+      label = '  '
+      if (first > 0) label = change_label(after(first))
+      call accept(problem, step, run, place, heading, label, report, .false., recorder, shorter, finished, outcome, timers)
       if (allocated(run%beginning)) deallocate (run%beginning)
       if (finished .or. allocated(outcome%why)) return
       if (lies) then
@@ -135,6 +119,74 @@ contains
       call linearise(problem, run%state, run%state, run%system, timers)
 
    contains
+
+      !> The first change along the path: what is located may turn out to come after another one.
+      subroutine locate_first(found)
+         logical, intent(out) :: found
+         integer :: round, k, next
+         found = .true.
+         do round = 1, size(after)
+            if (.not. any(after%value < -test_slack(after%kind))) exit
+            next = 0
+            fraction = 1.0_wp
+            do k = 1, size(after)
+               if (there(k)%value >= -test_slack(after(k)%kind)) cycle
+               at = max(before(k)%value, 0.0_wp) / max(before(k)%value - after(k)%value, tiny(at))
+               if (next > 0 .and. at >= fraction) cycle
+               next = k
+               fraction = at
+            end do
+            if (next == 0) exit
+            first = next
+            call locate_change(first, found)
+            if (.not. found) then
+               ! A shorter increment may tell.
+               call linearise(problem, run%state, run%state, run%system, timers)
+               run%control%increment = 0.5_wp * run%control%increment
+               if (abs(run%control%increment) < smallest(step, run%control)) run%stuck = 'where '//test_words(after(first))// &
+                  & ' was not found'
+               return
+            end if
+            if (.not. any(there%value < -10.0_wp * test_slack(after%kind) .and. [(k, k=1, size(there))] /= first)) exit
+         end do
+      end subroutine locate_first
+
+      !> A free span whose gap is gone somewhere on the way lies down there. Where exactly the increments of the old set cannot
+      !> tell, for the place of its point is neutral; the line will.
+      subroutine pass_flat_span()
+         type(division_t) :: division
+         type(bracket_t) :: bracket
+         real(wp) :: gap, from
+         logical :: low_moved
+         integer :: c, side, try
+         do c = 1, problem%candidates%n
+            do side = 1, 2
+               if (.not. beside_free_span(problem, c, side)) cycle
+               from = span_gap(problem, run%state, c, side)
+               gap = span_gap(problem, trial, c, side)
+               if (.not. (from > 0.0_wp .and. gap < 0.0_wp)) cycle
+               division = new_division(problem, run, trial, ahead, .false.)
+               bracket = new_bracket((1.0_wp - 0.5_wp * vanished) * from, gap - 0.5_wp * vanished * from)
+               do try = 1, max_tries
+                  fraction = bracket_guess(bracket)
+                  call point_within(problem, run, trial, ahead, division, fraction, .false., .true., place, report, timers)
+                  if (.not. report%converged) exit
+                  gap = span_gap(problem, place, c, side)
+                  if (gap > 0.0_wp .and. gap <= vanished * from) then
+                     call lie_down(problem, run%state, place, held_load(run), laid, start, system, rate, lies, timers)
+                     exit
+                  end if
+                  call bracket_update(bracket, fraction, gap - 0.5_wp * vanished * from, low_moved)
+               end do
+               if (.not. lies) cycle
+               heading = heading_of(problem, run, place)
+               there = run_span_tests(problem, place, scale)
+               return
+            end do
+         end do
+         place = run%state
+         there = after
+      end subroutine pass_flat_span
 
       !> Goes on with the line of a span that has lain down.
       subroutine take_line()

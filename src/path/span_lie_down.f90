@@ -16,7 +16,7 @@ module span_lie_down
    use timing, only: timers_t
    implicit none
    private
-   public :: lie_down
+   public :: lie_down, beside_free_span, span_gap, vanished
 
    integer, parameter :: samples = 16          !! of the gap over a span
    real(wp), parameter :: vanished = 0.01_wp   !! of a gap at the point before: what is left of one that closes with the curvature
@@ -37,19 +37,12 @@ contains
       logical, intent(out) :: lies               !! false: no span lies down
       type(timers_t), intent(inout) :: timers
       type(span_test_t), allocatable :: tests(:)
-      real(wp) :: span(2), was(2)
-      integer :: c, side, e
+      integer :: c, side
       lies = .false.
       do c = 1, problem%candidates%n
-         if (problem%candidates%touch(c) == 0) cycle
          do side = 1, 2
-            e = problem%candidates%element(side, c)
-            if (e == 0) cycle
-            if (problem%conforms(e) > 0) cycle
-            call free_span(problem, state, c, side, span)
-            if (.not. span(2) > span(1)) cycle
-            call free_span(problem, earlier, c, side, was)
-            if (largest_gap(problem, state, c, span) > vanished * largest_gap(problem, earlier, c, was)) cycle
+            if (.not. beside_free_span(problem, c, side)) cycle
+            if (abs(span_gap(problem, state, c, side)) > vanished * abs(span_gap(problem, earlier, c, side))) cycle
             next = new_span_problem(problem, laid_down(problem, state, c, side))
             call find_begin(problem, next, state, step, start, system, rate, lies, timers)
             if (.not. lies) cycle
@@ -134,20 +127,30 @@ contains
       end do
    end subroutine free_span
 
-   !> Largest gap over a span to the obstacle of a point contact.
-   real(wp) function largest_gap(problem, state, candidate, span) result(gap)
+   !> True for a touched node with a free span on one side.
+   pure logical function beside_free_span(problem, candidate, side) result(free)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: candidate, side     !! 1 before, 2 after
+      free = problem%candidates%touch(candidate) > 0 .and. problem%candidates%element(side, candidate) > 0
+      if (free) free = problem%conforms(problem%candidates%element(side, candidate)) == 0
+   end function beside_free_span
+
+   !> Gap where it is largest, be it to the inside, over a free span to the obstacle of the contact at its end.
+   real(wp) function span_gap(problem, state, candidate, side) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      real(wp), intent(in) :: span(2)
+      integer, intent(in) :: candidate, side     !! as beside_free_span
+      real(wp) :: span(2), here
       integer :: i
       gap = 0.0_wp
+      call free_span(problem, state, candidate, side, span)
       associate (touch => problem%touch(problem%candidates%touch(candidate)))
-         do i = 0, samples
-            gap = max(gap, abs(gap_at(problem, state, touch%contact, touch%stretch, span(1) + (span(2) - span(1)) * i / samples)))
+         do i = 1, samples - 1
+            here = gap_at(problem, state, touch%contact, touch%stretch, span(1) + (span(2) - span(1)) * i / samples)
+            if (abs(here) > abs(gap)) gap = here
          end do
       end associate
-   end function largest_gap
+   end function span_gap
 
    !> The touches with a line from a point contact to the end of the free span on one side, and what touches there.
    function laid_down(problem, state, candidate, side) result(touch)
