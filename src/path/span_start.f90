@@ -6,7 +6,7 @@ module span_start
    use rod_state, only: state_t, candidate_gap, may_react
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
-   use contact_touch, only: touch_t, takes_spans, covers
+   use contact_touch, only: touch_t, takes_spans, covers, sort_touches
    use span_problem, only: new_span_problem, new_sampled_problem, chain_starts, hold_touches, present_touches
    use span_tests, only: run_span_tests, span_test_t, touch_place, virtual_pressure, test_slack, test_gap, test_force, &
       & test_curvature, test_pressure, test_length, test_closing
@@ -204,6 +204,26 @@ contains
          leaves = leaves .or. (gap > 1.0e-10_wp * problem%size .and. .not. may_react(problem, c, normal))
       end do
    end function support_leaves
+
+   !> Touches that have grown over each other are one.
+   function united(touches) result(touch)
+      type(touch_t), intent(in) :: touches(:)
+      type(touch_t), allocatable :: touch(:)
+      integer :: k
+      touch = touches
+      call sort_touches(touch)
+      k = 1
+      do while (k < size(touch))
+         if (touch(k)%stretch == touch(k + 1)%stretch .and. touch(k)%contact == touch(k + 1)%contact .and. &
+            & touch(k + 1)%at(1) <= touch(k)%at(2)) then
+            touch(k)%at(2) = max(touch(k)%at(2), touch(k + 1)%at(2))
+            touch(k)%line = .true.
+            touch = [touch(:k), touch(k + 2:)]
+         else
+            k = k + 1
+         end if
+      end do
+   end function united
 
    !> True for sets that are one and the same.
    pure logical function same_touches(one, other) result(same)
@@ -420,7 +440,7 @@ contains
             end select
          end associate
       end do
-      if (any(touched) .or. size(added) > 0) better = [pack(touch, kept), added]
+      if (any(touched) .or. size(added) > 0) better = united([pack(touch, kept), added])
 
    contains
 
