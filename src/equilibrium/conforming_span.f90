@@ -16,7 +16,11 @@ module conforming_span
    implicit none
    private
    public :: evaluate_conforming, conforming_forces, conforming_displacement, conforming_resultant, &
-      & conforming_guess, track_rotation, track_bend_rate, touchdown_spring, excess_curvature, node_track, track_sense, rod_angle
+      & conforming_guess, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple, flat, &
+      & excess_curvature, node_track, track_sense, rod_angle
+
+   !> Excess of curvature times size that is as good as none: what rounding and the tolerance of Newton's method leave.
+   real(wp), parameter :: flat = 1.0e-9_wp
 
 contains
 
@@ -146,6 +150,20 @@ contains
       call excess_curvature(problem, state, candidate, excess, stretch)
       if (abs(excess) > 0.0_wp) spring = state%reaction(candidate) * stretch / excess
    end function touchdown_spring
+
+   !> What is out of balance at a point contact that is not where the gap is least: its force times the distance. 0 at a point as
+   !> curved as its obstacle, which is there everywhere nearby.
+   pure real(wp) function touchdown_couple(problem, state, candidate) result(couple)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state            !! with the reaction
+      integer, intent(in) :: candidate
+      real(wp) :: excess, stretch
+      couple = 0.0_wp
+      if (.not. problem%candidates%moves(candidate) .or. any(problem%opening == candidate)) return
+      call excess_curvature(problem, state, candidate, excess, stretch)
+      if (abs(excess) * problem%size <= 10.0_wp * flat) return
+      couple = state%reaction(candidate) * stretch / excess * track_rotation(problem, state, candidate)
+   end function touchdown_couple
 
    !> Stress-free curvature at the stages of an element.
    pure subroutine stage_bends(problem, state, e, bend, rate)

@@ -14,7 +14,7 @@ module linear_system
    use ge_element, only: ge_evaluate, ge_load_t, ge_columns
    use ul2_element, only: ul2_evaluate, ul2_heat_scale
    use element_foundation, only: foundation_forces
-   use conforming_span, only: evaluate_conforming, track_rotation, track_bend_rate, touchdown_spring
+   use conforming_span, only: evaluate_conforming, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple
    use inner_forces, only: inner_forces_t, clear_forces
    use band_matrix, only: band_t, factor_t, new_band
    use active_coupling, only: active_coupling_t, set_active, coupled_answer, add_forces, excess_row
@@ -507,6 +507,9 @@ contains
             d = dof(problem, node, 1)
             call contact_tangent(problem, state, system, c, force, k)
             if (system%soft(c)) system%residual(d:d + 1) = system%residual(d:d + 1) - force
+            if (problem%candidates%touch(c) > 0 .and. .not. problem%candidates%follows(c)) then
+               system%residual(d + 2) = system%residual(d + 2) + touchdown_couple(problem, state, c)
+            end if
             do j = 1, 3
                system%k%a(1:4 - j, d + j - 1) = system%k%a(1:4 - j, d + j - 1) + k(j:3, j)
             end do

@@ -193,7 +193,7 @@ contains
       call measure_errors(problem, before, error, slope)
       call measure_errors(problem, state, error, now)
       where (held(problem)) error = 0.0_wp
-      where (abs(now) > abs(slope)) slope = now
+      where (problem%candidates%follows .and. abs(now) > abs(slope)) slope = now
       error = quotient(error, slope)
       call shift_touchdown_points(problem, state, error)
    end subroutine move_touchdown_points

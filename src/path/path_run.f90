@@ -12,7 +12,7 @@ module path_run
    use path_events, only: probe_t, new_probe
    implicit none
    private
-   public :: run_t, landmark_t, heading_of, probe_at, keep_landmark, leave_trail, turned_round
+   public :: run_t, landmark_t, heading_of, probe_at, keep_landmark, leave_trail, turned_round, forget_mesh
 
    !> A critical point that a branch or a limit curve may start at.
    type :: landmark_t
@@ -111,6 +111,14 @@ contains
       if (kept > 0) longer(2:) = run%trail(:kept)
       call move_alloc(longer, run%trail)
    end subroutine leave_trail
+
+   !> What belongs to the nodes of the mesh that the run leaves.
+   subroutine forget_mesh(run)
+      type(run_t), intent(inout) :: run
+      if (allocated(run%control%tangent)) deallocate (run%control%tangent)
+      if (allocated(run%control%previous)) deallocate (run%control%previous)
+      if (allocated(run%trail)) deallocate (run%trail)
+   end subroutine forget_mesh
 
    !> True for a trial point on the way that the run has come.
    logical function turned_round(problem, run, trial, ahead)

@@ -5,7 +5,7 @@ module span_changes
    use model, only: step_t, method_load, method_linearised
    use problem, only: problem_t
    use rod_state, only: state_t
-   use linear_system, only: new_system
+   use linear_system, only: system_t, new_system
    use bordered_system, only: linearise, apply_increment
    use contact_set, only: reaction_rate
    use contact_touch, only: touch_t
@@ -17,7 +17,7 @@ module span_changes
    use path_control, only: control_t, is_arc_length, path_length
    use path_continuity, only: heading_t, heading_at
    use path_events, only: new_probe
-   use path_run, only: run_t, heading_of
+   use path_run, only: run_t, heading_of, forget_mesh
    use path_acceptance, only: accept, outcome_t
    use increment_points, only: division_t, new_division, point_within
    use bracketing, only: bracket_t, new_bracket, bracket_guess, bracket_update
@@ -25,8 +25,8 @@ module span_changes
    use step_control, only: smallest
    use touchdown_points, only: opening_misfit, point_force
    use held_touchdown, only: solve_held
-   use span_lie_down, only: lie_down
-   use conforming_span, only: excess_curvature, track_sense, track_rotation, node_track
+   use span_lie_down, only: lie_down, beside_free_span, span_gap, vanished
+   use conforming_span, only: flat, excess_curvature, track_sense, track_rotation, node_track
    use path_record, only: recorder_t
    use timing, only: timers_t
    implicit none
@@ -35,7 +35,6 @@ module span_changes
 
    integer, parameter :: max_tries = 40
    real(wp), parameter :: near_by = 0.1_wp     !! of an increment: what a better place may differ by
-   real(wp), parameter :: flat = 1.0e-9_wp         !! excess of curvature times size that is as good as none
    real(wp), parameter :: first_length = 4.0e-3_wp !! of a stretch: what opens from nothing begins with that
 
 contains
@@ -56,12 +55,14 @@ contains
       type(timers_t), intent(inout) :: timers
       type(span_test_t), allocatable :: before(:), after(:), there(:)
       type(increment_t) :: report
-      type(problem_t) :: kept
-      type(state_t) :: place, earlier
+      type(problem_t) :: kept, laid
+      type(state_t) :: place, earlier, start
+      type(system_t) :: system
       type(heading_t) :: heading
-      real(wp) :: scale, fraction, at
+      real(wp) :: scale, fraction, at, rate
       logical :: shorter, found, lies, looked_ahead
-      integer :: k, first, round
+      character(2) :: label
+      integer :: k, first
       finished = .false.
       scale = max(run%system%force_scale, tiny(scale))
       after = run_span_tests(problem, trial, scale)
@@ -73,15 +74,7 @@ contains
       first = 0
       looked_ahead = .false.
       if (.not. changed) then
-         ! A span that lies down makes its point flat, too, but is neutral there.
-         call lie_down(problem, run, earlier, trial, ahead, lies, timers)
-         if (lies) then
-            changed = stuck
-            if (stuck) call accept(problem, step, run, trial, ahead, '  ', report, .false., recorder, shorter, finished, &
-               & outcome, timers)
-            return
-         end if
-         call find_flat_point(problem, run, earlier, trial, before, after, merge(20.0_wp, 2.0_wp, stuck), place, first, timers)
+         call look_ahead(merge(20.0_wp, 2.0_wp, stuck), first)
          if (first > 0) then
             there = run_span_tests(problem, place, scale)
             changed = .not. any(there%value < -10.0_wp * test_slack(after%kind) .and. [(k, k=1, size(there))] /= first)
@@ -94,35 +87,22 @@ contains
          call linearise(problem, place, run%state, run%system, timers)
          heading = heading_of(problem, run, place)
       end if
-      ! The first along the path: what is located may turn out to come after another one.
-      do round = 1, size(after)
-         if (.not. any(after%value < -test_slack(after%kind))) exit
-         first = 0
-         fraction = 1.0_wp
-         do k = 1, size(after)
-            if (there(k)%value >= -test_slack(after(k)%kind)) cycle
-            at = max(before(k)%value, 0.0_wp) / max(before(k)%value - after(k)%value, tiny(at))
-            if (first > 0 .and. at >= fraction) cycle
-            first = k
-            fraction = at
-         end do
-         if (first == 0) exit
-         call locate_change(first, found)
-         if (.not. found) then
-            ! A shorter increment may tell.
-            call linearise(problem, run%state, run%state, run%system, timers)
-            run%control%increment = 0.5_wp * run%control%increment
-            if (abs(run%control%increment) < smallest(step, run%control)) run%stuck = 'where '//test_words(after(first))// &
-               & ' was not found'
-            return
-         end if
-         if (.not. any(there%value < -10.0_wp * test_slack(after%kind) .and. [(k, k=1, size(there))] /= first)) exit
-      end do
-      if (there(first)%kind == test_gap) call sharpen()
-      if (after(first)%kind == test_gap) run%beginning = beginning_region(problem, place, there(first)%contact, &
-         & there(first)%stretch, there(first)%at)
-      call accept(problem, step, run, place, heading, change_label(after(first)), report, looked_ahead, recorder, shorter, &
-         & finished, outcome, timers)
+      lies = .false.
+      if (first == 0) call pass_flat_span()
+      if (.not. lies) then
+         call locate_first(found)
+         if (.not. found) return
+         if (there(first)%kind == test_gap) call sharpen()
+         if (after(first)%kind == test_gap) run%beginning = beginning_region(problem, place, there(first)%contact, &
+            & there(first)%stretch, there(first)%at)
+         call lie_down(problem, earlier, place, held_load(run), laid, start, system, rate, lies, timers)
+         ! There the span is neutral, and its pivot has the sign of rounding; the line's are definite.
+         if (lies) run%system%negative_pivots = system%negative_pivots
+      end if
+      label = '  '
+      if (first > 0) label = change_label(after(first))
+      call accept(problem, step, run, place, heading, label, report, looked_ahead, recorder, shorter, finished, outcome, &
+         & timers)
       if (allocated(run%beginning)) deallocate (run%beginning)
       if (shorter) then
          ! Something lies before it that is better found from nearer.
@@ -131,6 +111,10 @@ contains
          return
       end if
       if (finished .or. allocated(outcome%why)) return
+      if (lies) then
+         call take_line()
+         return
+      end if
       kept = problem
       place = run%state
       heading = run%heading
@@ -144,6 +128,85 @@ contains
       call linearise(problem, run%state, run%state, run%system, timers)
 
    contains
+
+      !> The first change along the path: what is located may turn out to come after another one.
+      subroutine locate_first(found)
+         logical, intent(out) :: found
+         integer :: round, k, next
+         found = .true.
+         do round = 1, size(after)
+            if (.not. any(after%value < -test_slack(after%kind))) exit
+            next = 0
+            fraction = 1.0_wp
+            do k = 1, size(after)
+               if (there(k)%value >= -test_slack(after(k)%kind)) cycle
+               at = max(before(k)%value, 0.0_wp) / max(before(k)%value - after(k)%value, tiny(at))
+               if (next > 0 .and. at >= fraction) cycle
+               next = k
+               fraction = at
+            end do
+            if (next == 0) exit
+            first = next
+            call locate_change(first, found)
+            if (.not. found) then
+               ! A shorter increment may tell.
+               call linearise(problem, run%state, run%state, run%system, timers)
+               run%control%increment = 0.5_wp * run%control%increment
+               if (abs(run%control%increment) < smallest(step, run%control)) run%stuck = 'where '//test_words(after(first))// &
+                  & ' was not found'
+               return
+            end if
+            if (.not. any(there%value < -10.0_wp * test_slack(after%kind) .and. [(k, k=1, size(there))] /= first)) exit
+         end do
+      end subroutine locate_first
+
+      !> A free span whose gap is gone somewhere on the way lies down there. Where exactly the increments of the old set cannot
+      !> tell, for the place of its point is neutral; the line will.
+      subroutine pass_flat_span()
+         type(division_t) :: division
+         type(bracket_t) :: bracket
+         real(wp) :: gap, from
+         logical :: low_moved
+         integer :: c, side, try
+         do c = 1, problem%candidates%n
+            do side = 1, 2
+               if (.not. beside_free_span(problem, c, side)) cycle
+               from = span_gap(problem, run%state, c, side)
+               gap = span_gap(problem, trial, c, side)
+               if (.not. (from > 0.0_wp .and. gap < 0.0_wp)) cycle
+               division = new_division(problem, run, trial, ahead, .false.)
+               bracket = new_bracket((1.0_wp - 0.5_wp * vanished) * from, gap - 0.5_wp * vanished * from)
+               do try = 1, max_tries
+                  fraction = bracket_guess(bracket)
+                  call point_within(problem, run, trial, ahead, division, fraction, .false., .true., place, report, timers)
+                  if (.not. report%converged) exit
+                  gap = span_gap(problem, place, c, side)
+                  if (gap > 0.0_wp .and. gap <= vanished * from) then
+                     call lie_down(problem, run%state, place, held_load(run), laid, start, system, rate, lies, timers)
+                     exit
+                  end if
+                  call bracket_update(bracket, fraction, gap - 0.5_wp * vanished * from, low_moved)
+               end do
+               if (.not. lies) cycle
+               heading = heading_of(problem, run, place)
+               there = run_span_tests(problem, place, scale)
+               return
+            end do
+         end do
+         place = run%state
+         there = after
+      end subroutine pass_flat_span
+
+      !> Goes on with the line of a span that has lain down.
+      subroutine take_line()
+         problem = laid
+         run%state = start
+         run%system = system
+         run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
+         run%probe = new_probe(problem, run%state, run%system, run%heading%load)
+         call forget_mesh(run)
+         run%control%increment = min(run%control%increment, run%last_length)
+      end subroutine take_line
 
       !> Where contact begins: the gap is as good as the dense output, the touch itself as good as the nodes.
       subroutine sharpen()
@@ -174,6 +237,23 @@ contains
          there(first)%at = touched_at(next, touched)
       end subroutine sharpen
 
+      !> A point contact that is about to become as curved as its obstacle: no increment may get there.
+      subroutine look_ahead(ahead, which)
+         real(wp), intent(in) :: ahead           !! stretches like the last one, over which a straight line tells enough
+         integer, intent(out) :: which           !! test, 0: none is near its zero
+         do which = 1, size(after)
+            if (after(which)%kind /= test_curvature) cycle
+            if (.not. problem%candidates%moves(after(which)%candidate)) cycle
+            if (after(which)%value <= 0.0_wp .or. after(which)%value > ahead * (before(which)%value - after(which)%value)) cycle
+            place = trial
+            call find_flat_point(problem, run, after(which)%candidate, place, found, timers)
+            if (found) found = abs(place%load_factor - trial%load_factor) <= &
+               & 2.0_wp * ahead * abs(trial%load_factor - earlier%load_factor)
+            if (found) return
+         end do
+         which = 0
+      end subroutine look_ahead
+
       !> The zero of a test between both ends.
       subroutine locate_change(which, found)
          integer, intent(in) :: which
@@ -191,6 +271,22 @@ contains
          tolerance = 0.5_wp * step%locate_tolerance * max(before(which)%value, -after(which)%value)
          ! What comes with another change, as where a structure is symmetric, is there already.
          if (before(which)%value <= 2.0_wp * tolerance) return
+         if (after(which)%kind == test_curvature) then
+            if (problem%candidates%moves(after(which)%candidate)) then
+               if (before(which)%value > -after(which)%value) place = trial
+               call find_flat_point(problem, run, after(which)%candidate, place, found, timers)
+               if (found) found = path_length(problem, run%state, place) <= path_length(problem, run%state, trial)
+               if (found) then
+                  report = increment_t(converged=.true.)
+                  call linearise(problem, place, run%state, run%system, timers)
+                  heading = heading_of(problem, run, place)
+                  there = run_span_tests(problem, place, scale)
+                  return
+               end if
+               place = run%state
+               there = before
+            end if
+         end if
          division = new_division(problem, run, trial, ahead, .false.)
          bracket = new_bracket(before(which)%value - tolerance, after(which)%value - tolerance)
          found = .false.
@@ -550,38 +646,27 @@ contains
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
       real(wp) :: step(2)
-      step = [1.0e-4_wp * max(abs(run%last_load), 1.0e-3_wp * abs(run%state%load_factor)), &
-         & 1.0e-2_wp * first_length * maxval(problem%layout%stretch%length)]
+      step = [held_load(run), 1.0e-2_wp * first_length * maxval(problem%layout%stretch%length)]
    end function held_steps
 
-   !> Where a point contact is about to be as curved as its obstacle: there its own equation, that of the least gap, has no
-   !> slope, and no increment gets past it. With the point held load and place are found at which both are right.
-   subroutine find_flat_point(problem, run, earlier, trial, before, after, ahead, place, which, timers)
+   !> That of the load factor.
+   pure real(wp) function held_load(run) result(step)
+      type(run_t), intent(in) :: run
+      step = 1.0e-4_wp * max(abs(run%last_load), 1.0e-3_wp * abs(run%state%load_factor))
+   end function held_load
+
+   !> Where a point contact is as curved as its obstacle: there its own equation, that of the least gap, has no slope. With the point
+   !> held load and place are found at which both are right.
+   subroutine find_flat_point(problem, run, candidate, place, ok, timers)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
-      type(state_t), intent(in) :: earlier, trial !! two points of the path
-      type(span_test_t), intent(in) :: before(:), after(:) !! their tests
-      real(wp), intent(in) :: ahead              !! stretches like that between them, over which a straight line tells enough
-      type(state_t), intent(out) :: place
-      integer, intent(out) :: which              !! test, 0: none is near its zero
+      integer, intent(in) :: candidate
+      type(state_t), intent(inout) :: place      !! a state nearby on entry
+      logical, intent(out) :: ok
       type(timers_t), intent(inout) :: timers
-      integer :: k
-      logical :: ok
-      do k = 1, size(after)
-         which = k
-         if (after(k)%kind /= test_curvature) cycle
-         if (.not. problem%candidates%moves(after(k)%candidate)) cycle
-         if (after(k)%value <= 0.0_wp .or. after(k)%value > ahead * (before(k)%value - after(k)%value)) cycle
-         problem%opening = [after(k)%candidate, 0]
-         place = trial
-         call solve_held(problem, run%system, .true., held_steps(problem, run), flatness, place, ok, timers)
-         problem%opening = 0
-         if (.not. ok) cycle
-         ok = abs(place%load_factor - trial%load_factor) <= &
-            & 2.0_wp * ahead * abs(trial%load_factor - earlier%load_factor)
-         if (ok) return
-      end do
-      which = 0
+      problem%opening = [candidate, 0]
+      call solve_held(problem, run%system, .true., held_steps(problem, run), flatness, place, ok, timers)
+      problem%opening = 0
    end subroutine find_flat_point
 
    !> Rotation of a held point against the obstacle, and its excess of curvature over the size, which is to stay above zero.
@@ -700,9 +785,7 @@ contains
       state = carried(problem, run%state, next)
       call hold_touches(next, state%active)
       run%heading%u = carried_field(problem, run%state, run%heading%u, next, state)
-      if (allocated(run%control%tangent)) deallocate (run%control%tangent)
-      if (allocated(run%control%previous)) deallocate (run%control%previous)
-      if (allocated(run%trail)) deallocate (run%trail)
+      call forget_mesh(run)
       problem = next
       run%state = state
       run%system = new_system(problem)
@@ -729,12 +812,15 @@ contains
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run             !! its system factored
       type(touch_t), intent(in) :: lost
-      type(state_t) :: ahead
+      type(state_t) :: ahead, here
       real(wp) :: step
       step = 1.0e-6_wp * problem%size / max(maxval(abs(run%system%tangent)), tiny(step))
+      ! On the new mesh forces are in balance after the next iteration only, which both make.
+      here = run%state
       ahead = run%state
+      call apply_increment(problem, run%system, 0.0_wp * run%system%tangent, [0.0_wp], here)
       call apply_increment(problem, run%system, step * run%system%tangent, [step], ahead)
       rate = gap_at(problem, ahead, lost%contact, lost%stretch, lost%at(1)) - &
-         & gap_at(problem, run%state, lost%contact, lost%stretch, lost%at(1))
+         & gap_at(problem, here, lost%contact, lost%stretch, lost%at(1))
    end function opening_rate
 end module span_changes

@@ -1,104 +1,66 @@
 !> A free span that lies down all at once: as its point contact becomes as curved as the obstacle the whole span beside it does,
 !> an arc under pressure or a straight rod against a wall. There the place of the point is neutral and no increment of the
-!> old set gets there; the line of the new set is regular, and begins where its pressure is zero.
+!> old set gets beyond; the line of the new set is regular, and begins where its pressure is zero.
 module span_lie_down
    use kinds, only: wp
    use model, only: method_load
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
-   use bordered_system, only: linearise
    use contact_touch, only: touch_t
    use span_problem, only: new_span_problem, hold_touches, present_touches
-   use span_tests, only: span_test_t, run_span_tests, touch_place, gap_at, test_slack, test_curvature, test_pressure
+   use span_tests, only: span_test_t, run_span_tests, touch_place, gap_at, test_slack, test_pressure
    use state_transfer, only: carried
-   use path_control, only: control_t, displacement_between
-   use path_run, only: run_t, heading_of
-   use path_continuity, only: heading_t, heading_at
-   use path_events, only: new_probe
+   use path_control, only: control_t
    use corrector, only: increment_t, correct
    use timing, only: timers_t
    implicit none
    private
-   public :: lie_down
+   public :: lie_down, beside_free_span, span_gap, vanished
 
-   real(wp), parameter :: ahead = 20.0_wp      !! increments over which a straight line tells when both vanish
-   real(wp), parameter :: together = 0.3_wp    !! of that: they do so together
    integer, parameter :: samples = 16          !! of the gap over a span
+   real(wp), parameter :: vanished = 0.01_wp   !! of a gap at the point before: what is left of one that closes with the curvature
    integer, parameter :: max_tries = 12
 
 contains
 
-   !> Looks whether a free span is about to lie down. If so the run and the trial are taken to the new set, the trial to where
-   !> it begins.
-   subroutine lie_down(problem, run, earlier, trial, heading, lies, timers)
-      type(problem_t), intent(inout) :: problem
-      type(run_t), intent(inout) :: run          !! its system factored at the trial, on return too
-      type(state_t), intent(in) :: earlier       !! point of the path before the trial
-      type(state_t), intent(inout) :: trial
-      type(heading_t), intent(inout) :: heading  !! tangent at the trial
-      logical, intent(out) :: lies
+   !> The set in which a free span lies down, and the state where its line begins to press.
+   subroutine lie_down(problem, earlier, state, step, next, start, system, rate, lies, timers)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: earlier       !! the point of the path before
+      type(state_t), intent(in) :: state         !! where a test of the set is zero
+      real(wp), intent(in) :: step               !! of the load, for differences
+      type(problem_t), intent(out) :: next
+      type(state_t), intent(out) :: start        !! of `next`, its system factored there
+      type(system_t), intent(out) :: system
+      real(wp), intent(out) :: rate              !! of the line's least pressure, per unit of load factor
+      logical, intent(out) :: lies               !! false: no span lies down
       type(timers_t), intent(inout) :: timers
-      type(span_test_t), allocatable :: before(:), after(:), tests(:)
-      type(touch_t), allocatable :: touch(:)
-      type(problem_t) :: next
-      type(system_t) :: system
-      type(state_t) :: state, start
-      real(wp) :: scale, left, gaps(2), span(2), load
-      integer :: k, side
+      type(span_test_t), allocatable :: tests(:)
+      integer :: c, side
       lies = .false.
-      scale = max(run%system%force_scale, tiny(scale))
-      after = run_span_tests(problem, trial, scale)
-      if (.not. any(after%kind == test_curvature)) return
-      before = run_span_tests(problem, earlier, scale)
-      do k = 1, size(after)
-         if (after(k)%kind /= test_curvature .or. after(k)%value >= before(k)%value) cycle
-         left = after(k)%value / (before(k)%value - after(k)%value)
-         if (left > ahead) cycle
+      do c = 1, problem%candidates%n
          do side = 1, 2
-            call free_span(problem, trial, after(k)%candidate, side, span)
-            if (.not. span(2) > span(1)) cycle
-            gaps(2) = largest_gap(problem, trial, after(k)%candidate, span)
-            call free_span(problem, earlier, after(k)%candidate, side, span)
-            gaps(1) = largest_gap(problem, earlier, after(k)%candidate, span)
-            if (gaps(2) >= gaps(1)) cycle
-            if (abs(gaps(2) / (gaps(1) - gaps(2)) - left) > together * left) cycle
-            touch = laid_down(problem, trial, after(k)%candidate, side)
-            next = new_span_problem(problem, touch)
-            load = trial%load_factor + left * (trial%load_factor - earlier%load_factor)
-            call find_begin(problem, next, trial, load, trial%load_factor - earlier%load_factor, state, system, lies, timers)
+            if (.not. beside_free_span(problem, c, side)) cycle
+            if (abs(span_gap(problem, state, c, side)) > vanished * abs(span_gap(problem, earlier, c, side))) cycle
+            next = new_span_problem(problem, laid_down(problem, state, c, side))
+            call find_begin(problem, next, state, step, start, system, rate, lies, timers)
             if (.not. lies) cycle
-            tests = run_span_tests(next, state, scale)
+            tests = run_span_tests(next, start, max(system%force_scale, tiny(rate)))
             lies = .not. any(tests%value < -10.0_wp * test_slack(tests%kind))
-            if (lies) exit
+            if (lies) return
          end do
-         if (lies) exit
       end do
-      if (.not. lies) return
-      start = carried(problem, run%state, next)
-      call hold_touches(next, start%active)
-      problem = next
-      run%state = start
-      run%system = system
-      trial = state
-      if (allocated(run%control%tangent)) deallocate (run%control%tangent)
-      if (allocated(run%control%previous)) deallocate (run%control%previous)
-      if (allocated(run%trail)) deallocate (run%trail)
-      call linearise(problem, trial, trial, run%system, timers)
-      run%heading = heading_at(problem, run%system, displacement_between(problem, run%state, trial), &
-         & trial%load_factor - run%state%load_factor)
-      run%probe = new_probe(problem, run%state, run%system, run%heading%load)
-      heading = heading_of(problem, run, trial)
    end subroutine lie_down
 
    !> Where the new line begins to press: its least pressure is zero, or just above it.
-   subroutine find_begin(problem, next, trial, load, step, state, system, found, timers)
+   subroutine find_begin(problem, next, trial, step, state, system, rate, found, timers)
       type(problem_t), intent(in) :: problem, next
       type(state_t), intent(in) :: trial         !! of `problem`
-      real(wp), intent(in) :: load               !! guess
-      real(wp), intent(in) :: step               !! the way that the load goes
+      real(wp), intent(in) :: step               !! of the load, to begin with
       type(state_t), intent(out) :: state        !! of `next`
       type(system_t), intent(out) :: system
+      real(wp), intent(out) :: rate              !! of the least pressure, per unit of load factor
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
       type(control_t) :: control
@@ -111,8 +73,9 @@ contains
       system = new_system(next)
       control%method = method_load
       state = start
-      guess = load
-      loads = load
+      guess = trial%load_factor
+      loads = guess
+      rate = 1.0_wp
       pressure = 0.0_wp
       found = .false.
       do try = 1, max_tries
@@ -123,13 +86,14 @@ contains
          loads = [loads(2), guess]
          pressure = [pressure(2), least_pressure()]
          slack = 1.0e-3_wp * test_slack(test_pressure)
-         found = pressure(2) >= 0.0_wp .and. pressure(2) <= slack
+         if (try > 1) rate = (pressure(2) - pressure(1)) / (loads(2) - loads(1))
+         found = try > 1 .and. pressure(2) >= 0.0_wp .and. pressure(2) <= slack
          if (found) return
          if (try == 1) then
             guess = guess + step
          else
-            if (.not. abs(pressure(2) - pressure(1)) > 0.0_wp) return
-            guess = loads(2) - (pressure(2) - 0.5_wp * slack) * (loads(2) - loads(1)) / (pressure(2) - pressure(1))
+            if (.not. abs(rate) > 0.0_wp) return
+            guess = loads(2) - (pressure(2) - 0.5_wp * slack) / rate
          end if
       end do
 
@@ -163,20 +127,30 @@ contains
       end do
    end subroutine free_span
 
-   !> Largest gap over a span to the obstacle of a point contact.
-   real(wp) function largest_gap(problem, state, candidate, span) result(gap)
+   !> True for a touched node with a free span on one side.
+   pure logical function beside_free_span(problem, candidate, side) result(free)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: candidate, side     !! 1 before, 2 after
+      free = problem%candidates%touch(candidate) > 0 .and. problem%candidates%element(side, candidate) > 0
+      if (free) free = problem%conforms(problem%candidates%element(side, candidate)) == 0
+   end function beside_free_span
+
+   !> Gap where it is largest, be it to the inside, over a free span to the obstacle of the contact at its end.
+   real(wp) function span_gap(problem, state, candidate, side) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      real(wp), intent(in) :: span(2)
+      integer, intent(in) :: candidate, side     !! as beside_free_span
+      real(wp) :: span(2), here
       integer :: i
       gap = 0.0_wp
+      call free_span(problem, state, candidate, side, span)
       associate (touch => problem%touch(problem%candidates%touch(candidate)))
-         do i = 0, samples
-            gap = max(gap, abs(gap_at(problem, state, touch%contact, touch%stretch, span(1) + (span(2) - span(1)) * i / samples)))
+         do i = 1, samples - 1
+            here = gap_at(problem, state, touch%contact, touch%stretch, span(1) + (span(2) - span(1)) * i / samples)
+            if (abs(here) > abs(gap)) gap = here
          end do
       end associate
-   end function largest_gap
+   end function span_gap
 
    !> The touches with a line from a point contact to the end of the free span on one side, and what touches there.
    function laid_down(problem, state, candidate, side) result(touch)

@@ -6,13 +6,13 @@ module span_start
    use rod_state, only: state_t, candidate_gap, may_react
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
-   use contact_touch, only: touch_t, takes_spans, covers
+   use contact_touch, only: touch_t, takes_spans, covers, sort_touches
    use span_problem, only: new_span_problem, new_sampled_problem, chain_starts, hold_touches, present_touches
    use span_tests, only: run_span_tests, span_test_t, touch_place, virtual_pressure, test_slack, test_gap, test_force, &
       & test_curvature, test_pressure, test_length, test_closing
    use state_transfer, only: carried
    use path_control, only: control_t, displacement_between, is_arc_length, set_tangent
-   use path_run, only: run_t
+   use path_run, only: run_t, forget_mesh
    use path_continuity, only: heading_at
    use path_events, only: new_probe
    use corrector, only: increment_t, correct
@@ -205,13 +205,25 @@ contains
       end do
    end function support_leaves
 
-   !> What belongs to the nodes of the mesh that the run leaves.
-   subroutine forget_mesh(run)
-      type(run_t), intent(inout) :: run
-      if (allocated(run%control%tangent)) deallocate (run%control%tangent)
-      if (allocated(run%control%previous)) deallocate (run%control%previous)
-      if (allocated(run%trail)) deallocate (run%trail)
-   end subroutine forget_mesh
+   !> Touches that have grown over each other are one.
+   function united(touches) result(touch)
+      type(touch_t), intent(in) :: touches(:)
+      type(touch_t), allocatable :: touch(:)
+      integer :: k
+      touch = touches
+      call sort_touches(touch)
+      k = 1
+      do while (k < size(touch))
+         if (touch(k)%stretch == touch(k + 1)%stretch .and. touch(k)%contact == touch(k + 1)%contact .and. &
+            & touch(k + 1)%at(1) <= touch(k)%at(2)) then
+            touch(k)%at(2) = max(touch(k)%at(2), touch(k + 1)%at(2))
+            touch(k)%line = .true.
+            touch = [touch(:k), touch(k + 2:)]
+         else
+            k = k + 1
+         end if
+      end do
+   end function united
 
    !> True for sets that are one and the same.
    pure logical function same_touches(one, other) result(same)
@@ -378,6 +390,8 @@ contains
             end if
             select case (test%kind)
             case (test_gap)
+               ! Beside a point that is to spread the rod is inside the obstacle for that reason.
+               if (spreads_beside(test)) cycle
                k = at_tip(test)
                if (k > 0) then
                   ! The end of a rod that has turned flat lies down from there.
@@ -426,9 +440,21 @@ contains
             end select
          end associate
       end do
-      if (any(touched) .or. size(added) > 0) better = [pack(touch, kept), added]
+      if (any(touched) .or. size(added) > 0) better = united([pack(touch, kept), added])
 
    contains
+
+      !> True for a span next to a point contact that is less curved than its obstacle.
+      pure logical function spreads_beside(test) result(beside)
+         type(span_test_t), intent(in) :: test
+         integer :: i
+         beside = .false.
+         do i = 1, size(tests)
+            if (tests(i)%kind /= test_curvature .or. tests(i)%value >= -test_slack(test_curvature)) cycle
+            beside = beside .or. any(problem%candidates%element(:, tests(i)%candidate) == test%first) .or. &
+               & any(problem%candidates%element(:, tests(i)%candidate) == test%last)
+         end do
+      end function spreads_beside
 
       !> The point contact at the end of its rod that a span inside an obstacle leads to; 0: none.
       pure integer function at_tip(test) result(k)
