@@ -119,6 +119,7 @@ contains
       place = run%state
       heading = run%heading
       call change_set(problem, run, there(first), timers)
+      call change_alike(there(first)%kind)
       if (.not. allocated(run%stuck)) return
       ! Back to where it was still right.
       problem = kept
@@ -128,6 +129,21 @@ contains
       call linearise(problem, run%state, run%state, run%system, timers)
 
    contains
+
+      !> What changes together, as where a structure is symmetric: a change takes the path on by as little as the new span is long,
+      !> and what is not right there any more was due at the same place.
+      subroutine change_alike(kind)
+         integer, intent(in) :: kind
+         type(span_test_t), allocatable :: now(:)
+         integer :: round, next
+         do round = 1, size(problem%touch)
+            if (allocated(run%stuck)) return
+            now = run_span_tests(problem, run%state, scale)
+            next = findloc(now%kind == kind .and. now%value < -test_slack(now%kind), .true., 1)
+            if (next == 0) return
+            call change_set(problem, run, now(next), timers)
+         end do
+      end subroutine change_alike
 
       !> The first change along the path: what is located may turn out to come after another one.
       subroutine locate_first(found)
