@@ -95,7 +95,7 @@ class ChainState:
         arc = self.chain.home.copy()
         spots = [low for low, high in self.regions if low == high]
         pressing, gap = (self.values(field) for field in ("reaction", "gap"))
-        if self.chain.points != "sliding" or not spots or (pressing is None and gap is None):
+        if self.chain.points != "spans" or not spots or (pressing is None and gap is None):
             return arc
         for spot in spots:
             near = np.argsort(np.abs(self.chain.home - spot), kind="stable")[:3]

@@ -93,7 +93,7 @@ class Contact:
     candidate_contact: np.ndarray    # which *CONTACT (from 1) each belongs to
     arc_length: np.ndarray           # (candidates) stress-free, along the candidates of each contact, which start and end count
     chain_length: np.ndarray         # (contacts) once round a closed chain, 0: open
-    points: tuple[str, ...]          # of each contact, where reactions act: "nodes", "sliding" or "distributed"
+    points: tuple[str, ...]          # of each contact, where reactions act: "nodes", "spans" or "distributed"
     obstacles: tuple[str, ...] = ()  # name of the obstacle of each contact
     obstacle_shift: np.ndarray | None = None     # (points, obstacles, 2) how far they have moved; None: they never do
     obstacle_force: np.ndarray | None = None     # (points, obstacles, 2) of each on the structure; None: a file from before

@@ -1,6 +1,6 @@
 """Runs decks for the tests and compares what they give; every comparison raises AssertionError.
 
-    run = run_deck(changed(example("ring"), ("NODES", "SLIDING")))
+    run = run_deck(changed(example("ring"), ("NODES", "ALONG")))
     run.results                       # postproc's Results
     assert_close(run.load("LP"), 81.557427564661, relative=1e-4)
 

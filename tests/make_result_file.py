@@ -203,7 +203,7 @@ def write_column(filename, n=41, n_elements=30):
         put(file, "contact/candidate_contact", np.ones(n_elements + 1, dtype=int))
         put(file, "contact/arc_length", s, "length")
         put(file, "contact/chain_length", np.zeros(1), "length")
-        put(file, "contact/points", np.array(("sliding",), dtype="S11"))
+        put(file, "contact/points", np.array(("spans",), dtype="S11"))
         bump = np.sin(np.pi * s ** (np.log(0.5) / np.log(centre))[:, None]) ** 2
         slope = np.gradient(bump, s, axis=1)
         put(file, "fields/point", np.arange(1, n + 1))

@@ -72,7 +72,7 @@ ring on a foundation, k R^4/EI = 1
 2, XSYMM
 *OBSTACLE, NAME=MEDIUM, TYPE=CIRCLE, SIDE=INSIDE, REFERENCE=90., FOUNDATION=WINKLER, MODULUS=1.0
 0., 0., 1.
-*CONTACT, OBSTACLE=MEDIUM, NSET=RING, POINTS=DISTRIBUTED
+*CONTACT, OBSTACLE=MEDIUM, NSET=RING, POINTS=ALONG
 *MONITOR, NAME=v
 1, U2, -1.
 *STEP
@@ -146,7 +146,7 @@ def test_contact_is_lost_where_the_last_node_lets_go():
 @functools.cache
 def ring(element, elements, points, code, stiffness="120000.", last=0.06):
     return dr.run_deck(dr.changed(dr.example("ring"), ("0., 0., 160, 6.", f"0., 0., {elements}"), ("TYPE=GE4", f"TYPE={element}"),
-                                  ("POINTS=SLIDING", f"POINTS={points}"), ("ABOVE, 0.6", f"ABOVE, {last}"),
+                                  ("POINTS=ALONG", f"POINTS={points}"), ("ABOVE, 0.6", f"ABOVE, {last}"),
                                   ("*LOCATE\nLOAD, 34., 57., 62., 28.\n", ""), ("120000.,", f"{stiffness},")), code=code)
 
 
@@ -282,7 +282,7 @@ column, L = 1e-10
 3, YSYMM
 *OBSTACLE, NAME=WALL, TYPE=LINE
 1e-10, 2e-12, 0., 2e-12
-*CONTACT, OBSTACLE=WALL, NSET=COLUMN, POINTS=SLIDING
+*CONTACT, OBSTACLE=WALL, NSET=COLUMN, POINTS=ALONG
 *MONITOR, NAME=shortening
 3, U1, -1.
 *STEP

@@ -17,7 +17,7 @@ FORCE = 1e-4
 
 
 @functools.cache
-def beam(elements, points="DISTRIBUTED"):
+def beam(elements, points="ALONG"):
     """Twenty times 1/LAMBDA on either side of a force: exp(-20) = 2e-9 is left at the ends."""
     return dr.run_deck(f"""*HEADING
 Beam on a bilateral foundation
@@ -68,7 +68,7 @@ def middle_errors(points, meshes):
 def test_force_on_a_beam_that_the_ground_holds():
     """Forces inside the elements: all of GE4's order. lambda h is 1/2 on the coarsest mesh, 1/16 on the finest; the
     error of a mesh is about (lambda h)^4/720."""
-    w, m = middle_errors("DISTRIBUTED", (40, 80, 160, 320))
+    w, m = middle_errors("ALONG", (40, 80, 160, 320))
     dr.assert_order(w, 4, below=0.3, above=0.3)
     dr.assert_order(m, 4, below=0.3, above=0.3)
     assert abs(w[-1]) < 5e-8 and abs(m[-1]) < 5e-8
@@ -289,7 +289,7 @@ def exact_sinking():
 
 
 @functools.cache
-def beam_on_bilinear_ground(elements, points="DISTRIBUTED", static="METHOD=LOAD"):
+def beam_on_bilinear_ground(elements, points="ALONG", static="METHOD=LOAD"):
     return dr.run_deck(f"""*HEADING
 Half of a beam sinking into a bilinear ground
 *NODE
@@ -334,7 +334,7 @@ def sinking_errors(points, meshes=(40, 80, 160, 320)):
 
 def test_beam_sinks_into_a_bilinear_ground():
     """The element that the kink of the law lies in is cut there: the fourth order of GE4, wherever that is."""
-    w, m = sinking_errors("DISTRIBUTED")
+    w, m = sinking_errors("ALONG")
     dr.assert_order(w, 4, below=0.5, above=0.5)
     # The error of the moment changes its sign with lambda h near 1/2.
     assert abs(w[-1]) < 2e-8 and np.max(np.abs(m)) < 3e-6 and abs(m[-1]) < 2e-8, m
@@ -347,7 +347,7 @@ def test_beam_sinks_into_a_bilinear_ground_at_nodes():
     assert abs(m[-1]) < 3e-4 and np.max(np.abs(w)) < 2e-3 and np.max(np.abs(w[2:])) < 2e-4, w
 
 
-@pytest.mark.parametrize("points", ["DISTRIBUTED", "NODES"])
+@pytest.mark.parametrize("points", ["ALONG", "NODES"])
 @pytest.mark.parametrize("static", ["METHOD=CYLINDRICAL", "METHOD=LOAD, NEWTON=MODIFIED", "METHOD=LOAD, NEWTON=ONCE",
                                     "METHOD=LOAD, LOOP=PAPER"])
 def test_other_ways_meet_the_same_kinks(static, points):

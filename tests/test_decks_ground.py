@@ -15,7 +15,7 @@ import deck_runner as dr
 # A weightless beam under a point load ----------------------------------------------------------------------------
 
 @functools.cache
-def point_load(elements, load="1e-5", points="DISTRIBUTED"):
+def point_load(elements, load="1e-5", points="ALONG"):
     return dr.run_deck(dr.changed(dr.example("winkler-point"), ("1, 2, 60", f"1, 2, {elements}"), ("-1e-5", f"-{load}"),
                                   ("NSET=BEAM\n*MONITOR", f"NSET=BEAM, POINTS={points}\n*MONITOR")))
 
@@ -63,7 +63,7 @@ def test_contact_length_is_independent_of_the_load(load):
 # A heavy beam under a point load -------------------------------------------------------------------------------------
 
 @functools.cache
-def heavy_beam(elements, points="DISTRIBUTED"):
+def heavy_beam(elements, points="ALONG"):
     return dr.run_deck(dr.changed(dr.example("winkler-weight"), ("1, 2, 80", f"1, 2, {elements}"),
                                   ("NSET=BEAM\n*MONITOR", f"NSET=BEAM, POINTS={points}\n*MONITOR")))
 

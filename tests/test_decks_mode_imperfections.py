@@ -184,8 +184,8 @@ def test_a_mode_that_was_not_found():
     assert "they cannot make anything buckle" in run.results.status and "found no modes" in run.results.status
 
 
-@pytest.mark.parametrize("foundation, points", [("", "SLIDING"), ("", "NODES"), (", FOUNDATION=WINKLER, MODULUS=100.", "NODES"),
-                                                (", FOUNDATION=WINKLER, MODULUS=100.", "DISTRIBUTED")])
+@pytest.mark.parametrize("foundation, points", [("", "ALONG"), ("", "NODES"), (", FOUNDATION=WINKLER, MODULUS=100.", "NODES"),
+                                                (", FOUNDATION=WINKLER, MODULUS=100.", "ALONG")])
 def test_behind_an_obstacle(foundation, points):
     """An error of the deck, told with its line as those found in reading are: nothing could be stress-free there."""
     def deck(amplitude, more=""):

@@ -189,7 +189,7 @@ def test_moving_the_supports_instead():
 @pytest.mark.parametrize("foundation", ["", ", FOUNDATION=WINKLER, MODULUS=1e5"])
 def test_strategies_follow_a_moving_roller(method, data, foundation):
     text = dr.changed(dr.example("indenter"), ("force, 5., 15.", "LOAD, 0.3, 0.6"), ("REFERENCE=-90.", "REFERENCE=-90." + foundation),
-                      ("POINTS=SLIDING", "POINTS=AUTO"))
+                      ("POINTS=ALONG", "POINTS=AUTO"))
     loads = dr.run_deck(text).labelled("UZ")
     others = dr.run_deck(dr.with_static(dr.changed(text, ("*FIELD", "*STOP\nLOAD, ABOVE, 0.7\n*FIELD")), f"METHOD={method}",
                                         data)).labelled("UZ")

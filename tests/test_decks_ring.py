@@ -44,10 +44,10 @@ def ul2():
 
 
 @functools.cache
-def critical(elements, element="GE4", points="SLIDING", code=0):
+def critical(elements, element="GE4", points="ALONG", code=0):
     """Limit point on a uniform mesh; the path ends soon after it."""
     run = dr.run_deck(dr.changed(dr.example("ring"), (GRADED, f"0., 0., {elements}"), ("TYPE=GE4", f"TYPE={element}"),
-                                 ("POINTS=SLIDING", f"POINTS={points}"), ("ABOVE, 0.6", "ABOVE, 0.045")), code=code)
+                                 ("POINTS=ALONG", f"POINTS={points}"), ("ABOVE, 0.6", "ABOVE, 0.045")), code=code)
     return run.only("LP")
 
 
@@ -347,7 +347,7 @@ def test_higher_elements_have_their_own_order(element):
 @pytest.mark.parametrize("element, elements", [("GE2", 640), ("GE6", 160), ("GE8", 160)])
 def test_other_orders_find_the_same_limit_point(element, elements):
     """Order 2: (pi/640)^2 h^2 in the buckled arc, about 2e-4; higher ones as the contact lets them."""
-    points = "NODES" if element == "GE2" else "SLIDING"
+    points = "NODES" if element == "GE2" else "ALONG"
     dr.assert_close(critical(elements, element, points=points).load_factor, CRITICAL_LOAD,
                     relative=2e-4 if element == "GE2" else 1e-5)
 

@@ -32,7 +32,7 @@ def soft(modulus, factor=1.0, kind="GE4", counts=(16, 110, 34), stop="0.6"):
                       ("1, 2, 0., 0., 160, 6.", "\n".join(f"{a}, {b}, 0., 0., {int(factor * n)}" for (a, b), n in
                                                       zip(((1, 3), (3, 4), (4, 2)), counts))),
                       ("SIDE=INSIDE, REFERENCE=90.", f"SIDE=INSIDE, REFERENCE=90., FOUNDATION=WINKLER, MODULUS={modulus}"),
-                      (", POINTS=SLIDING", ""), ("TYPE=GE4", f"TYPE={kind}"), ("LOAD, 34., 57., 62., 28.", "v, 0.03"),
+                      (", POINTS=ALONG", ""), ("TYPE=GE4", f"TYPE={kind}"), ("LOAD, 34., 57., 62., 28.", "v, 0.03"),
                       ("v, ABOVE, 0.6", f"v, ABOVE, {stop}"))
     return dr.run_deck(deck)
 

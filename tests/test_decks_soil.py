@@ -92,7 +92,7 @@ def liner(modulus, factor=1):
     """Pressure takes all of it off its host at first, but for a spot below."""
     return dr.run_deck(dr.changed(
         dr.example("liner"), ("REFERENCE=90.", f"REFERENCE=90., FOUNDATION=WINKLER, MODULUS={modulus}"),
-        (", POINTS=SLIDING", ""), ("0., 0., 80", f"0., 0., {80 * factor}"), ("0., 0., 60", f"0., 0., {60 * factor}"),
+        (", POINTS=ALONG", ""), ("0., 0., 80", f"0., 0., {80 * factor}"), ("0., 0., 60", f"0., 0., {60 * factor}"),
         ("v, ABOVE, 0.4", "v, ABOVE, 0.06")))
 
 

@@ -457,7 +457,7 @@ def halves(name, elements, kind, *changes):
     """An example of one *LINE or *ARC with other elements."""
     line = {"pipe-lift": "1, 2, 60", "cradle": "0., 0.5, 40", "indenter": "1, 2, 40"}[name]
     return dr.run_deck(dr.changed(dr.example(name), (line, line[:-2] + str(elements)), ("TYPE=GE4", f"TYPE={kind}"),
-                                  (", POINTS=SLIDING", ""), *changes))
+                                  (", POINTS=ALONG", ""), *changes))
 
 
 @functools.cache

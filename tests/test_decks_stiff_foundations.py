@@ -39,7 +39,7 @@ v, ABOVE, 0.2
 """
 
 
-def ring(k, method="CYLINDRICAL", first=1.0, points="DISTRIBUTED", element="GE4", code=0):
+def ring(k, method="CYLINDRICAL", first=1.0, points="ALONG", element="GE4", code=0):
     foundation = "" if k is None else f", FOUNDATION=WINKLER, MODULUS={k!r}"
     return dr.run_deck(RING.format(foundation=foundation, points=points, method=method, first=first, element=element), code=code)
 
@@ -71,7 +71,7 @@ def test_first_increments_of_other_strategies(method):
     dr.assert_close(ring(1e6, method, first=1e-6).load("LP"), limit_load(1e6), relative=1e-8)
 
 
-@pytest.mark.parametrize("points", ["DISTRIBUTED", "NODES"])
+@pytest.mark.parametrize("points", ["ALONG", "NODES"])
 def test_the_first_increment_has_no_scale(points):
     """The displacements of two tiny loads are in their ratio, but for the path's curvature over the larger one."""
     larger, smaller = (ring(1e6, first=first, points=points).column("v")[1] for first in (1e-3, 1e-6))

@@ -17,7 +17,7 @@ PLACES = (0.01, 0.03, 0.05, 0.08)
 @functools.cache
 def ring(static="METHOD=CYLINDRICAL", data="1., 1E-9, 0.02", points="NODES", element="GE4", elements=60, code=0,
          stop="v, ABOVE, 0.1"):
-    text = dr.example("ring").replace("POINTS=SLIDING", f"POINTS={points}")
+    text = dr.example("ring").replace("POINTS=ALONG", f"POINTS={points}")
     return dr.run_deck(dr.changed(
         dr.with_static(text, static, data), ("1, 2, 0., 0., 160, 6.", f"1, 2, 0., 0., {elements}"),
         ("TYPE=GE4", f"TYPE={element}"),
@@ -36,7 +36,7 @@ def points(run):
 
 # A lift-off point that slides takes one of two nodes with it, by where it comes from: two discrete solutions, each
 # within the error of the mesh, 2.6e-4 of the critical load with 60 elements (3 degrees each).
-MESH_LIMIT = {"NODES": 1e-6, "SLIDING": 4e-4}
+MESH_LIMIT = {"NODES": 1e-6, "ALONG": 4e-4}
 
 
 def assert_same_points(run, plain, contact="NODES"):
@@ -69,17 +69,17 @@ def test_ring_with_contact_at_nodes(static, data, element):
 
 @pytest.mark.parametrize("static, data", STRATEGIES, ids=[static for static, _ in STRATEGIES])
 def test_ring_with_sliding_contact(static, data):
-    assert_same_points(ring(static, data, points="SLIDING"), ring(points="SLIDING"), "SLIDING")
+    assert_same_points(ring(static, data, points="ALONG"), ring(points="ALONG"), "ALONG")
 
 
 @pytest.mark.parametrize("data", ["0.1, 1E-9, 0.002", "5., 1E-9, 0.05"])
-@pytest.mark.parametrize("contact", ["NODES", "SLIDING"])
+@pytest.mark.parametrize("contact", ["NODES", "ALONG"])
 def test_length_of_the_increments(data, contact):
     assert_same_points(ring(data=data, points=contact), ring(points=contact), contact)
 
 
 @pytest.mark.parametrize("loop", ["NEWTON", "PAPER"])
-@pytest.mark.parametrize("contact", ["NODES", "SLIDING"])
+@pytest.mark.parametrize("contact", ["NODES", "ALONG"])
 def test_load_control_stops_at_the_limit_point(loop, contact):
     """Exit code 2; the last point is within the smallest increment of the limit load, and not beyond it."""
     run = ring(f"METHOD=LOAD, LOOP={loop}", "1., 1E-3, 5.", points=contact, code=2, stop="LOAD, ABOVE, 100.")
@@ -93,7 +93,7 @@ def test_load_control_stops_at_the_limit_point(loop, contact):
 
 def test_load_control_unloads_along_the_same_path():
     """Up to 70 and back to 20: without friction, and before the limit point, the way back is the way there."""
-    up = dr.with_static(dr.example("ring").replace("POINTS=SLIDING", "POINTS=NODES"), "METHOD=LOAD", "5., 1E-6, 5.")
+    up = dr.with_static(dr.example("ring").replace("POINTS=ALONG", "POINTS=NODES"), "METHOD=LOAD", "5., 1E-6, 5.")
     down = dr.changed(up, ("LOAD, 34., 57., 62., 28.", "LOAD, 20.25"), ("v, ABOVE, 0.6", "LOAD, ABOVE, 70."),
                       ("*END STEP", "*END STEP\n*STEP\n*STATIC, METHOD=LOAD\n-5., 1E-6, 5.\n*DLOAD\nRING, PY, -1.\n"
                        "*LOCATE\nLOAD, -49.75\n*STOP\nLOAD, BELOW, -50.\n*END STEP"))

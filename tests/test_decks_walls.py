@@ -218,7 +218,7 @@ def test_what_is_lost_goes_with_the_root_of_the_imperfection():
 @functools.cache
 def clamped(elements, points="NODES", most=4.01):
     """P/Pcr with Pcr = 4 pi^2 EI/L^2."""
-    text = dr.example("column-walls").replace("POINTS=SLIDING", f"POINTS={points}")
+    text = dr.example("column-walls").replace("POINTS=ALONG", f"POINTS={points}")
     return dr.run_deck(dr.changed(
         text, ("1, 2, 40", f"1, 2, {elements}"), ("2, 3, 40", f"2, 3, {elements}"), ("SHAPE=SINE\n1e-8, 1", "SHAPE=CLAMPED\n1e-7"),
         ("1, PINNED\n3, 2", "1, ENCASTRE\n3, YSYMM"), ("-9.869604401089358", "-39.478417604357434"), ("1.5, 3.5, 9.", "1.5, 3.5"),
@@ -242,7 +242,7 @@ def test_clamped_column():
 
 def test_clamped_column_with_a_point_that_may_slide():
     """Where the halves sway the contact point moves along the rod instead: the path stays stable up to 4."""
-    run = clamped(40, "SLIDING", 3.99)
+    run = clamped(40, "ALONG", 3.99)
     assert [c.label for c in run.results.critical] == ["C+", "UZ", "UZ", "EP"]
     dr.assert_close(run.load("C+"), ONSETS[0], relative=2e-6)
 

@@ -4,7 +4,7 @@
 !> pass over both. What cards say about each other is the readers' business.
 module card_check
    use kinds, only: wp, name_length
-   use text, only: to_text, plural, nearest_word, parse_integer, parse_real, word_at, word_count, word_index
+   use text, only: to_text, upper, plural, nearest_word, parse_integer, parse_real, word_at, word_count, word_index
    use diagnostics, only: diagnostics_t, place_t
    use card_spec, only: card_spec_t, item_t, find_card, find_item, in_model, in_step, outside_step, &
       positive, not_negative, not_zero, kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label, &
@@ -309,15 +309,20 @@ contains
    pure function value_error(item, typed) result(wrong)
       type(item_t), intent(in) :: item
       character(*), intent(in) :: typed
-      character(:), allocatable :: wrong
+      character(:), allocatable :: wrong, pair
       integer :: number
       real(wp) :: x
       logical :: ok
       wrong = ''
       select case (item%kind)
       case (kind_word)
-         if (word_index(item%words, typed) == 0) wrong = item%name//' cannot be '//typed//'; '// &
-            choices(item%words, typed)
+         if (word_index(item%words, typed) > 0) return
+         wrong = item%name//' cannot be '//typed//'; '//choices(item%words, typed)
+         do number = 1, word_count(item%former)
+            pair = word_at(item%former, number)
+            if (pair(:index(pair, ' ') - 1) == upper(typed)) wrong = item%name//' cannot be '//upper(typed)// &
+               ' any more; write '//pair(index(pair, ' ') + 1:)
+         end do
       case (kind_name)
          if (.not. is_name(typed)) wrong = item%name//' must be a name (a letter, then letters, digits, _ - . +; '// &
             'at most '// &

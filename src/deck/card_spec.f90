@@ -42,6 +42,7 @@ module card_spec
       character(:), allocatable :: default !! '': none
       integer :: times_field = 0           !! the default is a factor of the size of this field (0: a value)
       character(:), allocatable :: words   !! accepted words between bars
+      character(:), allocatable :: former  !! words of earlier versions, between bars, each followed by a blank and today's
       character(:), allocatable :: only    !! allowed only when, such as 'TYPE=CIRCLE'; '': always
       integer :: bound = any_value
       character(:), allocatable :: unit    !! in words; '': none
@@ -119,16 +120,19 @@ contains
    end subroutine add_card
 
    !> Adds a parameter to the last card of a table. It is required unless it has a default or is optional.
-   pure subroutine add_parameter(table, name, kind, meaning, default, words, only, optional, bound)
+   pure subroutine add_parameter(table, name, kind, meaning, default, words, only, optional, bound, former)
       type(card_spec_t), intent(inout) :: table(:)
       character(*), intent(in) :: name                         !! these are the components of item_t
       integer, intent(in) :: kind
       character(*), intent(in) :: meaning
-      character(*), intent(in), optional :: default, words, only !! default ''
+      character(*), intent(in), optional :: default, words, only, former !! default ''
       logical, intent(in), optional :: optional                !! true: may be left out
       integer, intent(in), optional :: bound
+      type(item_t) :: item
+      item = new_item(name, kind, meaning, default, words, only, optional, bound)
+      if (present(former)) item%former = former
       associate (card => table(size(table)))
-         call append(card%parameter, new_item(name, kind, meaning, default, words, only, optional, bound))
+         call append(card%parameter, item)
       end associate
    end subroutine add_parameter
 
@@ -184,6 +188,7 @@ contains
       item%meaning = meaning
       item%default = ''
       item%words = ''
+      item%former = ''
       item%only = ''
       item%unit = ''
       item%required = .not. present(default)

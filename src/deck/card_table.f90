@@ -278,10 +278,10 @@ contains
       call param(t, 'OBSTACLE', kind_name, 'the obstacle')
       call param(t, 'NSET', kind_name, 'the candidates')
       call param(t, 'GAP', kind_real, 'added to the geometric gap; half the depth of the rod: negative', default='0')
-      call param(t, 'POINTS', kind_word, 'where the obstacle pushes. NODES: at nodes; SLIDING: anywhere along the rod, at '// &
-         'points and along lines between touchdown points (rigid obstacles, shear-rigid GE4 to GE8 on generated '// &
-         'curves); DISTRIBUTED: all along the elements (foundations, GE elements); AUTO: SLIDING or DISTRIBUTED where '// &
-         'that holds, else NODES', default='AUTO', words='AUTO|NODES|SLIDING|DISTRIBUTED')
+      call param(t, 'POINTS', kind_word, 'where the obstacle pushes. ALONG: anywhere along the rod, at points and along '// &
+         'lines between touchdown points (rigid obstacles, shear-rigid GE4 to GE8 on generated curves), or all along the '// &
+         'elements (foundations, GE elements); NODES: at nodes; AUTO: ALONG where that holds, else NODES', default='AUTO', &
+         words='AUTO|ALONG|NODES', former='SLIDING ALONG|DISTRIBUTED ALONG')
 
       call card(t, 'MONITOR', in_model, 'A quantity of the path: offset + factor * mean displacement (U) or sum of '// &
          'reactions (R) of supports and springs at the nodes, or sum of the reactions of an obstacle.')

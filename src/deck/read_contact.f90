@@ -37,26 +37,25 @@ contains
          contact%node = names%node_set%members(set)
          contact%gap = parameter_real(deck, card, 'GAP')
          points = parameter_word(deck, card, 'POINTS')
-         contact%sliding = points == 'AUTO' .or. points == 'SLIDING'
-         contact%distributed = points == 'AUTO' .or. points == 'DISTRIBUTED'
+         contact%sliding = .false.
+         contact%distributed = .false.
          if (contact%obstacle > 0 .and. .not. names%mesh_incomplete) then
             call check_candidates(deck, names, model, diagnostics, card, contact, touched(contact%obstacle, :))
             call check_directions(deck, model, diagnostics, card, contact)
             if (model%obstacle(contact%obstacle)%bilateral .and. given(deck, card, 'GAP')) call complain(deck, diagnostics, &
                card, parameter_place(deck, card, 'GAP'), 'obstacle '//trim(model%obstacle(contact%obstacle)%name)// &
                ' is BILATERAL and holds its candidates where they begin; GAP would have no effect')
-            if (contact%sliding) then
-               reason = no_sliding(model, contact)
-               contact%sliding = reason == ''
-               if (points == 'SLIDING' .and. reason /= '') &
-                  call complain(deck, diagnostics, card, parameter_place(deck, card, 'POINTS'), 'SLIDING needs '//reason)
-            end if
-            if (contact%distributed) then
-               reason = no_distribution(model, contact)
-               contact%distributed = reason == ''
-               if (points == 'DISTRIBUTED' .and. reason /= '') &
-                  call complain(deck, diagnostics, card, parameter_place(deck, card, 'POINTS'), 'DISTRIBUTED needs '//reason)
-               if (contact%distributed) call check_between(deck, model, diagnostics, card, contact)
+            if (points /= 'NODES') then
+               if (model%obstacle(contact%obstacle)%rigid) then
+                  reason = no_spans(model, contact)
+                  contact%sliding = reason == ''
+               else
+                  reason = no_distribution(model, contact)
+                  contact%distributed = reason == ''
+                  if (contact%distributed) call check_between(deck, model, diagnostics, card, contact)
+               end if
+               if (points == 'ALONG' .and. reason /= '') &
+                  call complain(deck, diagnostics, card, parameter_place(deck, card, 'POINTS'), 'ALONG needs '//reason)
             end if
          end if
          model%contact = [model%contact, contact]
@@ -202,18 +201,15 @@ contains
       end do
    end subroutine check_directions
 
-   !> What a contact lacks for sliding points; '' when it has a rigid obstacle, and GE elements on generated curves.
-   function no_sliding(model, contact) result(reason)
+   !> What a contact with a rigid obstacle lacks for contact points anywhere; '' when it has GE elements on generated curves.
+   function no_spans(model, contact) result(reason)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
       character(:), allocatable :: reason
       logical :: candidate(model%mesh%n_nodes)
       integer :: e
       reason = ''
-      if (.not. model%obstacle(contact%obstacle)%rigid) then
-         reason = 'a rigid obstacle'
-         return
-      else if (model%obstacle(contact%obstacle)%bilateral) then
+      if (model%obstacle(contact%obstacle)%bilateral) then
          reason = 'an obstacle that is not BILATERAL'
          return
       end if
@@ -231,10 +227,10 @@ contains
          end if
          if (reason /= '') return
       end do
-   end function no_sliding
+   end function no_spans
 
-   !> What a contact lacks for reactions inside elements; '' when it has a foundation and its nodes are those of unbranched
-   !> chains of GE elements.
+   !> What a contact with a foundation lacks for reactions inside elements; '' when its nodes are those of unbranched chains of
+   !> GE elements.
    function no_distribution(model, contact) result(reason)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
@@ -242,10 +238,7 @@ contains
       logical :: candidate(model%mesh%n_nodes)
       integer :: leaving(model%mesh%n_nodes), entering(model%mesh%n_nodes), e, i, node
       reason = ''
-      if (model%obstacle(contact%obstacle)%rigid) then
-         reason = 'a foundation; obstacle '//trim(model%obstacle(contact%obstacle)%name)//' is rigid'
-         return
-      else if (model%obstacle(contact%obstacle)%ground /= ground_independent) then
+      if (model%obstacle(contact%obstacle)%ground /= ground_independent) then
          reason = 'a foundation that does not carry load sideways'
          return
       end if

@@ -184,8 +184,8 @@ contains
       character(:), allocatable :: text
       text = plural(size(contact%node), 'candidate')//' for '//trim(model%obstacle(contact%obstacle)%name)
       if (abs(contact%gap) > 0.0_wp) text = text//', gap '//brief(contact%gap)
-      if (contact%sliding) text = text//', sliding contact points'
-      if (contact%distributed) text = text//', distributed reactions'
+      if (contact%sliding) text = text//', points and lines anywhere along the rod'
+      if (contact%distributed) text = text//', all along the elements'
    end function contact_text
 
    !> A step: what it is, then a line for each of the things it does on the way and afterwards.

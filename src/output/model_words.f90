@@ -129,12 +129,12 @@ contains
       end if
    end function side_name
 
-   !> The deck's word for where the reactions of a contact act, in lower case: "nodes", "sliding" or "distributed".
+   !> Where the reactions of a contact act: at "nodes", at points and lines of "spans", or "distributed" along elements.
    elemental function points_name(contact) result(name)
       type(contact_t), intent(in) :: contact
       character(11) :: name
       name = 'nodes'
-      if (contact%sliding) name = 'sliding'
+      if (contact%sliding) name = 'spans'
       if (contact%distributed) name = 'distributed'
    end function points_name
 
