@@ -153,16 +153,13 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(out) :: bend(:), rate(:)     !! (stages) and its derivative by the stress-free length
-      real(wp) :: at
       integer :: i
       bend = 0.0_wp
       rate = 0.0_wp
       associate (c => problem%model%mesh%curve(e), g => state%geometry%element(e))
          if (c == 0) return
          do i = 1, size(bend)
-            at = curve_abscissa(problem%model%curve(c), problem%model%imperfection, g%s(1), &
-               & problem%tableau(size(bend))%c(i) * g%length)
-            call curve_bend(problem%model%curve(c), problem%model%imperfection, at, bend(i), rate(i))
+            call curve_bend(problem%model%curve(c), problem%model%imperfection, g%at(i), bend(i), rate(i))
          end do
       end associate
    end subroutine stage_bends

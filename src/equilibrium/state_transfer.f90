@@ -10,7 +10,7 @@ module state_transfer
    use rod_geometry, only: geometry_t, new_geometry, slide_nodes
    use rod_state, only: state_t, element_displacement, element_load, node_position
    use rod_profile, only: profile_t, new_profile, profile_place, profile_displacement, profile_angle, element_place
-   use reference_curve, only: curve_point, curve_abscissa
+   use reference_curve, only: curve_point
    use conforming_span, only: conforming_displacement, conforming_resultant, conforming_guess
    use gauss_tableau, only: max_stages
    use ge_element, only: ge_interior
@@ -195,7 +195,7 @@ contains
          end if
          stages = mesh%stages(e)
          do i = 0, stages
-            call stage_place(i, s)
+            s = merge(g%s(1), g%at(max(i, 1)), i == 0)
             if (i > 0) call find_point(from, state, j, s + to%origin(e), old, tau)
             if (to%conforms(e) > 0) then
                ! N + kappa M, all that is taken, does not jump.
@@ -219,22 +219,6 @@ contains
          new%z(4:3 + stages, e) = resultant(3, 1:stages)
          if (n > 3 + stages) new%z(4 + stages:3 + 3 * stages, e) = reshape(resultant(1:2, 1:stages), [2 * stages])
       end associate
-
-   contains
-
-      !> Nominal coordinate of the first end (0) or of a stage.
-      pure subroutine stage_place(stage, s)
-         integer, intent(in) :: stage
-         real(wp), intent(out) :: s
-         real(wp) :: share
-         associate (g => new%geometry%element(e), mesh => to%model%mesh)
-            share = 0.0_wp
-            if (stage > 0) share = to%tableau(mesh%stages(e))%c(max(stage, 1))
-            s = g%s(1) + share * (g%s(2) - g%s(1))
-            if (mesh%curve(e) > 0) s = curve_abscissa(to%model%curve(mesh%curve(e)), to%model%imperfection, g%s(1), &
-               & share * g%length)
-         end associate
-      end subroutine stage_place
    end subroutine carry_resultants
 
    !> (n_x, n_y, m) at a place of a GE element.
@@ -332,8 +316,8 @@ contains
          x(:, 2) = node_position(state, node(2))
          chord = x(:, 2) - x(:, 1)
          speed = g%length * norm2(chord) / norm2(g%chord)
-         tangent(:, 1) = speed * direction(profile_angle(problem, state, profile, 0.0_wp))
-         tangent(:, 2) = speed * direction(profile_angle(problem, state, profile, 1.0_wp))
+         tangent(:, 1) = speed * direction(g%end_angle(1) + state%u(3, node(1)))
+         tangent(:, 2) = speed * direction(g%end_angle(2) + state%u(3, node(2)))
          turn = field(3, node(2)) - field(3, node(1))
          value = field(1:2, node(2)) - field(1:2, node(1)) - field(3, node(1)) * across(chord)
          ! A rotation that grows evenly moves the second end across to the way from the mean place of the cubic there.
