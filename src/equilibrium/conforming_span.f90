@@ -171,7 +171,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(out) :: f(6), raw(6), k(6, 6), fl(6), op(:, :), defect(2) !! as those of ge_evaluate
+      real(wp), intent(out) :: f(6), raw(6), k(6, 6), fl(6), op(:, :) !! as those of ge_evaluate
+      real(wp), intent(out) :: defect(2)            !! force and position
       logical, intent(out) :: ok
       type(track_t) :: track(2), moved(2)
       type(ge_load_t) :: load
