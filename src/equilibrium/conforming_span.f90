@@ -15,7 +15,7 @@ module conforming_span
    use conforming_element, only: conforming_evaluate, conforming_resultants, conforming_size
    implicit none
    private
-   public :: evaluate_conforming, conforming_forces, conforming_displacement, conforming_resultant, &
+   public :: evaluate_conforming, conforming_forces, conforming_point, conforming_displacement, conforming_resultant, &
       & conforming_guess, track_rotation, track_bend_rate, touchdown_spring, excess_curvature, node_track, track_sense, rod_angle
 
 contains
@@ -267,13 +267,14 @@ contains
       end associate
    end subroutine conforming_forces
 
-   !> Displacements and rotation inside a conforming element.
-   pure function conforming_displacement(problem, state, e, tau) result(u)
+   !> Displacements and rotation inside a conforming element, and (n_x, n_y, m).
+   pure subroutine conforming_point(problem, state, e, tau, u, resultant)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      real(wp) :: u(3), local(3), place(2), angle, x(2), home, speed, s, near
+      real(wp), intent(out) :: u(3), resultant(3)
+      real(wp) :: local(3), place(2), angle, x(2), home, speed, s, near
       call conforming_forces(problem, state, e, tau, local, place, angle)
       associate (curve => problem%model%curve(problem%model%mesh%curve(e)), g => state%geometry%element(e))
          s = curve_abscissa(curve, problem%model%imperfection, g%s(1), tau * g%length)
@@ -284,9 +285,20 @@ contains
       near = 0.5_wp * sum(state%u(3, problem%model%mesh%node(:, e)))
       u(3) = angle - home
       u(3) = u(3) - 2.0_wp * pi * anint((u(3) - near) / (2.0_wp * pi))
+      resultant = [cos(angle) * local(1) - sin(angle) * local(2), sin(angle) * local(1) + cos(angle) * local(2), local(3)]
+   end subroutine conforming_point
+
+   !> The displacements and the rotation alone.
+   pure function conforming_displacement(problem, state, e, tau) result(u)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau
+      real(wp) :: u(3), resultant(3)
+      call conforming_point(problem, state, e, tau, u, resultant)
    end function conforming_displacement
 
-   !> (n_x, n_y, m) inside a conforming element.
+   !> (n_x, n_y, m) alone.
    pure function conforming_resultant(problem, state, e, tau) result(resultant)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

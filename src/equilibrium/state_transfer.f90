@@ -11,7 +11,8 @@ module state_transfer
    use rod_state, only: state_t, element_displacement, element_load, node_position
    use rod_profile, only: profile_t, new_profile, profile_place, profile_displacement, profile_angle, element_place
    use reference_curve, only: curve_point
-   use conforming_span, only: conforming_displacement, conforming_resultant, conforming_guess
+   use conforming_span, only: conforming_forces, conforming_displacement, conforming_resultant, conforming_point, &
+      & conforming_guess
    use gauss_tableau, only: max_stages
    use ge_element, only: ge_interior
    implicit none
@@ -199,7 +200,14 @@ contains
             if (i > 0) call find_point(from, state, j, s + to%origin(e), old, tau)
             if (to%conforms(e) > 0) then
                ! N + kappa M, all that is taken, does not jump.
-               u(:, i) = point_displacement(from, state, old, tau)
+               if (from%conforms(old) > 0 .and. tau > 0.0_wp .and. tau < 1.0_wp) then
+                  call conforming_point(from, state, old, tau, u(:, i), resultant(:, i))
+               else
+                  u(:, i) = point_displacement(from, state, old, tau)
+                  resultant(:, i) = point_resultant(from, state, old, tau)
+               end if
+               call curve_point(to%model%curve(mesh%curve(e)), to%model%imperfection, s, home(1:2, i), home(3, i), speed)
+               cycle
             else if (old < range(1) .or. old > range(2)) then
                ! The polynomial goes on beyond its element.
                old = min(max(old, range(1)), range(2))
@@ -208,8 +216,6 @@ contains
                end associate
             end if
             resultant(:, i) = point_resultant(from, state, old, tau)
-            if (to%conforms(e) == 0) cycle
-            call curve_point(to%model%curve(mesh%curve(e)), to%model%imperfection, s, home(1:2, i), home(3, i), speed)
          end do
          if (to%conforms(e) > 0) then
             new%z(:1 + 2 * stages, e) = conforming_guess(to, new, e, u(:, :stages), resultant(:, :stages), home(:, :stages))
@@ -304,14 +310,20 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
       real(wp) :: rate(3)
-      real(wp) :: x(2, 2), tangent(2, 2), value(2), slope(2, 2), chord(2), place(2), bow(2), angle, speed, turn, even
+      real(wp) :: x(2, 2), tangent(2, 2), value(2), slope(2, 2), chord(2), place(2), bow(2), local(3), angle, speed, turn, even
       type(profile_t) :: profile
       associate (node => problem%model%mesh%node(:, e), g => state%geometry%element(e))
          if (tau <= 0.0_wp .or. tau >= 1.0_wp) then
             rate = field(:, node(merge(1, 2, tau <= 0.0_wp)))
             return
          end if
-         profile = new_profile(problem, state, e)
+         if (problem%conforms(e) > 0) then
+            call conforming_forces(problem, state, e, tau, local, place, angle)
+         else
+            profile = new_profile(problem, state, e)
+            place = profile_place(problem, profile, tau)
+            angle = profile_angle(problem, state, profile, tau)
+         end if
          x(:, 1) = node_position(state, node(1))
          x(:, 2) = node_position(state, node(2))
          chord = x(:, 2) - x(:, 1)
@@ -325,10 +337,9 @@ contains
          even = dot_product(value - turn * across(bow), chord) / dot_product(chord, chord)
          slope(:, 1) = even * tangent(:, 1)
          slope(:, 2) = even * tangent(:, 2) + turn * across(tangent(:, 2))
-         place = profile_place(problem, profile, tau) - x(:, 1)
+         place = place - x(:, 1)
          rate(1:2) = field(1:2, node(1)) + field(3, node(1)) * across(place) + tau * (1.0_wp - tau)**2 * slope(:, 1) + &
             & tau**2 * ((3.0_wp - 2.0_wp * tau) * value + (tau - 1.0_wp) * slope(:, 2))
-         angle = profile_angle(problem, state, profile, tau)
          rate(3) = field(3, node(1)) + dot_product(across(direction(angle)), (1.0_wp - tau) * (1.0_wp - 3.0_wp * tau) * &
             & slope(:, 1) + 6.0_wp * tau * (1.0_wp - tau) * value + tau * (3.0_wp * tau - 2.0_wp) * slope(:, 2)) / speed
       end associate
