@@ -10,7 +10,7 @@ module model_fixture
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: linearise, set_path_row, solve_bordered, apply_increment
-   use reference_curve, only: curve_point
+   use reference_curve, only: curve_point, measure_curves
    use timing, only: timers_t
    use random_numbers, only: random_t, new_random, next_random
    implicit none
@@ -98,6 +98,7 @@ contains
       model%imperfection(1)%half_waves = [half_waves]
       model%imperfection(1)%phase = [0.0_wp]
       model%curve(1)%imperfection = 1
+      call measure_curves(model%curve, model%imperfection)
       do e = 1, model%mesh%n_elements
          call curve_point(model%curve(1), model%imperfection, model%mesh%s(1, e), model%mesh%x(:, model%mesh%node(1, e)), &
             & angle, speed)

@@ -107,7 +107,9 @@ contains
       real(wp), intent(in) :: given(:)               !! (candidates) openings of active ones, reactions of open ones
       real(wp), intent(in) :: force(:)               !! (n) that these are on the nodes, which rigid contacts may take
       real(wp), intent(out) :: gap(:), reaction(:)   !! (candidates)
+      real(wp) :: residual(system%n)
       integer :: c
+      residual = system%residual - force
       do c = 1, problem%candidates%n
          gap(c) = system%gap(c) + gap_change(problem, system, c, x, y)
          reaction(c) = 0.0_wp
@@ -115,7 +117,7 @@ contains
          if (system%soft(c)) then
             reaction(c) = system%push(c) - system%spring(c) * (gap(c) - system%gap(c))
          else if (system%unknown(c) > 0) then
-            reaction(c) = contact_reaction(system, c, system%residual - force) + reaction_change(system, c, x, y)
+            reaction(c) = contact_reaction(system, c, residual) + reaction_change(system, c, x, y)
          end if
       end do
       call coupled_answer(problem%coupling, system%coupling, given, gap, reaction)

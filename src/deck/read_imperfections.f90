@@ -5,6 +5,7 @@ module read_imperfections
    use model, only: model_t, mesh_t, imperfection_t, shape_sine, shape_cosine, shape_clamped
    use imperfection_chain, only: chain_t, follow_chain
    use imperfection, only: imperfection_value, nodal_imperfection, random_offsets
+   use reference_curve, only: measure_curves
    use diagnostics, only: diagnostics_t
    use deck_cards, only: deck_t, complain
    use card_values, only: parameter_word, parameter_integer, field_place, field_real
@@ -41,6 +42,7 @@ contains
          call mark_curves(model, chain)
       end do
       call move_nodes(deck, model, diagnostics, from_card)
+      call measure_curves(model%curve, model%imperfection)
    end subroutine read_imperfection_cards
 
    !> The data lines.

@@ -73,7 +73,7 @@ contains
       real(wp), intent(out) :: k(2, 2)         !! condensed tangent, symmetric
       real(wp), intent(out) :: fl(2)           !! minus the derivative of f by the load factor
       real(wp), intent(out) :: op(:, :)        !! (conforming_size, conforming_columns)
-      real(wp), intent(out) :: defect(2)       !! largest internal residual: of P, as a rotation [rad], and of sigma
+      real(wp), intent(out) :: defect(2)       !! largest internal residual: of P, a force, and of sigma
       logical, intent(out) :: ok               !! false: the internal system is singular or 1 + e <= 0; outputs undefined
       type(section_t) :: section(max_stages)
       type(track_t) :: near
@@ -116,7 +116,7 @@ contains
          end do
          rhs(i, by_residual) = -residual_sigma
          rhs(s + i, by_residual) = -residual_p
-         defect(1) = max(defect(1), abs(residual_p) * h**2 * compliance%bending)
+         defect(1) = max(defect(1), abs(residual_p))
          defect(2) = max(defect(2), abs(residual_sigma))
       end do
       ! Forces beside lengths: by the flexibility of the element.

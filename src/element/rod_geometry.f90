@@ -15,7 +15,8 @@ module rod_geometry
       real(wp) :: length = 0.0_wp             !! stress-free length
       real(wp) :: scale = 1.0_wp              !! C of the GE element
       real(wp) :: chord(2) = 0.0_wp           !! node 2 minus node 1
-      real(wp) :: angle(max_stages) = 0.0_wp  !! tangent angle at the stages (GE)
+      real(wp) :: at(max_stages) = 0.0_wp     !! nominal coordinates of the stages (GE)
+      real(wp) :: angle(max_stages) = 0.0_wp  !! tangent angle there (GE)
       real(wp) :: end_angle(2) = 0.0_wp       !! tangent angle at both ends
    end type element_geometry_t
 
@@ -52,7 +53,7 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: s(2), x1(2), x2(2)
       type(element_geometry_t) :: g
-      real(wp) :: x(2), speed, at, quadrature(2), turn
+      real(wp) :: x(2), speed, quadrature(2), turn
       integer :: i, c
       g%s = s
       g%chord = x2 - x1
@@ -61,6 +62,7 @@ contains
          g%length = norm2(g%chord)
          g%end_angle = atan2(g%chord(2), g%chord(1))
          g%angle = g%end_angle(1)
+         if (model%mesh%family(e) == family_ge) g%at = s(1) + tableau(model%mesh%stages(e))%c * (s(2) - s(1))
          return
       end if
       associate (curve => model%curve(c), tab => tableau(model%mesh%stages(e)))
@@ -70,8 +72,8 @@ contains
          end do
          quadrature = 0.0_wp
          do i = 1, tab%stages
-            at = curve_abscissa(curve, model%imperfection, s(1), tab%c(i) * g%length)
-            call curve_point(curve, model%imperfection, at, x, g%angle(i), speed)
+            g%at(i) = curve_abscissa(curve, model%imperfection, s(1), tab%c(i) * g%length)
+            call curve_point(curve, model%imperfection, g%at(i), x, g%angle(i), speed)
             quadrature = quadrature + tab%b(i) * [cos(g%angle(i)), sin(g%angle(i))]
          end do
          quadrature = quadrature * g%length

@@ -15,8 +15,8 @@ module conforming_span
    use conforming_element, only: conforming_evaluate, conforming_resultants, conforming_size
    implicit none
    private
-   public :: evaluate_conforming, conforming_forces, conforming_displacement, conforming_resultant, &
-      & conforming_guess, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple, flat, &
+   public :: evaluate_conforming, conforming_forces, conforming_point, conforming_displacement, &
+      & conforming_resultant, conforming_guess, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple, flat, &
       & excess_curvature, node_track, track_sense, rod_angle
 
    !> Excess of curvature times size that is as good as none: what rounding and the tolerance of Newton's method leave.
@@ -171,16 +171,13 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(out) :: bend(:), rate(:)     !! (stages) and its derivative by the stress-free length
-      real(wp) :: at
       integer :: i
       bend = 0.0_wp
       rate = 0.0_wp
       associate (c => problem%model%mesh%curve(e), g => state%geometry%element(e))
          if (c == 0) return
          do i = 1, size(bend)
-            at = curve_abscissa(problem%model%curve(c), problem%model%imperfection, g%s(1), &
-               & problem%tableau(size(bend))%c(i) * g%length)
-            call curve_bend(problem%model%curve(c), problem%model%imperfection, at, bend(i), rate(i))
+            call curve_bend(problem%model%curve(c), problem%model%imperfection, g%at(i), bend(i), rate(i))
          end do
       end associate
    end subroutine stage_bends
@@ -192,7 +189,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(out) :: f(6), raw(6), k(6, 6), fl(6), op(:, :), defect(2) !! as those of ge_evaluate
+      real(wp), intent(out) :: f(6), raw(6), k(6, 6), fl(6), op(:, :) !! as those of ge_evaluate
+      real(wp), intent(out) :: defect(2)            !! force and position
       logical, intent(out) :: ok
       type(track_t) :: track(2), moved(2)
       type(ge_load_t) :: load
@@ -287,13 +285,14 @@ contains
       end associate
    end subroutine conforming_forces
 
-   !> Displacements and rotation inside a conforming element.
-   pure function conforming_displacement(problem, state, e, tau) result(u)
+   !> Displacements and rotation inside a conforming element, and (n_x, n_y, m).
+   pure subroutine conforming_point(problem, state, e, tau, u, resultant)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      real(wp) :: u(3), local(3), place(2), angle, x(2), home, speed, s, near
+      real(wp), intent(out) :: u(3), resultant(3)
+      real(wp) :: local(3), place(2), angle, x(2), home, speed, s, near
       call conforming_forces(problem, state, e, tau, local, place, angle)
       associate (curve => problem%model%curve(problem%model%mesh%curve(e)), g => state%geometry%element(e))
          s = curve_abscissa(curve, problem%model%imperfection, g%s(1), tau * g%length)
@@ -304,9 +303,20 @@ contains
       near = 0.5_wp * sum(state%u(3, problem%model%mesh%node(:, e)))
       u(3) = angle - home
       u(3) = u(3) - 2.0_wp * pi * anint((u(3) - near) / (2.0_wp * pi))
+      resultant = [cos(angle) * local(1) - sin(angle) * local(2), sin(angle) * local(1) + cos(angle) * local(2), local(3)]
+   end subroutine conforming_point
+
+   !> The displacements and the rotation alone.
+   pure function conforming_displacement(problem, state, e, tau) result(u)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau
+      real(wp) :: u(3), resultant(3)
+      call conforming_point(problem, state, e, tau, u, resultant)
    end function conforming_displacement
 
-   !> (n_x, n_y, m) inside a conforming element.
+   !> (n_x, n_y, m) alone.
    pure function conforming_resultant(problem, state, e, tau) result(resultant)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

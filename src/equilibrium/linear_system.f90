@@ -77,7 +77,7 @@ module linear_system
       integer :: negative_pivots = 0            !! of the tangent on the null space of the active constraints
       ! Measures of the state itself.
       real(wp) :: force_residual = 0.0_wp       !! relative, from the stored resultants
-      real(wp) :: defect_residual = 0.0_wp      !! internal: rotations [rad], positions over the size
+      real(wp) :: defect_residual = 0.0_wp      !! internal: rotations [rad], positions over the size, forces over force_scale
       real(wp) :: force_scale = 0.0_wp
       real(wp) :: gap_error = 0.0_wp            !! of the gaps to foundations, by rounding [length]
       real(wp) :: gap_noise = 0.0_wp            !! what that makes of the forces, relative
@@ -135,21 +135,27 @@ contains
       type(timers_t), intent(inout) :: timers
       integer :: e, c
       logical :: ok
-      real(wp) :: defect(2), worst(2), shift(6, 2)
+      real(wp) :: defect(2), rotation, force, place, shift(6, 2)
       type(inner_forces_t) :: inner
 
       call timing_start(timers, phase_elements)
       system%ok = .true.
-      worst = 0.0_wp
+      rotation = 0.0_wp
+      force = 0.0_wp
+      place = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
          call evaluate_element(problem, state, base, state%geometry%element(e), e, system%ef(:, e), system%eraw(:, e), &
             & system%ek(:, :, e), system%el(:, e), system%op(:, :, e), defect, ok, inner, shift)
          if (size(system%eshift, 3) > 0) system%eshift(:, :, e) = shift
          system%grip(e) = inner%n
          system%ok = system%ok .and. ok
-         worst = max(worst, defect)
+         if (problem%conforms(e) > 0) then
+            force = max(force, defect(1))
+         else
+            rotation = max(rotation, defect(1))
+         end if
+         place = max(place, defect(2))
       end do
-      system%defect_residual = max(worst(1), worst(2) / problem%size)
       call timing_stop(timers, phase_elements)
       if (.not. system%ok) return
 
@@ -168,6 +174,7 @@ contains
       call add_springs(problem, state, system)
       call add_contact(problem, state, system)
       call measure_residual(problem, state, system)
+      system%defect_residual = max(rotation, force / system%force_scale, place / problem%size)
       call timing_stop(timers, phase_assembly)
    end subroutine assemble
 

@@ -10,8 +10,9 @@ module state_transfer
    use rod_geometry, only: geometry_t, new_geometry, slide_nodes
    use rod_state, only: state_t, element_displacement, element_load, node_position
    use rod_profile, only: profile_t, new_profile, profile_place, profile_displacement, profile_angle, element_place
-   use reference_curve, only: curve_point, curve_abscissa
-   use conforming_span, only: conforming_displacement, conforming_resultant, conforming_guess
+   use reference_curve, only: curve_point
+   use conforming_span, only: conforming_forces, conforming_displacement, conforming_resultant, conforming_point, &
+      & conforming_guess
    use gauss_tableau, only: max_stages
    use ge_element, only: ge_interior
    implicit none
@@ -195,11 +196,18 @@ contains
          end if
          stages = mesh%stages(e)
          do i = 0, stages
-            call stage_place(i, s)
+            s = merge(g%s(1), g%at(max(i, 1)), i == 0)
             if (i > 0) call find_point(from, state, j, s + to%origin(e), old, tau)
             if (to%conforms(e) > 0) then
                ! N + kappa M, all that is taken, does not jump.
-               u(:, i) = point_displacement(from, state, old, tau)
+               if (from%conforms(old) > 0 .and. tau > 0.0_wp .and. tau < 1.0_wp) then
+                  call conforming_point(from, state, old, tau, u(:, i), resultant(:, i))
+               else
+                  u(:, i) = point_displacement(from, state, old, tau)
+                  resultant(:, i) = point_resultant(from, state, old, tau)
+               end if
+               call curve_point(to%model%curve(mesh%curve(e)), to%model%imperfection, s, home(1:2, i), home(3, i), speed)
+               cycle
             else if (old < range(1) .or. old > range(2)) then
                ! The polynomial goes on beyond its element.
                old = min(max(old, range(1)), range(2))
@@ -208,8 +216,6 @@ contains
                end associate
             end if
             resultant(:, i) = point_resultant(from, state, old, tau)
-            if (to%conforms(e) == 0) cycle
-            call curve_point(to%model%curve(mesh%curve(e)), to%model%imperfection, s, home(1:2, i), home(3, i), speed)
          end do
          if (to%conforms(e) > 0) then
             new%z(:1 + 2 * stages, e) = conforming_guess(to, new, e, u(:, :stages), resultant(:, :stages), home(:, :stages))
@@ -219,22 +225,6 @@ contains
          new%z(4:3 + stages, e) = resultant(3, 1:stages)
          if (n > 3 + stages) new%z(4 + stages:3 + 3 * stages, e) = reshape(resultant(1:2, 1:stages), [2 * stages])
       end associate
-
-   contains
-
-      !> Nominal coordinate of the first end (0) or of a stage.
-      pure subroutine stage_place(stage, s)
-         integer, intent(in) :: stage
-         real(wp), intent(out) :: s
-         real(wp) :: share
-         associate (g => new%geometry%element(e), mesh => to%model%mesh)
-            share = 0.0_wp
-            if (stage > 0) share = to%tableau(mesh%stages(e))%c(max(stage, 1))
-            s = g%s(1) + share * (g%s(2) - g%s(1))
-            if (mesh%curve(e) > 0) s = curve_abscissa(to%model%curve(mesh%curve(e)), to%model%imperfection, g%s(1), &
-               & share * g%length)
-         end associate
-      end subroutine stage_place
    end subroutine carry_resultants
 
    !> (n_x, n_y, m) at a place of a GE element.
@@ -320,20 +310,26 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
       real(wp) :: rate(3)
-      real(wp) :: x(2, 2), tangent(2, 2), value(2), slope(2, 2), chord(2), place(2), bow(2), angle, speed, turn, even
+      real(wp) :: x(2, 2), tangent(2, 2), value(2), slope(2, 2), chord(2), place(2), bow(2), local(3), angle, speed, turn, even
       type(profile_t) :: profile
       associate (node => problem%model%mesh%node(:, e), g => state%geometry%element(e))
          if (tau <= 0.0_wp .or. tau >= 1.0_wp) then
             rate = field(:, node(merge(1, 2, tau <= 0.0_wp)))
             return
          end if
-         profile = new_profile(problem, state, e)
+         if (problem%conforms(e) > 0) then
+            call conforming_forces(problem, state, e, tau, local, place, angle)
+         else
+            profile = new_profile(problem, state, e)
+            place = profile_place(problem, profile, tau)
+            angle = profile_angle(problem, state, profile, tau)
+         end if
          x(:, 1) = node_position(state, node(1))
          x(:, 2) = node_position(state, node(2))
          chord = x(:, 2) - x(:, 1)
          speed = g%length * norm2(chord) / norm2(g%chord)
-         tangent(:, 1) = speed * direction(profile_angle(problem, state, profile, 0.0_wp))
-         tangent(:, 2) = speed * direction(profile_angle(problem, state, profile, 1.0_wp))
+         tangent(:, 1) = speed * direction(g%end_angle(1) + state%u(3, node(1)))
+         tangent(:, 2) = speed * direction(g%end_angle(2) + state%u(3, node(2)))
          turn = field(3, node(2)) - field(3, node(1))
          value = field(1:2, node(2)) - field(1:2, node(1)) - field(3, node(1)) * across(chord)
          ! A rotation that grows evenly moves the second end across to the way from the mean place of the cubic there.
@@ -341,10 +337,9 @@ contains
          even = dot_product(value - turn * across(bow), chord) / dot_product(chord, chord)
          slope(:, 1) = even * tangent(:, 1)
          slope(:, 2) = even * tangent(:, 2) + turn * across(tangent(:, 2))
-         place = profile_place(problem, profile, tau) - x(:, 1)
+         place = place - x(:, 1)
          rate(1:2) = field(1:2, node(1)) + field(3, node(1)) * across(place) + tau * (1.0_wp - tau)**2 * slope(:, 1) + &
             & tau**2 * ((3.0_wp - 2.0_wp * tau) * value + (tau - 1.0_wp) * slope(:, 2))
-         angle = profile_angle(problem, state, profile, tau)
          rate(3) = field(3, node(1)) + dot_product(across(direction(angle)), (1.0_wp - tau) * (1.0_wp - 3.0_wp * tau) * &
             & slope(:, 1) + 6.0_wp * tau * (1.0_wp - tau) * value + tau * (3.0_wp * tau - 2.0_wp) * slope(:, 2)) / speed
       end associate

@@ -5,18 +5,19 @@ module imperfect_mesh
    use text, only: to_text
    use model, only: model_t, imperfection_t, mode_offset_t
    use imperfection, only: nodal_imperfection
-   use reference_curve, only: curve_point
+   use reference_curve, only: curve_point, measure_curves
    implicit none
    private
    public :: move_to_curves, add_mode_offsets
 
 contains
 
-   !> Moves the nodes on curves with an imperfection to where the curves are now.
+   !> Measures the curves and moves the nodes on those with an imperfection to where these are now.
    subroutine move_to_curves(model)
       type(model_t), intent(inout) :: model    !! its imperfections set; mesh%x is brought up to date
       real(wp) :: angle, speed
       integer :: e, i
+      call measure_curves(model%curve, model%imperfection)
       associate (mesh => model%mesh)
          do e = 1, mesh%n_elements
             if (mesh%curve(e) == 0) cycle

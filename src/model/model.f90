@@ -5,6 +5,7 @@
 module model
    use kinds, only: wp, name_length
    use obstacle_curve, only: obstacle_curve_t
+   use length_table, only: length_table_t
    implicit none
    private
    public :: model_t, mesh_t, curve_t, imperfection_t, section_t, node_set_t, load_t, obstacle_t, law_t, contact_t
@@ -51,6 +52,7 @@ module model
       real(wp) :: length = 0.0_wp
       integer :: imperfection = 0       !! index into model%imperfection, 0: none
       real(wp) :: offset = 0.0_wp       !! coordinate of its first point along the imperfection's chain
+      integer :: table = 0              !! index into the imperfection's tables of lengths
    end type curve_t
 
    !> A stress-free offset w(s) of the axis to the left of the nominal curve, s from 0 to `length` along its chain.
@@ -65,6 +67,7 @@ module model
       real(wp), allocatable :: phase(:)       !! p_k [rad] (sine, cosine)
       real(wp), allocatable :: knot(:)        !! chain coordinate of the nodal values (nodal)
       real(wp), allocatable :: bend(:)        !! second derivatives at the knots (nodal)
+      type(length_table_t), allocatable :: table(:) !! for each curvature that its curves have; see measure_curves
    end type imperfection_t
 
    !> Nodes, elements and the stress-free geometry they lie on.

@@ -1,24 +1,12 @@
 !> Position, direction, curvature and length of the stress-free axis: a line or an arc with its imperfection.
 module reference_curve
    use kinds, only: wp, pi
-   use model, only: curve_t, imperfection_t
+   use model, only: curve_t, imperfection_t, shape_nodal
    use imperfection, only: imperfection_value
+   use length_table, only: length_table_t, new_length_table, add_panel, panel_places, table_value, table_points
    implicit none
    private
-   public :: curve_point, curve_bend, curve_length, curve_abscissa, curve_goes_on
-
-   ! Gauss's rule of 10 points on (0, 1): per element far beyond the elements' order.
-   integer, parameter :: n_gauss = 10
-   real(wp), parameter :: c(n_gauss) = [ &
-      & 0.01304673574141413996_wp, 0.06746831665550774463_wp, 0.16029521585048779688_wp, &
-      & 0.28330230293537640460_wp, 0.42556283050918439456_wp, 0.57443716949081560544_wp, &
-      & 0.71669769706462359540_wp, 0.83970478414951220312_wp, 0.93253168334449225537_wp, &
-      & 0.98695326425858586004_wp]
-   real(wp), parameter :: b(n_gauss) = [ &
-      & 0.03333567215434406880_wp, 0.07472567457529029657_wp, 0.10954318125799102200_wp, &
-      & 0.13463335965499817755_wp, 0.14776211235737643509_wp, 0.14776211235737643509_wp, &
-      & 0.13463335965499817755_wp, 0.10954318125799102200_wp, 0.07472567457529029657_wp, &
-      & 0.03333567215434406880_wp]
+   public :: measure_curves, curve_point, curve_bend, curve_length, curve_abscissa, curve_goes_on
 
 contains
 
@@ -68,37 +56,111 @@ contains
       rate = ((along * dddw + curve%curvature * dw * ddw) / square - 2 * turn * growth - (curve%curvature + turn) * growth) / square
    end subroutine curve_bend
 
+   !> Tables of the lengths along all curves, from which curve_length and curve_abscissa answer: whenever curves or imperfections
+   !> are new. One serves all curves of an imperfection that have the same curvature; an element may go beyond its curve.
+   pure subroutine measure_curves(curve, imperfections)
+      type(curve_t), intent(inout) :: curve(:)
+      type(imperfection_t), intent(inout) :: imperfections(:)
+      type(length_table_t), allocatable :: table(:)
+      integer :: c, i, k
+      do i = 1, size(imperfections)
+         allocate (table(0))
+         do c = 1, size(curve)
+            if (curve(c)%imperfection /= i) cycle
+            do k = 1, size(table)
+               if (abs(table(k)%curvature - curve(c)%curvature) <= 0.0_wp) exit
+            end do
+            if (k > size(table)) table = [table, measured(imperfections(i), curve(c)%curvature)]
+            curve(c)%table = k
+         end do
+         call move_alloc(table, imperfections(i)%table)
+      end do
+   end subroutine measure_curves
+
+   !> The table of an imperfection on a nominal curve.
+   pure function measured(imperfection, curvature) result(table)
+      type(imperfection_t), intent(in) :: imperfection
+      real(wp), intent(in) :: curvature
+      type(length_table_t) :: table
+      integer, parameter :: halvings = 20       ! as good as it gets at a cusp
+      real(wp) :: from, to, end, width, shortest, s(table_points), rate(table_points)
+      integer :: k, i, pieces
+      logical :: added
+      table = new_length_table(curvature)
+      ! Splines are smooth between their knots.
+      pieces = 1
+      if (imperfection%shape == shape_nodal) pieces = size(imperfection%knot) - 1
+      from = 0.0_wp
+      do k = 1, pieces
+         end = imperfection%length
+         if (imperfection%shape == shape_nodal) end = imperfection%knot(k + 1)
+         shortest = 0.5_wp**halvings * (end - from)
+         to = end
+         do while (from < end)
+            s = panel_places(from, to)
+            do i = 1, table_points
+               rate(i) = excess_rate(imperfection, curvature, s(i))
+            end do
+            call add_panel(table, to, rate, to - from <= shortest, added)
+            if (added) then
+               width = to - from
+               from = to
+               to = from + 2.0_wp * width
+               ! No rest shorter than that.
+               if (end - to < 0.5_wp * width) to = end
+            else
+               to = 0.5_wp * (from + to)
+            end if
+         end do
+      end do
+   end function measured
+
+   !> True length per nominal length, less one.
+   pure real(wp) function excess_rate(imperfection, curvature, s) result(rate)
+      type(imperfection_t), intent(in) :: imperfection
+      real(wp), intent(in) :: curvature
+      real(wp), intent(in) :: s                 !! along the chain
+      real(wp) :: w, dw, more
+      call imperfection_value(imperfection, s, w, dw)
+      more = curvature * w * (curvature * w - 2.0_wp) + dw**2
+      rate = more / (1.0_wp + sqrt(1.0_wp + more))
+   end function excess_rate
+
    !> True length of the curve between two nominal coordinates.
    pure function curve_length(curve, imperfections, from, to) result(length)
-      type(curve_t), intent(in) :: curve
+      type(curve_t), intent(in) :: curve        !! measured
       type(imperfection_t), intent(in) :: imperfections(:)
       real(wp), intent(in) :: from, to
-      real(wp) :: length, x(2), angle, speed
-      integer :: i
+      real(wp) :: length, before, after, rate
       length = to - from
       if (curve%imperfection == 0) return
-      length = 0.0_wp
-      do i = 1, n_gauss
-         call curve_point(curve, imperfections, from + c(i) * (to - from), x, angle, speed)
-         length = length + (to - from) * b(i) * speed
-      end do
+      associate (table => imperfections(curve%imperfection)%table(curve%table))
+         call table_value(table, curve%offset + from, before, rate)
+         call table_value(table, curve%offset + to, after, rate)
+      end associate
+      length = length + (after - before)
    end function curve_length
 
    !> Nominal coordinate of the point that lies `length` of true arc length after `from` (Newton on curve_length).
    pure function curve_abscissa(curve, imperfections, from, length) result(s)
-      type(curve_t), intent(in) :: curve
+      type(curve_t), intent(in) :: curve        !! measured
       type(imperfection_t), intent(in) :: imperfections(:)
       real(wp), intent(in) :: from, length
-      real(wp) :: s, x(2), angle, speed, step
+      real(wp) :: s, before, after, rate, step
       integer :: iteration
       s = from + length
       if (curve%imperfection == 0) return
-      do iteration = 1, 20
-         call curve_point(curve, imperfections, s, x, angle, speed)
-         step = (length - curve_length(curve, imperfections, from, s)) / speed
-         s = s + step
-         if (abs(step) <= 8.0_wp * epsilon(s) * max(abs(s), abs(length))) exit
-      end do
+      associate (table => imperfections(curve%imperfection)%table(curve%table))
+         call table_value(table, curve%offset + from, before, rate)
+         s = from + length / (1.0_wp + rate)
+         do iteration = 1, 20
+            call table_value(table, curve%offset + s, after, rate)
+            step = ((length - (s - from)) - (after - before)) / (1.0_wp + rate)
+            s = s + step
+            ! The next one would be the square of this one.
+            if (abs(step) <= 0.1_wp * sqrt(epsilon(s)) * abs(length)) exit
+         end do
+      end associate
    end function curve_abscissa
 
    !> True when one curve goes on as another one from a common point: the same line or circle and the same imperfection, so

@@ -1,0 +1,121 @@
+!> How much longer a curve is than its nominal coordinate tells: the excess, a smooth function of the coordinate, as
+!> polynomials on panels that are short enough to be good to rounding.
+!>
+!> The excess of an imperfect rod is small, so lengths of short pieces, its differences, lose nothing to rounding.
+module length_table
+   use kinds, only: wp, pi
+   implicit none
+   private
+   public :: length_table_t, new_length_table, add_panel, panel_places, table_value, table_points
+
+   integer, parameter :: table_points = 8 !! Chebyshev's points in a panel
+
+   type :: length_table_t
+      real(wp) :: curvature = 0.0_wp          !! of the nominal curve that it is for
+      real(wp), allocatable :: at(:)          !! (panels + 1) where they begin and end
+      real(wp), allocatable :: excess(:, :)   !! (points + 1, panels) coefficients of x^0, x^1, ..., x from -1 to 1 in a panel
+   end type length_table_t
+
+contains
+
+   !> A table without any panel yet.
+   pure function new_length_table(curvature) result(table)
+      real(wp), intent(in) :: curvature
+      type(length_table_t) :: table
+      table%curvature = curvature
+      table%at = [0.0_wp]
+      allocate (table%excess(table_points + 1, 0))
+   end function new_length_table
+
+   !> Where a panel wants to know the rate d(excess)/ds.
+   pure function panel_places(from, to) result(s)
+      real(wp), intent(in) :: from, to
+      real(wp) :: s(table_points)
+      integer :: i
+      s = 0.5_wp * (from + to) + 0.5_wp * (to - from) * [(cos(pi * (i - 0.5_wp) / table_points), i=1, table_points)]
+   end function panel_places
+
+   !> Adds the panel from where the table ends if the polynomial through the rates is good to rounding.
+   pure subroutine add_panel(table, to, rate, last_try, added)
+      type(length_table_t), intent(inout) :: table
+      real(wp), intent(in) :: to              !! where it is to end
+      real(wp), intent(in) :: rate(:)         !! (points) at panel_places
+      logical, intent(in) :: last_try         !! true: however good it is
+      logical, intent(out) :: added
+      real(wp) :: c(0:table_points + 1), d(0:table_points), half, noise
+      real(wp), allocatable :: longer(:, :)
+      integer :: k, i, n
+      ! Chebyshev's coefficients of the rate, then of its integral.
+      c = 0.0_wp
+      do k = 0, table_points - 1
+         c(k) = sum(rate * [(cos(k * pi * (i - 0.5_wp) / table_points), i=1, table_points)]) * 2.0_wp / table_points
+      end do
+      c(0) = 0.5_wp * c(0)
+      n = size(table%at)
+      half = 0.5_wp * (to - table%at(n))
+      ! As small as that, the last ones are the rounding of a length, or of the places times the slope of the rate.
+      noise = 1.0_wp + maxval(abs(rate)) + abs(to) / half * sum([(k**2 * abs(c(k)), k=1, table_points - 1)])
+      added = last_try .or. maxval(abs(c(table_points - 2:table_points - 1))) <= epsilon(c) * noise
+      if (.not. added) return
+      d(1) = half * (c(0) - 0.5_wp * c(2))
+      do k = 2, table_points
+         d(k) = half * (c(k - 1) - c(k + 1)) / (2 * k)
+      end do
+      ! It goes on where the last panel ends.
+      d(0) = sum(d(1::2)) - sum(d(2::2))
+      if (n > 1) d(0) = d(0) + sum(table%excess(:, n - 1))
+      table%at = [table%at, to]
+      allocate (longer(table_points + 1, n))
+      longer(:, :n - 1) = table%excess
+      longer(:, n) = powers(d)
+      call move_alloc(longer, table%excess)
+   end subroutine add_panel
+
+   !> Coefficients of powers from Chebyshev's.
+   pure function powers(d) result(a)
+      real(wp), intent(in) :: d(0:)
+      real(wp) :: a(0:ubound(d, 1))
+      real(wp), dimension(0:ubound(d, 1)) :: before, now, next
+      integer :: k
+      before = 0.0_wp
+      before(0) = 1.0_wp
+      now = 0.0_wp
+      now(1) = 1.0_wp
+      a = d(0) * before + d(1) * now
+      do k = 2, ubound(d, 1)
+         next = 2.0_wp * eoshift(now, -1) - before
+         a = a + d(k) * next
+         before = now
+         now = next
+      end do
+   end function powers
+
+   !> Excess and its derivative; beyond the ends of the table it goes on straight.
+   pure subroutine table_value(table, s, excess, rate)
+      type(length_table_t), intent(in) :: table
+      real(wp), intent(in) :: s
+      real(wp), intent(out) :: excess, rate
+      real(wp) :: x, inside, slope
+      integer :: left, right, middle, k
+      left = 1
+      right = size(table%at)
+      inside = min(max(s, table%at(1)), table%at(right))
+      do while (right - left > 1)
+         middle = (left + right) / 2
+         if (table%at(middle) > inside) then
+            right = middle
+         else
+            left = middle
+         end if
+      end do
+      x = ((inside - table%at(left)) - (table%at(right) - inside)) / (table%at(right) - table%at(left))
+      excess = table%excess(table_points + 1, left)
+      slope = 0.0_wp
+      do k = table_points, 1, -1
+         slope = excess + x * slope
+         excess = table%excess(k, left) + x * excess
+      end do
+      rate = slope * (2.0_wp / (table%at(right) - table%at(left)))
+      excess = excess + rate * (s - inside)
+   end subroutine table_value
+end module length_table
