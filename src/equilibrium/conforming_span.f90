@@ -16,11 +16,11 @@ module conforming_span
    implicit none
    private
    public :: evaluate_conforming, conforming_forces, conforming_displacement, conforming_resultant, &
-      & conforming_guess, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple, flat, &
+      & conforming_guess, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple, flat_excess, &
       & excess_curvature, node_track, track_sense, rod_angle
 
    !> Excess of curvature times size that is as good as none: what rounding and the tolerance of Newton's method leave.
-   real(wp), parameter :: flat = 1.0e-9_wp
+   real(wp), parameter :: flat_excess = 1.0e-8_wp
 
 contains
 
@@ -161,7 +161,7 @@ contains
       couple = 0.0_wp
       if (.not. problem%candidates%moves(candidate) .or. any(problem%opening == candidate)) return
       call excess_curvature(problem, state, candidate, excess, stretch)
-      if (abs(excess) * problem%size <= 10.0_wp * flat) return
+      if (abs(excess) * problem%size <= flat_excess) return
       couple = state%reaction(candidate) * stretch / excess * track_rotation(problem, state, candidate)
    end function touchdown_couple
 

@@ -26,7 +26,7 @@ module span_changes
    use touchdown_points, only: opening_misfit, point_force
    use held_touchdown, only: solve_held
    use span_lie_down, only: lie_down, beside_free_span, span_gap, vanished
-   use conforming_span, only: flat, excess_curvature, track_sense, track_rotation, node_track
+   use conforming_span, only: flat_excess, excess_curvature, track_sense, track_rotation, node_track
    use path_record, only: recorder_t
    use timing, only: timers_t
    implicit none
@@ -36,6 +36,7 @@ module span_changes
    integer, parameter :: max_tries = 40
    real(wp), parameter :: near_by = 0.1_wp     !! of an increment: what a better place may differ by
    real(wp), parameter :: first_length = 4.0e-3_wp !! of a stretch: what opens from nothing begins with that
+   real(wp), parameter :: longest_length = 0.1_wp  !! and with not more than some times that, where it is too flat to tell its ends
 
 contains
 
@@ -56,11 +57,13 @@ contains
       type(span_test_t), allocatable :: before(:), after(:), there(:)
       type(increment_t) :: report
       type(problem_t) :: kept, laid
+      type(run_t) :: kept_run
       type(state_t) :: place, earlier, start
       type(system_t) :: system
       type(heading_t) :: heading
-      real(wp) :: scale, fraction, at, rate
-      logical :: shorter, found, lies
+      real(wp) :: scale, fraction, at, rate, length
+      logical :: shorter, found, lies, shallow
+      character(:), allocatable :: why
       character(2) :: label
       integer :: k, first
       finished = .false.
@@ -107,16 +110,21 @@ contains
          return
       end if
       kept = problem
-      place = run%state
-      heading = run%heading
-      call change_set(problem, run, there(first), timers)
+      kept_run = run
+      length = first_length
+      do
+         call change_set(problem, run, there(first), length, shallow, timers)
+         if (allocated(run%stuck) .or. .not. shallow .or. length > longest_length) exit
+         length = 4.0_wp * length
+         problem = kept
+         run = kept_run
+      end do
       if (.not. allocated(run%stuck)) return
       ! Back to where it was still right.
+      why = run%stuck
       problem = kept
-      run%state = place
-      run%heading = heading
-      run%system = new_system(problem)
-      call linearise(problem, run%state, run%state, run%system, timers)
+      run = kept_run
+      run%stuck = why
 
    contains
 
@@ -402,10 +410,12 @@ contains
    end function test_words
 
    !> Changes the set at a place where a test is zero, and turns the run where what is new grows.
-   subroutine change_set(problem, run, test, timers)
+   subroutine change_set(problem, run, test, share, shallow, timers)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run          !! at that place
       type(span_test_t), intent(in) :: test
+      real(wp), intent(in) :: share              !! of its stretch, that a span opens with
+      logical, intent(out) :: shallow            !! what has opened is too flat to tell its ends
       type(timers_t), intent(inout) :: timers
       type(touch_t), allocatable :: touch(:)
       type(touch_t) :: new
@@ -418,6 +428,7 @@ contains
       end do
       touch = present_touches(problem, place)
       opened = 0
+      shallow = .false.
       k = test%touch
       whole = problem%layout%stretch(max(test%stretch, 1))%length
       if (k > 0) whole = problem%layout%stretch(touch(k)%stretch)%length
@@ -430,7 +441,7 @@ contains
          end if
          touch = [touch(:k - 1), touch(k + 1:)]
       case (test_curvature)
-         length = first_length * whole
+         length = share * whole
          ! Against a straight wall a uniform rod lies without pressure.
          if (virtual_pressure(problem, run%state, test%candidate) >= 0.0_wp) then
             touch(k)%line = .true.
@@ -471,6 +482,7 @@ contains
          run%stuck = 'no way on from where '//test_words(test)
          return
       end if
+      if (test%kind == test_curvature .and. any(opened > 0)) shallow = too_flat(problem, run%state, opened)
       select case (test%kind)
       case (test_gap)
          rate = 1.0_wp
@@ -487,7 +499,7 @@ contains
             run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
             ! What has opened is not to grow manifold at once: a point contact has its place where the gap is least as long as
             ! the curvatures differ as they do now.
-            length = 0.5_wp * first_length * whole / max(abs(rate * run%heading%load), tiny(rate))
+            length = 0.5_wp * share * whole / max(abs(rate * run%heading%load), tiny(rate))
          end if
       case default
          run%heading = heading_at(problem, run%system, run%heading%u, run%heading%load)
@@ -546,6 +558,22 @@ contains
       ok = run%system%ok
    end subroutine open_span
 
+   !> True where the points between which a span has opened are no more curved than their obstacle.
+   logical function too_flat(problem, state, opened) result(flat)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: opened(2)
+      real(wp) :: excess, stretch
+      integer :: ends(2), i
+      ends = opening_ends(problem, opened)
+      flat = .false.
+      do i = 1, 2
+         if (ends(i) == 0) cycle
+         call excess_curvature(problem, state, ends(i), excess, stretch)
+         flat = flat .or. excess * problem%size <= flat_excess
+      end do
+   end function too_flat
+
    !> Steps of load factor and place for differences.
    pure function held_steps(problem, run) result(step)
       type(problem_t), intent(in) :: problem
@@ -581,7 +609,7 @@ contains
       real(wp) :: left(2), excess, stretch
       left(1) = track_rotation(problem, state, problem%opening(1))
       call excess_curvature(problem, state, problem%opening(1), excess, stretch)
-      left(2) = excess * problem%size - flat
+      left(2) = excess * problem%size - 0.1_wp * flat_excess
    end function flatness
 
    !> Candidates at the ends of an opening span.
