@@ -148,6 +148,8 @@ contains
       ! Nor does one move that is held while a span opens beside it.
       if (.not. problem%candidates%moves(candidate) .or. any(problem%opening == candidate)) return
       call excess_curvature(problem, state, candidate, excess, stretch)
+      ! One that is flat turns no more than a line's end, whatever rounding makes of its curvature.
+      if (abs(excess) * problem%size <= flat_excess) excess = abs(excess)
       if (abs(excess) > 0.0_wp) spring = state%reaction(candidate) * stretch / excess
    end function touchdown_spring
 
