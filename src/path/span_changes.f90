@@ -204,7 +204,6 @@ contains
          run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
          run%probe = new_probe(problem, run%state, run%system, run%heading%load)
          call forget_mesh(run)
-         run%control%increment = min(run%control%increment, run%last_length)
       end subroutine take_line
 
       !> Where contact begins: the gap is as good as the dense output, the touch itself as good as the nodes.
@@ -506,7 +505,6 @@ contains
       end select
       run%probe = new_probe(problem, run%state, run%system, run%heading%load)
       if (is_arc_length(run%control%method)) then
-         run%control%increment = min(run%control%increment, run%last_length)
          if (any(opened > 0)) run%control%increment = min(run%control%increment, length)
       else if (any(opened > 0) .and. run%control%method == method_load) then
          run%control%increment = sign(min(abs(run%control%increment), length * abs(run%heading%load)), run%control%increment)
