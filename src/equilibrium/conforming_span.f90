@@ -16,11 +16,11 @@ module conforming_span
    implicit none
    private
    public :: evaluate_conforming, conforming_forces, conforming_point, conforming_displacement, &
-      & conforming_resultant, conforming_guess, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple, flat, &
+      & conforming_resultant, conforming_guess, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple, flat_excess, &
       & excess_curvature, node_track, track_sense, rod_angle
 
    !> Excess of curvature times size that is as good as none: what rounding and the tolerance of Newton's method leave.
-   real(wp), parameter :: flat = 1.0e-9_wp
+   real(wp), parameter :: flat_excess = 1.0e-8_wp
 
 contains
 
@@ -148,6 +148,8 @@ contains
       ! Nor does one move that is held while a span opens beside it.
       if (.not. problem%candidates%moves(candidate) .or. any(problem%opening == candidate)) return
       call excess_curvature(problem, state, candidate, excess, stretch)
+      ! One that is flat turns no more than a line's end, whatever rounding makes of its curvature.
+      if (abs(excess) * problem%size <= flat_excess) excess = abs(excess)
       if (abs(excess) > 0.0_wp) spring = state%reaction(candidate) * stretch / excess
    end function touchdown_spring
 
@@ -161,7 +163,7 @@ contains
       couple = 0.0_wp
       if (.not. problem%candidates%moves(candidate) .or. any(problem%opening == candidate)) return
       call excess_curvature(problem, state, candidate, excess, stretch)
-      if (abs(excess) * problem%size <= 10.0_wp * flat) return
+      if (abs(excess) * problem%size <= flat_excess) return
       couple = state%reaction(candidate) * stretch / excess * track_rotation(problem, state, candidate)
    end function touchdown_couple
 

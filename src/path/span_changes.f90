@@ -26,7 +26,7 @@ module span_changes
    use touchdown_points, only: opening_misfit, point_force
    use held_touchdown, only: solve_held
    use span_lie_down, only: lie_down, beside_free_span, span_gap, vanished
-   use conforming_span, only: flat, excess_curvature, track_sense, track_rotation, node_track
+   use conforming_span, only: flat_excess, excess_curvature, track_sense, track_rotation, node_track
    use path_record, only: recorder_t
    use timing, only: timers_t
    implicit none
@@ -36,6 +36,7 @@ module span_changes
    integer, parameter :: max_tries = 40
    real(wp), parameter :: near_by = 0.1_wp     !! of an increment: what a better place may differ by
    real(wp), parameter :: first_length = 4.0e-3_wp !! of a stretch: what opens from nothing begins with that
+   real(wp), parameter :: longest_length = 0.1_wp  !! and with not more than some times that, where it is too flat to tell its ends
 
 contains
 
@@ -56,11 +57,13 @@ contains
       type(span_test_t), allocatable :: before(:), after(:), there(:)
       type(increment_t) :: report
       type(problem_t) :: kept, laid
+      type(run_t) :: kept_run
       type(state_t) :: place, earlier, start
       type(system_t) :: system
       type(heading_t) :: heading
-      real(wp) :: scale, fraction, at, rate
-      logical :: shorter, found, lies, looked_ahead
+      real(wp) :: scale, fraction, at, rate, length
+      logical :: shorter, found, lies, looked_ahead, shallow
+      character(:), allocatable :: why
       character(2) :: label
       integer :: k, first
       finished = .false.
@@ -116,17 +119,22 @@ contains
          return
       end if
       kept = problem
-      place = run%state
-      heading = run%heading
-      call change_set(problem, run, there(first), timers)
+      kept_run = run
+      length = first_length
+      do
+         call change_set(problem, run, there(first), length, shallow, timers)
+         if (allocated(run%stuck) .or. .not. shallow .or. length > longest_length) exit
+         length = 4.0_wp * length
+         problem = kept
+         run = kept_run
+      end do
       call change_alike(there(first)%kind)
       if (.not. allocated(run%stuck)) return
       ! Back to where it was still right.
+      why = run%stuck
       problem = kept
-      run%state = place
-      run%heading = heading
-      run%system = new_system(problem)
-      call linearise(problem, run%state, run%state, run%system, timers)
+      run = kept_run
+      run%stuck = why
 
    contains
 
@@ -141,7 +149,7 @@ contains
             now = run_span_tests(problem, run%state, scale)
             next = findloc(now%kind == kind .and. now%value < -test_slack(now%kind), .true., 1)
             if (next == 0) return
-            call change_set(problem, run, now(next), timers)
+            call change_set(problem, run, now(next), length, shallow, timers)
          end do
       end subroutine change_alike
 
@@ -221,7 +229,6 @@ contains
          run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
          run%probe = new_probe(problem, run%state, run%system, run%heading%load)
          call forget_mesh(run)
-         run%control%increment = min(run%control%increment, run%last_length)
       end subroutine take_line
 
       !> Where contact begins: the gap is as good as the dense output, the touch itself as good as the nodes.
@@ -432,10 +439,12 @@ contains
    end function test_words
 
    !> Changes the set at a place where a test is zero, and turns the run where what is new grows.
-   subroutine change_set(problem, run, test, timers)
+   subroutine change_set(problem, run, test, share, shallow, timers)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run          !! at that place
       type(span_test_t), intent(in) :: test
+      real(wp), intent(in) :: share              !! of its stretch, that a span opens with
+      logical, intent(out) :: shallow            !! what has opened is too flat to tell its ends
       type(timers_t), intent(inout) :: timers
       type(touch_t), allocatable :: touch(:)
       type(touch_t) :: new
@@ -450,6 +459,7 @@ contains
       touch = present_touches(problem, place)
       opened = 0
       crossed = 0
+      shallow = .false.
       k = test%touch
       whole = problem%layout%stretch(max(test%stretch, 1))%length
       if (k > 0) whole = problem%layout%stretch(touch(k)%stretch)%length
@@ -462,9 +472,9 @@ contains
          end if
          touch = [touch(:k - 1), touch(k + 1:)]
       case (test_curvature)
-         length = first_length * whole
+         length = share * whole
          ! Against a straight wall a uniform rod lies without pressure.
-         if (virtual_pressure(problem, run%state, test%candidate) >= 0.0_wp) then
+         if (pressure_ahead(problem, run%trail(1)%from, run%state, test%candidate, length) >= 0.0_wp) then
             touch(k)%line = .true.
             ! Its ends have forces, so Newton's method finds their places from any nearby.
             touch(k)%at = [max(touch(k)%at(1) - 0.5_wp * length, 0.0_wp), min(touch(k)%at(2) + 0.5_wp * length, whole)]
@@ -507,6 +517,7 @@ contains
          run%stuck = 'no way on from where '//test_words(test)
          return
       end if
+      if (test%kind == test_curvature .and. any(opened > 0)) shallow = too_flat(problem, run%state, opened)
       select case (test%kind)
       case (test_gap)
          rate = 1.0_wp
@@ -523,14 +534,13 @@ contains
             run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
             ! What has opened is not to grow manifold at once: a point contact has its place where the gap is least as long as
             ! the curvatures differ as they do now.
-            length = 0.5_wp * first_length * whole / max(abs(rate * run%heading%load), tiny(rate))
+            length = 0.5_wp * share * whole / max(abs(rate * run%heading%load), tiny(rate))
          end if
       case default
          run%heading = heading_at(problem, run%system, run%heading%u, run%heading%load)
       end select
       run%probe = new_probe(problem, run%state, run%system, run%heading%load)
       if (is_arc_length(run%control%method)) then
-         run%control%increment = min(run%control%increment, run%last_length)
          if (any(opened > 0)) run%control%increment = min(run%control%increment, length)
       else if (any(opened > 0) .and. run%control%method == method_load) then
          run%control%increment = sign(min(abs(run%control%increment), length * abs(run%heading%load)), run%control%increment)
@@ -573,7 +583,7 @@ contains
          real(wp) :: inside, excess, stretch
          inside = touch(k)%at(1) + way * 2.0_wp * shortest * whole
          call excess_curvature(problem, run%state, test%candidate, excess, stretch)
-         touch(k)%line = excess * problem%size <= flat
+         touch(k)%line = excess * problem%size <= flat_excess
          crossed(merge(1, 2, way > 0)) = touch(k)%number
          if (.not. touch(k)%line) then
             touch(k)%at = inside
@@ -657,6 +667,41 @@ contains
       ok = run%system%ok
    end subroutine open_span
 
+   !> The virtual pressure at a flat point (span_tests) further on, where a line from there would have a given length. The excess of
+   !> moment that a line replaces is its length times the point's force over 4.
+   real(wp) function pressure_ahead(problem, earlier, state, candidate, length) result(pressure)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: earlier, state !! two points of the path, the point flat at the second
+      integer, intent(in) :: candidate
+      real(wp), intent(in) :: length
+      real(wp) :: excess(2), stretch, moment
+      call excess_curvature(problem, earlier, candidate, excess(1), stretch)
+      call excess_curvature(problem, state, candidate, excess(2), stretch)
+      pressure = virtual_pressure(problem, state, candidate)
+      if (.not. excess(1) > excess(2)) return
+      moment = 0.25_wp * length * state%reaction(candidate)
+      ! A mirror halves the force.
+      if (.not. problem%candidates%moves(candidate)) moment = 2.0_wp * moment
+      pressure = pressure + (pressure - virtual_pressure(problem, earlier, candidate)) / (excess(1) - excess(2)) * moment * &
+         & problem%compliance(maxval(problem%candidates%element(:, candidate)))%bending
+   end function pressure_ahead
+
+   !> True where the points between which a span has opened are no more curved than their obstacle.
+   logical function too_flat(problem, state, opened) result(flat)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: opened(2)
+      real(wp) :: excess, stretch
+      integer :: ends(2), i
+      ends = opening_ends(problem, opened)
+      flat = .false.
+      do i = 1, 2
+         if (ends(i) == 0) cycle
+         call excess_curvature(problem, state, ends(i), excess, stretch)
+         flat = flat .or. excess * problem%size <= flat_excess
+      end do
+   end function too_flat
+
    !> Steps of load factor and place for differences.
    pure function held_steps(problem, run) result(step)
       type(problem_t), intent(in) :: problem
@@ -692,7 +737,7 @@ contains
       real(wp) :: left(2), excess, stretch
       left(1) = track_rotation(problem, state, problem%opening(1))
       call excess_curvature(problem, state, problem%opening(1), excess, stretch)
-      left(2) = excess * problem%size - flat
+      left(2) = excess * problem%size - 0.1_wp * flat_excess
    end function flatness
 
    !> Candidates at the ends of an opening span.
