@@ -91,9 +91,9 @@ contains
       if (.not. lies) then
          call locate_first(found)
          if (.not. found) return
-         if (after(first)%kind == test_pressure) then
+         if (opens_line(after(first))) then
             ! Here nothing tells yet where the span that opens ends; a little further on it does.
-            call open_line(problem, trial, after(first)%touch, run%touches + 1, laid, start, system, found, timers)
+            call open_line(problem, trial, after(first), run%touches + 1, laid, start, system, found, timers)
             if (.not. found) then
                call go_less_far()
                return
@@ -102,7 +102,7 @@ contains
          if (there(first)%kind == test_gap) call sharpen()
          if (after(first)%kind == test_gap) run%beginning = beginning_region(problem, place, there(first)%contact, &
             & there(first)%stretch, there(first)%at)
-         if (after(first)%kind /= test_pressure) &
+         if (.not. opens_line(after(first))) &
             & call lie_down(problem, earlier, place, held_load(run), laid, start, system, rate, lies, timers)
          ! There the span is neutral, and its pivot has the sign of rounding; the line's are definite.
          if (lies) run%system%negative_pivots = system%negative_pivots
@@ -110,7 +110,9 @@ contains
       label = '  '
       if (first > 0) label = change_label(after(first))
       divides = .false.
-      if (label == 'C-' .and. there(first)%kind == test_pressure) divides = size(laid%touch) > size(problem%touch)
+      if (first > 0 .and. .not. lies) then
+         if (opens_line(there(first))) divides = size(laid%touch) > size(problem%touch)
+      end if
       call accept(problem, step, run, place, heading, label, report, .false., recorder, shorter, finished, outcome, timers, &
          & divides=divides)
       if (allocated(run%beginning)) deallocate (run%beginning)
@@ -119,7 +121,7 @@ contains
          call take_line()
          return
       end if
-      if (there(first)%kind == test_pressure) then
+      if (opens_line(there(first))) then
          call go_beyond()
          return
       end if
@@ -144,6 +146,14 @@ contains
          if (abs(run%control%increment) < smallest(step, run%control)) run%stuck = 'where '//test_words(after(first))// &
             & ' was not found'
       end subroutine go_less_far
+
+      !> True where a line lifts off inside, or at an end that a breakpoint of the rod holds.
+      pure logical function opens_line(test)
+         type(span_test_t), intent(in) :: test
+         opens_line = test%kind == test_pressure
+         if (test%kind == test_force) opens_line = problem%touch(test%touch)%line .and. .not. &
+            & problem%candidates%moves(test%candidate)
+      end function opens_line
 
       !> From where a span opens, where the run stands, to the equilibrium with the open span: as near as it takes for nothing
       !> else to happen before.
@@ -175,7 +185,7 @@ contains
             control%increment = between_them%load_factor - run%state%load_factor
             call correct(problem, run%state, control, .true., between_them, run%system, report, timers)
             if (.not. report%converged) exit
-            call open_line(problem, between_them, there(first)%touch, run%touches + 1, nearer, start, near_system, found, timers)
+            call open_line(problem, between_them, there(first), run%touches + 1, nearer, start, near_system, found, timers)
             if (.not. found) exit
             laid = nearer
             system = near_system

@@ -6,7 +6,10 @@
 !>   at its end, r = r1 (x0 - x):             w = r1 x^3 (l - x)^2/(120 EI), l = 5 x0/3, and a point stays where the line ended;
 !>   at a clamp on the obstacle:              w = r1 x^2 (l - x)^3/(120 EI), l = 5 x0/3, from the clamp on.
 !>
-!> Half of the first, at a mirror. From there Newton's method finds the ends.
+!> Half of the first, at a mirror. Where a force F lifts the end of a line that a breakpoint of the rod holds, the line is pressed as
+!> before, r > 0, and w = T x^3/(6 EI) - r x^4/(24 EI) with x from its new end: l = 2 F/r, T = F at a free end of the rod, l = 3 F/(2 r),
+!> T = F/2 at a mirror. Between two lines each of them takes half of F.
+!> From there Newton's method finds the ends.
 module span_opening
    use kinds, only: wp
    use model, only: method_load
@@ -17,7 +20,8 @@ module span_opening
    use obstacle_track, only: track_t
    use contact_touch, only: touch_t
    use span_problem, only: new_span_problem, hold_touches, present_touches
-   use span_tests, only: span_test_t, run_span_tests, touch_place, test_slack
+   use span_tests, only: span_test_t, run_span_tests, touch_place, test_slack, test_force
+   use touchdown_points, only: held_force
    use state_transfer, only: carried, find_point
    use path_control, only: control_t
    use corrector, only: increment_t, correct
@@ -33,10 +37,10 @@ contains
 
    !> The equilibrium with the span open at a state whose line is pulled somewhere. Not found where the zone is too long for the
    !> laws, or what opens leaves nothing of the line.
-   subroutine open_line(problem, beyond, which, number, next, state, system, found, timers)
+   subroutine open_line(problem, beyond, test, number, next, state, system, found, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: beyond          !! of `problem`, in equilibrium
-      integer, intent(in) :: which                 !! the line: index into problem%touch
+      type(span_test_t), intent(in) :: test        !! of pressure or force, below zero there
       integer, intent(in) :: number                !! of the contact that parts from it
       type(problem_t), intent(out) :: next
       type(state_t), intent(out) :: state          !! of `next`, at the load factor of `beyond`
@@ -49,7 +53,11 @@ contains
       type(control_t) :: here
       type(increment_t) :: report
       type(state_t) :: start
-      call opened_touches(problem, beyond, which, number, touch)
+      if (test%kind == test_force) then
+         call lifted_touches(problem, beyond, test%candidate, touch)
+      else
+         call opened_touches(problem, beyond, test%touch, number, touch)
+      end if
       found = allocated(touch)
       if (.not. found) return
       next = new_span_problem(problem, touch)
@@ -135,6 +143,39 @@ contains
          free_across = may_react(problem, c, [-track%tangent(2), track%tangent(1)])
       end function free_across
    end subroutine opened_touches
+
+   !> The touches with lines that end before a breakpoint that a force lifts. Not allocated where the laws do not tell.
+   subroutine lifted_touches(problem, state, candidate, touch)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      type(touch_t), allocatable, intent(out) :: touch(:)
+      type(touch_t), allocatable :: now(:)
+      real(wp) :: force, length, factor, local(3), x(2), angle, density, place(problem%candidates%n)
+      integer :: c, e, k, side
+      force = -held_force(problem, state, candidate)
+      if (.not. force > 0.0_wp) return
+      place = [(touch_place(problem, state, c), c=1, problem%candidates%n)]
+      now = present_touches(problem, place)
+      factor = merge(1.5_wp, 2.0_wp, problem%model%fixed(3, problem%candidates%node(candidate)))
+      if (all(problem%candidates%element(:, candidate) > 0)) then
+         factor = 1.5_wp
+         force = 0.5_wp * force
+      end if
+      do side = 1, 2
+         e = problem%candidates%element(side, candidate)
+         if (e == 0) cycle
+         c = problem%candidates%neighbour(side, candidate)
+         if (problem%conforms(e) == 0 .or. c == 0) return
+         call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, x, angle, density)
+         if (.not. density > 0.0_wp) return
+         length = factor * force / density
+         k = problem%candidates%touch(c)
+         now(k)%at(3 - side) = now(k)%at(3 - side) + merge(-length, length, side == 1)
+         if (.not. now(k)%at(2) > now(k)%at(1)) return
+      end do
+      touch = now
+   end subroutine lifted_touches
 
    !> The candidate at one end of a line.
    pure integer function line_end(problem, place, which, side) result(c)
