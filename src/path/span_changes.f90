@@ -60,11 +60,12 @@ contains
       type(state_t) :: place, earlier, start
       type(system_t) :: system
       type(heading_t) :: heading
-      real(wp) :: scale, fraction, at, rate
+      real(wp) :: scale, fraction, at, rate, increment
       logical :: shorter, found, lies, divides
       character(2) :: label
       integer :: k, first
       finished = .false.
+      increment = run%control%increment
       scale = max(run%system%force_scale, tiny(scale))
       after = run_span_tests(problem, trial, scale)
       earlier = run%state
@@ -85,6 +86,8 @@ contains
          end if
          call linearise(problem, place, run%state, run%system, timers)
          heading = heading_of(problem, run, place)
+         ! What happens on the way there is looked for in parts of the increment.
+         if (run%control%method == method_load) run%control%increment = place%load_factor - run%state%load_factor
       end if
       lies = .false.
       if (first == 0) call pass_flat_span()
@@ -115,6 +118,7 @@ contains
       end if
       call accept(problem, step, run, place, heading, label, report, .false., recorder, shorter, finished, outcome, timers, &
          & divides=divides)
+      run%control%increment = increment
       if (allocated(run%beginning)) deallocate (run%beginning)
       if (finished .or. allocated(outcome%why)) return
       if (lies) then

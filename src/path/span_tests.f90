@@ -6,7 +6,7 @@ module span_tests
    use rod_state, only: state_t, element_load, obstacle_shift, candidate_gap
    use rod_profile, only: profile_t, new_profile, profile_place, profile_angle
    use obstacle_geometry, only: obstacle_gap
-   use conforming_span, only: conforming_forces, excess_curvature, node_track, track_sense, rod_angle
+   use conforming_span, only: conforming_forces, excess_curvature, node_track, track_sense, track_rotation, rod_angle
    use obstacle_track, only: track_t
    use ge_element, only: ge_load_t
    use state_transfer, only: find_point
@@ -22,7 +22,8 @@ module span_tests
    ! What is tested.
    integer, parameter :: test_gap = 1       !! least gap of a free span: contact begins
    integer, parameter :: test_force = 2     !! concentrated force of a point, or at a line's end: contact ends, or lifts off behind
-   integer, parameter :: test_curvature = 3 !! of a point contact against the obstacle's: it becomes a line, or two points
+   integer, parameter :: test_curvature = 3 !! of a point contact against the obstacle's, at the end of a rod the slope: it becomes a
+   !! line, or two points
    integer, parameter :: test_pressure = 4  !! least density along a line: it lifts off inside
    integer, parameter :: test_length = 5    !! of a line: it shrinks to a point
    integer, parameter :: test_closing = 6   !! of a free span between two contacts: they merge
@@ -106,6 +107,10 @@ contains
                   call excess_curvature(problem, state, c, test%value, stretch)
                   test%value = test%value * problem%size
                   tests = [tests, test]
+               else if (any(problem%beside(:, problem%candidates%node(c)) == 0)) then
+                  test = span_test_t(kind=test_curvature, touch=problem%candidates%touch(c), candidate=c)
+                  test%value = tip_slope(problem, state, c)
+                  tests = [tests, test]
                end if
             end if
          end associate
@@ -145,6 +150,17 @@ contains
          end do
       end subroutine add_lengths
    end function run_span_tests
+
+   !> How the gap opens from the end of a rod, which touches: where it no longer does the rod lies down from there, or rolls on. No
+   !> moment bends it there.
+   real(wp) function tip_slope(problem, state, candidate) result(slope)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      slope = track_sense(problem, state, candidate, node_track(problem, state, candidate)) * &
+         & track_rotation(problem, state, candidate)
+      if (problem%candidates%element(2, candidate) == 0) slope = -slope
+   end function tip_slope
 
    !> How far a touched node is from the track.
    pure real(wp) function lift(problem, state, candidate)
