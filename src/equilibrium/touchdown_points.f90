@@ -38,25 +38,22 @@ contains
       end do
    end subroutine misfit
 
-   !> What is not zero at each touchdown point, and how much that falls per unit of distance along the rod: at a line's end the
-   !> excess of moment, at a point the slope of the gap over the stretch.
+   !> What is not zero at each touchdown point, and how much that falls per unit of distance along the rod: where the rod has the
+   !> obstacle's direction, the jump of the moment, else the slope of the gap over the stretch.
    subroutine measure_errors(problem, state, error, slope)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), intent(out) :: error(:), slope(:) !! (candidates) 0 for those that stay
-      real(wp) :: free(3), line(3), place(2), angle, stretch, sense
-      integer :: c, side
+      real(wp) :: local(3, 2), stretch, sense
+      integer :: c
       error = 0.0_wp
       slope = 0.0_wp
       do c = 1, problem%candidates%n
          if (.not. problem%candidates%moves(c)) cycle
          if (problem%candidates%follows(c)) then
-            side = line_side(problem, c)
-            call end_of_free(problem, state, c, 3 - side, free)
-            call conforming_forces(problem, state, problem%candidates%element(side, c), merge(1.0_wp, 0.0_wp, side == 1), line, &
-               & place, angle)
-            error(c) = free(3) - line(3)
-            slope(c) = free(2) - line(2)
+            local = forces_beside(problem, state, c)
+            error(c) = local(3, 1) - local(3, 2)
+            slope(c) = local(2, 1) - local(2, 2)
          else
             call excess_curvature(problem, state, c, slope(c), stretch)
             sense = track_sense(problem, state, c, node_track(problem, state, c))
@@ -103,16 +100,24 @@ contains
       end do
    end function opening_misfit
 
-   !> On which side (1 before, 2 after) of a line's end the line lies.
-   pure integer function line_side(problem, candidate) result(side)
+   !> (N, Q, M) of the elements on both sides of a candidate, zero where there is none.
+   function forces_beside(problem, state, candidate) result(local)
       type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      integer :: e
-      side = 2
-      e = problem%candidates%element(1, candidate)
-      if (e == 0) return
-      if (problem%conforms(e) > 0) side = 1
-   end function line_side
+      real(wp) :: local(3, 2), place(2), angle
+      integer :: side, e
+      local = 0.0_wp
+      do side = 1, 2
+         e = problem%candidates%element(side, candidate)
+         if (e == 0) cycle
+         if (problem%conforms(e) > 0) then
+            call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local(:, side), place, angle)
+         else
+            call end_of_free(problem, state, candidate, side, local(:, side))
+         end if
+      end do
+   end function forces_beside
 
    !> (N, Q, M) of the free element on one side of a candidate.
    subroutine end_of_free(problem, state, candidate, side, local)
@@ -133,19 +138,9 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      real(wp) :: local(3, 2), place(2), angle, density, sense
-      integer :: side, e
+      real(wp) :: local(3, 2), sense
       sense = track_sense(problem, state, candidate, node_track(problem, state, candidate))
-      local = 0.0_wp
-      do side = 1, 2
-         e = problem%candidates%element(side, candidate)
-         if (e == 0) cycle
-         if (problem%conforms(e) > 0) then
-            call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local(:, side), place, angle, density)
-         else
-            call end_of_free(problem, state, candidate, side, local(:, side))
-         end if
-      end do
+      local = forces_beside(problem, state, candidate)
       force = sense * (local(2, 1) - local(2, 2))
    end function point_force
 

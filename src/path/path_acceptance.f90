@@ -51,7 +51,7 @@ contains
    !> Detects what happened up to a converged trial point, locates it, puts it in order, records it and the point, and goes
    !> there. `shorter` instead, and nothing recorded, when an event was not located and the caller can cut the increment.
    subroutine accept(problem, step, run, trial, ahead, label, report, can_cut, recorder, shorter, finished, outcome, timers, &
-      & touching)
+      & touching, divides)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the trial on entry and on return, else anywhere
@@ -66,15 +66,19 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
       logical, intent(in), optional :: touching(:) !! (candidates) what is about to carry force at a C+
+      logical, intent(in), optional :: divides   !! at a C-: of the contact a part stays on both sides
       type(sighting_t), allocatable :: seen(:)
       type(system_t), allocatable :: at_trial    ! what is looked at on the way changes nothing of it
       type(probe_t) :: probe
       logical, allocatable :: told(:)
       integer, allocatable :: order(:)
       integer :: i, unseen
+      logical :: splits
 
       finished = .false.
       shorter = .false.
+      splits = .false.
+      if (present(divides)) splits = divides
       if (problem%spans) then
          if (flat_buckles(problem, trial, max(run%system%force_scale, tiny(1.0_wp)))) then
             outcome%why = 'a line that nothing presses on its obstacle has buckled'
@@ -119,8 +123,8 @@ contains
       end do
       if (label == 'C+') call announce(problem, run, new_critical(label, 'contact gained'), trial, probe, .true., recorder, &
          & outcome, timers)
-      if (label == 'C-') call announce(problem, run, new_critical(label, 'contact lost'), trial, probe, .true., recorder, &
-         & outcome, timers)
+      if (label == 'C-') call announce(problem, run, new_critical(label, trim(merge('a contact region splits', &
+         & 'contact lost           ', splits))), trial, probe, .true., recorder, outcome, timers)
       if (finished) call announce(problem, run, new_critical('EP', 'end of the step'), trial, probe, .true., recorder, outcome, &
          & timers)
       if (allocated(outcome%why)) return

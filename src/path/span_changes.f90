@@ -14,9 +14,9 @@ module span_changes
    use span_regions, only: beginning_region
    use span_tests, only: span_test_t, run_span_tests, touch_place, gap_at, virtual_pressure, test_slack, test_gap, test_force, &
       & test_curvature, test_pressure, test_length, test_closing, test_crossing, test_slope, shortest, beyond
-   use path_control, only: control_t, is_arc_length, path_length
-   use path_continuity, only: heading_t, heading_at
-   use path_events, only: new_probe
+   use path_control, only: control_t, is_arc_length, path_length, displacement_between
+   use path_continuity, only: heading_t, heading_at, between
+   use path_events, only: event_t, new_probe, detect_events
    use path_run, only: run_t, heading_of, forget_mesh
    use path_acceptance, only: accept, outcome_t
    use increment_points, only: division_t, new_division, point_within
@@ -25,6 +25,7 @@ module span_changes
    use step_control, only: smallest
    use touchdown_points, only: opening_misfit, point_force
    use held_touchdown, only: solve_held
+   use span_opening, only: open_line
    use span_lie_down, only: lie_down, beside_free_span, span_gap, vanished
    use conforming_span, only: flat_excess, excess_curvature, track_sense, track_rotation, node_track
    use path_record, only: recorder_t
@@ -61,12 +62,13 @@ contains
       type(state_t) :: place, earlier, start
       type(system_t) :: system
       type(heading_t) :: heading
-      real(wp) :: scale, fraction, at, rate, length
-      logical :: shorter, found, lies, looked_ahead, shallow
+      real(wp) :: scale, fraction, at, rate, length, increment
+      logical :: shorter, found, lies, looked_ahead, shallow, divides
       character(:), allocatable :: why
       character(2) :: label
       integer :: k, first
       finished = .false.
+      increment = run%control%increment
       scale = max(run%system%force_scale, tiny(scale))
       after = run_span_tests(problem, trial, scale)
       earlier = run%state
@@ -89,23 +91,39 @@ contains
          looked_ahead = .not. stuck
          call linearise(problem, place, run%state, run%system, timers)
          heading = heading_of(problem, run, place)
+         ! What happens on the way there is looked for in parts of the increment.
+         if (run%control%method == method_load) run%control%increment = place%load_factor - run%state%load_factor
       end if
       lies = .false.
       if (first == 0) call pass_flat_span()
       if (.not. lies) then
          call locate_first(found)
          if (.not. found) return
+         if (opens_line(after(first))) then
+            ! Here nothing tells yet where the span that opens ends; a little further on it does.
+            call open_line(problem, trial, after(first), run%touches + 1, laid, start, system, found, timers)
+            if (.not. found) then
+               call go_less_far()
+               return
+            end if
+         end if
          if (there(first)%kind == test_gap) call sharpen()
          if (after(first)%kind == test_gap) run%beginning = beginning_region(problem, place, there(first)%contact, &
             & there(first)%stretch, there(first)%at)
-         call lie_down(problem, earlier, place, held_load(run), laid, start, system, rate, lies, timers)
+         if (.not. opens_line(after(first))) &
+            & call lie_down(problem, earlier, place, held_load(run), laid, start, system, rate, lies, timers)
          ! There the span is neutral, and its pivot has the sign of rounding; the line's are definite.
          if (lies) run%system%negative_pivots = system%negative_pivots
       end if
       label = '  '
       if (first > 0) label = change_label(after(first))
+      divides = .false.
+      if (first > 0 .and. .not. lies) then
+         if (opens_line(there(first))) divides = size(laid%touch) > size(problem%touch)
+      end if
       call accept(problem, step, run, place, heading, label, report, looked_ahead, recorder, shorter, finished, outcome, &
-         & timers)
+         & timers, divides=divides)
+      run%control%increment = increment
       if (allocated(run%beginning)) deallocate (run%beginning)
       if (shorter) then
          ! Something lies before it that is better found from nearer.
@@ -116,6 +134,10 @@ contains
       if (finished .or. allocated(outcome%why)) return
       if (lies) then
          call take_line()
+         return
+      end if
+      if (opens_line(there(first))) then
+         call go_beyond()
          return
       end if
       kept = problem
@@ -152,6 +174,65 @@ contains
             call change_set(problem, run, now(next), length, shallow, timers)
          end do
       end subroutine change_alike
+      !> A shorter increment may tell.
+      subroutine go_less_far()
+         call linearise(problem, run%state, run%state, run%system, timers)
+         run%control%increment = 0.5_wp * run%control%increment
+         if (abs(run%control%increment) < smallest(step, run%control)) run%stuck = 'where '//test_words(after(first))// &
+            & ' was not found'
+      end subroutine go_less_far
+
+      !> True where a line lifts off inside, or at an end that a breakpoint of the rod holds.
+      pure logical function opens_line(test)
+         type(span_test_t), intent(in) :: test
+         opens_line = test%kind == test_pressure
+         if (test%kind == test_force) opens_line = problem%touch(test%touch)%line .and. .not. &
+            & problem%candidates%moves(test%candidate)
+      end function opens_line
+
+      !> From where a span opens, where the run stands, to the equilibrium with the open span: as near as it takes for nothing
+      !> else to happen before.
+      subroutine go_beyond()
+         type(problem_t) :: nearer
+         type(state_t) :: opened, between_them
+         type(system_t) :: near_system
+         type(control_t) :: control
+         type(run_t) :: next
+         type(event_t), allocatable :: events(:)
+         real(wp) :: part
+         opened = start
+         part = 1.0_wp
+         do
+            next = run
+            next%state = carried(problem, run%state, laid)
+            call hold_touches(laid, next%state%active)
+            next%system = system
+            call forget_mesh(next)
+            next%heading = heading_at(laid, system, displacement_between(laid, next%state, opened), &
+               & opened%load_factor - next%state%load_factor)
+            next%probe = new_probe(laid, next%state, system, next%heading%load)
+            heading = heading_of(laid, next, opened)
+            call detect_events(laid, step, next%probe, new_probe(laid, opened, system, heading%load), next%state, opened, events)
+            if (size(events) == 0) exit
+            part = 0.5_wp * part
+            between_them = between(problem, run%state, trial, run%heading, ahead, part)
+            control%method = method_load
+            control%increment = between_them%load_factor - run%state%load_factor
+            call correct(problem, run%state, control, .true., between_them, run%system, report, timers)
+            if (.not. report%converged) exit
+            call open_line(problem, between_them, there(first), run%touches + 1, nearer, start, near_system, found, timers)
+            if (.not. found) exit
+            laid = nearer
+            system = near_system
+            opened = start
+         end do
+         problem = laid
+         run = next
+         run%touches = run%touches + 1
+         trial = opened
+         ahead = heading
+         call accept(problem, step, run, trial, ahead, '  ', report, .false., recorder, shorter, finished, outcome, timers)
+      end subroutine go_beyond
 
       !> The first change along the path: what is located may turn out to come after another one.
       subroutine locate_first(found)
@@ -173,11 +254,7 @@ contains
             first = next
             call locate_change(first, found)
             if (.not. found) then
-               ! A shorter increment may tell.
-               call linearise(problem, run%state, run%state, run%system, timers)
-               run%control%increment = 0.5_wp * run%control%increment
-               if (abs(run%control%increment) < smallest(step, run%control)) run%stuck = 'where '//test_words(after(first))// &
-                  & ' was not found'
+               call go_less_far()
                return
             end if
             if (.not. any(there%value < -10.0_wp * test_slack(after%kind) .and. [(k, k=1, size(there))] /= first)) exit
@@ -502,8 +579,6 @@ contains
          touch(k)%at(2) = touch(k + 1)%at(2)
          touch(k)%line = .true.
          touch = [touch(:k), touch(k + 2:)]
-      case (test_pressure)
-         call split_line()
       end select
       if (test%kind == test_gap) then
          call begin_touch(problem, run, test, ok, timers)
@@ -526,7 +601,7 @@ contains
       case (test_force)
          rate = opening_rate(problem, run, new)
          run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
-      case (test_curvature, test_pressure)
+      case (test_curvature)
          if (all(opened == 0)) then
             run%heading = heading_at(problem, run%system, run%heading%u, run%heading%load)
          else
@@ -622,30 +697,6 @@ contains
          if (way > 0) touch(k)%at(2) = whole
          touch = [touch, new]
       end subroutine cross
-
-      !> A line that lifts off: inside two lines are left, behind its end a point and a line.
-      subroutine split_line()
-         type(touch_t) :: rest
-         length = 0.1_wp * (touch(k)%at(2) - touch(k)%at(1))
-         rest = touch(k)
-         rest%number = run%touches + 1
-         run%touches = rest%number
-         if (test%sense < 0.0_wp) then
-            ! The point keeps the place of the end.
-            rest%at(1) = touch(k)%at(1) + length
-            touch(k)%at(2) = touch(k)%at(1)
-            touch(k)%line = .false.
-         else if (test%sense > 0.0_wp) then
-            rest%at(1) = rest%at(2)
-            rest%line = .false.
-            touch(k)%at(2) = touch(k)%at(2) - length
-         else
-            rest%at(1) = min(test%at + 0.5_wp * length, rest%at(2))
-            touch(k)%at(2) = max(test%at - 0.5_wp * length, touch(k)%at(1))
-         end if
-         touch = [touch, rest]
-         opened = [touch(k)%number, rest%number]
-      end subroutine split_line
    end subroutine change_set
 
    !> Opens a span between two touchdown points: with their distance held the load, and the place of both, are found at which

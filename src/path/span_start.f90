@@ -9,7 +9,7 @@ module span_start
    use contact_touch, only: touch_t, takes_spans, covers, sort_touches
    use span_problem, only: new_span_problem, new_sampled_problem, chain_starts, hold_touches, present_touches
    use span_tests, only: run_span_tests, span_test_t, touch_place, virtual_pressure, test_slack, test_gap, test_force, &
-      & test_curvature, test_pressure, test_length, test_closing
+      & test_curvature, test_pressure, test_length, test_closing, test_crossing, test_slope
    use state_transfer, only: carried
    use path_control, only: control_t, displacement_between, is_arc_length, set_tangent
    use path_run, only: run_t, forget_mesh
@@ -421,6 +421,13 @@ contains
                   touch(k)%at(2) = touch(k)%at(1)
                   added = [added, new]
                end if
+            case (test_slope)
+               length = 0.01_wp * whole
+               touch(k)%line = .true.
+               touch(k)%at = [max(touch(k)%at(1) - length, 0.0_wp), min(touch(k)%at(2) + length, whole)]
+            case (test_crossing)
+               if (test%sense < 0.0_wp .or. .not. touch(k)%line) touch(k)%at(1) = merge(0.0_wp, whole, test%sense < 0.0_wp)
+               if (test%sense > 0.0_wp .or. .not. touch(k)%line) touch(k)%at(2) = merge(0.0_wp, whole, test%sense < 0.0_wp)
             case (test_pressure)
                if (test%sense > 0.5_wp) then
                   call lift_end(2)

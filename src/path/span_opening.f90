@@ -1,0 +1,244 @@
+!> A line contact that its obstacle would have to pull opens: where its pressure is zero a free span begins with no length, and
+!> there nothing tells where its ends are. The laws of its first stretch do, from the zone of the line that is pulled a little
+!> further along the path: the free span has there, with w'''' = -r/EI from the density r of the line,
+!>
+!>   inside the line, r = r2 (x^2 - x0^2)/2:  w = r2 (a^2 - x^2)^3/(720 EI), a = sqrt(5) x0 to both sides of the middle;
+!>   at its end, r = r1 (x0 - x):             w = r1 x^3 (l - x)^2/(120 EI), l = 5 x0/3, and a point stays where the line ended;
+!>   at a clamp on the obstacle:              w = r1 x^2 (l - x)^3/(120 EI), l = 5 x0/3, from the clamp on.
+!>
+!> Half of the first, at a mirror. Where a force F lifts the end of a line that a breakpoint of the rod holds, the line is pressed as
+!> before, r > 0, and w = T x^3/(6 EI) - r x^4/(24 EI) with x from its new end: l = 2 F/r, T = F at a free end of the rod, l = 3 F/(2 r),
+!> T = F/2 at a mirror. Between two lines each of them takes half of F.
+!> From there Newton's method finds the ends.
+module span_opening
+   use kinds, only: wp
+   use model, only: method_load
+   use problem, only: problem_t
+   use rod_state, only: state_t, may_react
+   use linear_system, only: system_t, new_system
+   use conforming_span, only: conforming_forces, node_track
+   use obstacle_track, only: track_t
+   use contact_touch, only: touch_t
+   use span_problem, only: new_span_problem, hold_touches, present_touches
+   use span_tests, only: span_test_t, run_span_tests, touch_place, test_slack, test_force
+   use touchdown_points, only: held_force
+   use state_transfer, only: carried, find_point
+   use path_control, only: control_t
+   use corrector, only: increment_t, correct
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: open_line
+
+   integer, parameter :: samples = 64           !! of the density along a line
+   real(wp), parameter :: whole_zone = sqrt(5.0_wp), half_zone = 5.0_wp / 3.0_wp !! lengths of free spans over those of zones
+
+contains
+
+   !> The equilibrium with the span open at a state whose line is pulled somewhere. Not found where the zone is too long for the
+   !> laws, or what opens leaves nothing of the line.
+   subroutine open_line(problem, beyond, test, number, next, state, system, found, timers)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: beyond          !! of `problem`, in equilibrium
+      type(span_test_t), intent(in) :: test        !! of pressure or force, below zero there
+      integer, intent(in) :: number                !! of the contact that parts from it
+      type(problem_t), intent(out) :: next
+      type(state_t), intent(out) :: state          !! of `next`, at the load factor of `beyond`
+      type(system_t), intent(out) :: system        !! factored there
+      logical, intent(out) :: found
+      type(timers_t), intent(inout) :: timers
+      type(touch_t), allocatable :: touch(:)
+      type(span_test_t), allocatable :: tests(:)
+      logical, allocatable :: follows(:), moves(:)
+      type(control_t) :: here
+      type(increment_t) :: report
+      type(state_t) :: start
+      if (test%kind == test_force) then
+         call lifted_touches(problem, beyond, test%candidate, touch)
+      else
+         call opened_touches(problem, beyond, test%touch, number, touch)
+      end if
+      found = allocated(touch)
+      if (.not. found) return
+      next = new_span_problem(problem, touch)
+      state = carried(problem, beyond, next)
+      call hold_touches(next, state%active)
+      system = new_system(next)
+      here%method = method_load
+      follows = next%candidates%follows
+      moves = next%candidates%moves
+      ! A point that has just parted is hardly more curved than the obstacle: as one that lies on it, its place is where the
+      ! moments on both sides agree.
+      next%candidates%follows = follows .or. moves
+      ! The ends move where forces in equilibrium tell them to.
+      next%candidates%moves = .false.
+      call settle()
+      next%candidates%moves = moves
+      if (found) call settle()
+      next%candidates%follows = follows
+      if (found) call settle()
+      if (.not. found) return
+      tests = run_span_tests(next, state, max(system%force_scale, tiny(1.0_wp)))
+      found = .not. any(tests%value < -test_slack(tests%kind))
+
+   contains
+
+      subroutine settle()
+         start = state
+         call correct(next, start, here, .true., state, system, report, timers)
+         found = report%converged
+      end subroutine settle
+   end subroutine open_line
+
+   !> The touches with the span open. Not allocated where the laws do not tell.
+   subroutine opened_touches(problem, state, which, number, touch)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: which, number
+      type(touch_t), allocatable, intent(out) :: touch(:)
+      type(touch_t), allocatable :: now(:)
+      type(touch_t) :: rest
+      real(wp) :: zone(2), length, place(problem%candidates%n)
+      integer :: c, side, away
+      logical :: pulled(2)
+      place = [(touch_place(problem, state, c), c=1, problem%candidates%n)]
+      now = present_touches(problem, place)
+      call pulled_zone(problem, state, now(which), zone)
+      length = zone(2) - zone(1)
+      pulled = [zone(1) <= now(which)%at(1), zone(2) >= now(which)%at(2)]
+      if (.not. length > 0.0_wp .or. all(pulled)) return
+      rest = now(which)
+      rest%number = number
+      if (.not. any(pulled)) then
+         now(which)%at(2) = 0.5_wp * (sum(zone) - whole_zone * length)
+         rest%at(1) = 0.5_wp * (sum(zone) + whole_zone * length)
+         if (now(which)%at(2) > now(which)%at(1) .and. rest%at(1) < rest%at(2)) touch = [now, rest]
+         return
+      end if
+      side = merge(1, 2, pulled(1))
+      away = merge(1, -1, pulled(1))
+      c = line_end(problem, place, which, side)
+      rest%at = now(which)%at(side)
+      rest%line = .false.
+      if (problem%candidates%moves(c)) then
+         now(which)%at(side) = rest%at(1) + away * half_zone * length
+         now = [now, rest]
+      else if (.not. problem%model%fixed(3, problem%candidates%node(c))) then
+         ! A line that goes on over a breakpoint, or ends at one that holds it.
+         return
+      else if (free_across(c)) then
+         now(which)%at(side) = rest%at(1) + away * whole_zone * length
+      else
+         now(which)%at(side) = rest%at(1) + away * half_zone * length
+      end if
+      if (now(which)%at(2) > now(which)%at(1)) touch = now
+
+   contains
+
+      !> True where the supports of a node let it leave the obstacle.
+      logical function free_across(c)
+         integer, intent(in) :: c
+         type(track_t) :: track
+         track = node_track(problem, state, c)
+         free_across = may_react(problem, c, [-track%tangent(2), track%tangent(1)])
+      end function free_across
+   end subroutine opened_touches
+
+   !> The touches with lines that end before a breakpoint that a force lifts. Not allocated where the laws do not tell.
+   subroutine lifted_touches(problem, state, candidate, touch)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      type(touch_t), allocatable, intent(out) :: touch(:)
+      type(touch_t), allocatable :: now(:)
+      real(wp) :: force, length, factor, local(3), x(2), angle, density, place(problem%candidates%n)
+      integer :: c, e, k, side
+      force = -held_force(problem, state, candidate)
+      if (.not. force > 0.0_wp) return
+      place = [(touch_place(problem, state, c), c=1, problem%candidates%n)]
+      now = present_touches(problem, place)
+      factor = merge(1.5_wp, 2.0_wp, problem%model%fixed(3, problem%candidates%node(candidate)))
+      if (all(problem%candidates%element(:, candidate) > 0)) then
+         factor = 1.5_wp
+         force = 0.5_wp * force
+      end if
+      do side = 1, 2
+         e = problem%candidates%element(side, candidate)
+         if (e == 0) cycle
+         c = problem%candidates%neighbour(side, candidate)
+         if (problem%conforms(e) == 0 .or. c == 0) return
+         call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, x, angle, density)
+         if (.not. density > 0.0_wp) return
+         length = factor * force / density
+         k = problem%candidates%touch(c)
+         now(k)%at(3 - side) = now(k)%at(3 - side) + merge(-length, length, side == 1)
+         if (.not. now(k)%at(2) > now(k)%at(1)) return
+      end do
+      touch = now
+   end subroutine lifted_touches
+
+   !> The candidate at one end of a line.
+   pure integer function line_end(problem, place, which, side) result(c)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: place(:)             !! (candidates)
+      integer, intent(in) :: which, side
+      logical :: member(problem%candidates%n)
+      member = problem%candidates%touch == which
+      if (side == 1) c = minloc(place, 1, member)
+      if (side == 2) c = maxloc(place, 1, member)
+   end function line_end
+
+   !> The part of a line that would have to be pulled, about the place where it would most; of no length where there is none.
+   subroutine pulled_zone(problem, state, line, zone)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(touch_t), intent(in) :: line            !! as it is now
+      real(wp), intent(out) :: zone(2)
+      real(wp) :: at(0:samples), density(0:samples)
+      integer :: i, least
+      do i = 0, samples
+         at(i) = line%at(1) + (line%at(2) - line%at(1)) * i / samples
+         density(i) = density_at(at(i))
+      end do
+      least = minloc(density, 1) - 1
+      zone = at(least)
+      if (density(least) >= 0.0_wp) return
+      zone = line%at
+      do i = least - 1, 0, -1
+         if (density(i) < 0.0_wp) cycle
+         zone(1) = zero_between(at(i + 1), at(i))
+         exit
+      end do
+      do i = least + 1, samples
+         if (density(i) < 0.0_wp) cycle
+         zone(2) = zero_between(at(i - 1), at(i))
+         exit
+      end do
+
+   contains
+
+      real(wp) function zero_between(negative, positive) result(zero)
+         real(wp), intent(in) :: negative, positive
+         real(wp) :: ends(2)
+         integer :: i
+         ends = [negative, positive]
+         do i = 1, digits(zero)
+            zero = 0.5_wp * sum(ends)
+            ends(merge(1, 2, density_at(zero) < 0.0_wp)) = zero
+         end do
+      end function zero_between
+
+      real(wp) function density_at(at) result(density)
+         real(wp), intent(in) :: at
+         real(wp) :: local(3), place(2), angle, tau
+         integer :: e
+         call find_point(problem, state, line%stretch, at, e, tau)
+         if (problem%conforms(e) == 0) then
+            ! The last end of the line begins a free span.
+            e = e - 1
+            tau = 1.0_wp
+         end if
+         call conforming_forces(problem, state, e, tau, local, place, angle, density)
+      end function density_at
+   end subroutine pulled_zone
+end module span_opening
