@@ -261,3 +261,56 @@ def test_force_of_a_clamped_column_on_the_wall(share):
     row = at(run, share)
     dr.assert_close(run.column("push")[row], 2.0 * k**3 * GAP / (k / 2 - 2.0 * math.tan(k / 4)), relative=2e-3)
     dr.assert_close(run.column("midspan")[row], GAP - 1e-7, relative=1e-9)
+
+
+# A line lifted at a breakpoint ------------------------------------------------------------------------------------------------
+
+LIFTED = """*HEADING
+A heavy rod on a bed, lifted by a force
+*NODE
+1, 0., 0.
+2, 2., 0.
+3, 4., 0.
+*LINE, ELSET=P, NSET=P, TYPE=GE8
+1, 2, 6
+2, 3, 6
+*BEAM SECTION, ELSET=P, SECTION=STIFFNESS
+1e4, 1., , 1.
+*BOUNDARY
+{supports}
+*OBSTACLE, NAME=BED, TYPE=LINE
+0., 0., 1., 0.
+*CONTACT, OBSTACLE=BED, NSET=P
+*MONITOR, NAME=up
+{node}, U2
+*STEP, NAME=WEIGHT
+*STATIC, METHOD=LOAD
+1.
+*DLOAD
+P, GRAV, 0.01, 0., -1.
+*END STEP
+*STEP, NAME=LIFT
+*STATIC, METHOD=LOAD
+0.1
+*CLOAD
+{node}, 2, {force!r}
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("where, node, supports, force, length, factor", [
+    ("mirror", 1, "1, XSYMM\n3, ENCASTRE", 2e-4, 1.5, 1.0), ("tip", 1, "3, ENCASTRE", 2e-4, 2.0, 2.0),
+    ("inside", 2, "1, ENCASTRE\n3, ENCASTRE", 4e-4, 1.5, 1.0)])
+def test_a_line_lifted_at_a_breakpoint(where, node, supports, force, length, factor):
+    """Small deflections: w = T x^3/6 - r x^4/24 from the end of the line, l = 3 F/(2 r), T = F/2 beside a mirror, l = 2 F/r, T = F at
+    a free end. Rotations are below 1e-6, their squares are nothing."""
+    run = dr.run_deck(LIFTED.format(supports=supports, node=node, force=force))
+    assert "do not get on" not in run.stdout
+    half, weight = (0.5 * force if where == "inside" else force), 0.01
+    long = length * half / weight
+    dr.assert_close(run.column("up")[-1], 0.5 * factor * half * long**3 / 6.0 - weight * long**4 / 24.0, relative=1e-6)
+    at = 2.0 if where == "inside" else 0.0
+    regions = run.results.contact.regions(run.results.n_points)
+    if where == "inside":
+        dr.assert_close(regions[0].end, at - long, absolute=1e-6)
+    dr.assert_close(regions[-1].start, at + long, absolute=1e-6)

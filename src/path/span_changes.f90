@@ -3,7 +3,7 @@
 module span_changes
    use kinds, only: wp
    use model, only: step_t, method_load, method_linearised
-   use problem, only: problem_t
+   use problem, only: problem_t, dof
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise, apply_increment
@@ -63,7 +63,7 @@ contains
       type(system_t) :: system
       type(heading_t) :: heading
       real(wp) :: scale, fraction, at, rate, length, increment
-      logical :: shorter, found, lies, looked_ahead, shallow, divides
+      logical :: shorter, found, lies, looked_ahead, shallow, divides, standing
       character(:), allocatable :: why
       character(2) :: label
       integer :: k, first
@@ -95,6 +95,7 @@ contains
          if (run%control%method == method_load) run%control%increment = place%load_factor - run%state%load_factor
       end if
       lies = .false.
+      standing = .false.
       if (first == 0) call pass_flat_span()
       if (.not. lies) then
          call locate_first(found)
@@ -121,7 +122,10 @@ contains
       if (first > 0 .and. .not. lies) then
          if (opens_line(there(first))) divides = size(laid%touch) > size(problem%touch)
       end if
-      call accept(problem, step, run, place, heading, label, report, looked_ahead, recorder, shorter, finished, outcome, &
+      shorter = .false.
+      ! Two changes at once, of which the first has its point: where contact only spreads Newton's method has yet to follow.
+      if (.not. (standing .and. label == '  ')) &
+         & call accept(problem, step, run, place, heading, label, report, looked_ahead, recorder, shorter, finished, outcome, &
          & timers, divides=divides)
       run%control%increment = increment
       if (allocated(run%beginning)) deallocate (run%beginning)
@@ -150,7 +154,6 @@ contains
          problem = kept
          run = kept_run
       end do
-      call change_alike(there(first)%kind)
       if (.not. allocated(run%stuck)) return
       ! Back to where it was still right.
       why = run%stuck
@@ -160,21 +163,7 @@ contains
 
    contains
 
-      !> What changes together, as where a structure is symmetric: a change takes the path on by as little as the new span is long,
-      !> and what is not right there any more was due at the same place.
-      subroutine change_alike(kind)
-         integer, intent(in) :: kind
-         type(span_test_t), allocatable :: now(:)
-         integer :: round, next
-         do round = 1, size(problem%touch)
-            if (allocated(run%stuck)) return
-            now = run_span_tests(problem, run%state, scale)
-            next = findloc(now%kind == kind .and. now%value < -test_slack(now%kind), .true., 1)
-            if (next == 0) return
-            call change_set(problem, run, now(next), length, shallow, timers)
-         end do
-      end subroutine change_alike
-      !> A shorter increment may tell.
+     !> A shorter increment may tell.
       subroutine go_less_far()
          call linearise(problem, run%state, run%state, run%system, timers)
          run%control%increment = 0.5_wp * run%control%increment
@@ -367,10 +356,9 @@ contains
          place = run%state
          heading = run%heading
          there = before
-         ! Found on the side that it is reached from: beyond it the set does not hold.
          tolerance = 0.5_wp * step%locate_tolerance * max(before(which)%value, -after(which)%value)
-         ! What comes with another change, as where a structure is symmetric, is there already.
-         if (before(which)%value <= 2.0_wp * tolerance) return
+         standing = before(which)%value <= tolerance
+         if (standing) return
          if (after(which)%kind == test_curvature) then
             if (problem%candidates%moves(after(which)%candidate)) then
                if (before(which)%value > -after(which)%value) place = trial
@@ -388,6 +376,7 @@ contains
             end if
          end if
          division = new_division(problem, run, trial, ahead, .false.)
+         ! Found on the side that it is reached from: beyond it the set does not hold.
          bracket = new_bracket(before(which)%value - tolerance, after(which)%value - tolerance)
          found = .false.
          do try = 1, max_tries
@@ -814,6 +803,22 @@ contains
       end do
    end function opening_ends
 
+   !> A step of the load factor that moves nothing by more than a millionth of the structure's size, nor turns it by more than that.
+   pure real(wp) function small_load(problem, run) result(step)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run             !! its system factored
+      real(wp) :: rate
+      integer :: node, d
+      rate = tiny(rate)
+      do node = 1, problem%model%mesh%n_nodes
+         d = dof(problem, node, 1)
+         associate (u => run%system%tangent(d:d + 2))
+            rate = max(rate, maxval(abs(u(1:2))) / problem%size, abs(u(3)))
+         end associate
+      end do
+      step = 1.0e-6_wp / rate
+   end function small_load
+
    !> How the new span grows along the path, per unit of load factor.
    real(wp) function spreading_rate(problem, run, opened) result(rate)
       type(problem_t), intent(inout) :: problem
@@ -823,7 +828,7 @@ contains
       real(wp) :: step, change(2), excess, stretch
       integer :: k
       problem%opening = opening_ends(problem, opened)
-      step = 1.0e-6_wp * problem%size / max(maxval(abs(run%system%tangent)), tiny(step))
+      step = small_load(problem, run)
       here = run%state
       ahead = run%state
       call apply_increment(problem, run%system, 0.0_wp * run%system%tangent, [0.0_wp], here)
@@ -926,7 +931,7 @@ contains
       type(touch_t), intent(in) :: lost
       type(state_t) :: ahead, here
       real(wp) :: step
-      step = 1.0e-6_wp * problem%size / max(maxval(abs(run%system%tangent)), tiny(step))
+      step = small_load(problem, run)
       ! On the new mesh forces are in balance after the next iteration only, which both make.
       here = run%state
       ahead = run%state

@@ -6,9 +6,9 @@
 !>   at its end, r = r1 (x0 - x):             w = r1 x^3 (l - x)^2/(120 EI), l = 5 x0/3, and a point stays where the line ended;
 !>   at a clamp on the obstacle:              w = r1 x^2 (l - x)^3/(120 EI), l = 5 x0/3, from the clamp on.
 !>
-!> Half of the first, at a mirror. Where a force F lifts the end of a line that a breakpoint of the rod holds, the line is pressed as
-!> before, r > 0, and w = T x^3/(6 EI) - r x^4/(24 EI) with x from its new end: l = 2 F/r, T = F at a free end of the rod, l = 3 F/(2 r),
-!> T = F/2 at a mirror. Between two lines each of them takes half of F.
+!> Half of the first, at a mirror. Where a force F lifts the end of a line that a breakpoint of the rod holds, the line is pressed
+!> as before, r > 0, and w = T x^3/(6 EI) - r x^4/(24 EI) with x from its new end: l = 2 F/r, T = F at a free end of the rod,
+!> l = 3 F/(2 r), T = F/2 at a mirror. Between two lines each of them takes half of F.
 !> From there Newton's method finds the ends.
 module span_opening
    use kinds, only: wp

@@ -22,8 +22,8 @@ module span_tests
    ! What is tested.
    integer, parameter :: test_gap = 1       !! least gap of a free span: contact begins
    integer, parameter :: test_force = 2     !! concentrated force of a point, or at a line's end: contact ends, or lifts off behind
-   integer, parameter :: test_curvature = 3 !! of a point contact against the obstacle's, at the end of a rod the slope: it becomes a
-   !! line, or two points
+   integer, parameter :: test_curvature = 3 !! of a point contact against the obstacle's, at the end of a rod the slope:
+   !! it becomes a line, or two points
    integer, parameter :: test_pressure = 4  !! least density along a line: it lifts off inside
    integer, parameter :: test_length = 5    !! of a line: it shrinks to a point
    integer, parameter :: test_closing = 6   !! of a free span between two contacts: they merge
