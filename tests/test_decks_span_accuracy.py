@@ -16,7 +16,6 @@ import deck_runner as dr
 LEAST = "contact spans: a free span has 8 elements at least, so these meshes are alike or as exact as what is located: no order is seen"
 LONG = "contact spans: more than 25 points to the limit point, and more of them on coarse decks"
 STOPS = "contact spans: the run stops, with spans and with nodes"
-NODES = "contact spans: they do not get on, and contact at nodes is not as exact"
 # What fails still. Whoever mends one takes it away.
 KNOWN = {
     **{f"test_points_to_the_limit_point[{k}]": LONG for k in (100, 1000, 10000, 100000)},
@@ -27,11 +26,7 @@ KNOWN = {
     "test_a_point_becomes_a_line_that_opens": "contact spans: no contact is told to divide where the line opens inside",
     "test_an_imperfect_column_beside_a_wall": STOPS,
     "test_limit_load_of_an_imperfect_column_beside_a_wall": STOPS,
-    "test_half_of_a_strip": STOPS,
-    "test_liner[25-1-1e-05-0.0]": NODES,
-    "test_liner[25-1-0.0002-0.006]": NODES,
-    "test_liner[25-1-0.002-0.001]": STOPS,
-    "test_liner[100-1-0.005-0.002]": STOPS}
+    "test_half_of_a_strip": STOPS}
 
 
 @pytest.fixture(autouse=True)
