@@ -540,7 +540,7 @@ contains
       case (test_curvature)
          length = share * whole
          ! Against a straight wall a uniform rod lies without pressure.
-         if (pressure_ahead(problem, run%trail(1)%from, run%state, test%candidate, length) >= 0.0_wp) then
+         if (virtual_pressure(problem, run%state, test%candidate) >= 0.0_wp) then
             touch(k)%line = .true.
             ! Its ends have forces, so Newton's method finds their places from any nearby.
             touch(k)%at = [max(touch(k)%at(1) - 0.5_wp * length, 0.0_wp), min(touch(k)%at(2) + 0.5_wp * length, whole)]
@@ -706,25 +706,6 @@ contains
       call linearise(problem, run%state, run%state, run%system, timers)
       ok = run%system%ok
    end subroutine open_span
-
-   !> The virtual pressure at a flat point (span_tests) further on, where a line from there would have a given length. The excess of
-   !> moment that a line replaces is its length times the point's force over 4.
-   real(wp) function pressure_ahead(problem, earlier, state, candidate, length) result(pressure)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: earlier, state !! two points of the path, the point flat at the second
-      integer, intent(in) :: candidate
-      real(wp), intent(in) :: length
-      real(wp) :: excess(2), stretch, moment
-      call excess_curvature(problem, earlier, candidate, excess(1), stretch)
-      call excess_curvature(problem, state, candidate, excess(2), stretch)
-      pressure = virtual_pressure(problem, state, candidate)
-      if (.not. excess(1) > excess(2)) return
-      moment = 0.25_wp * length * state%reaction(candidate)
-      ! A mirror halves the force.
-      if (.not. problem%candidates%moves(candidate)) moment = 2.0_wp * moment
-      pressure = pressure + (pressure - virtual_pressure(problem, earlier, candidate)) / (excess(1) - excess(2)) * moment * &
-         & problem%compliance(maxval(problem%candidates%element(:, candidate)))%bending
-   end function pressure_ahead
 
    !> True where the points between which a span has opened are no more curved than their obstacle.
    logical function too_flat(problem, state, opened) result(flat)

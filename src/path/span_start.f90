@@ -10,6 +10,7 @@ module span_start
    use span_problem, only: new_span_problem, new_sampled_problem, chain_starts, hold_touches, present_touches
    use span_tests, only: run_span_tests, span_test_t, touch_place, virtual_pressure, test_slack, test_gap, test_force, &
       & test_curvature, test_pressure, test_length, test_closing, test_crossing, test_slope
+   use span_lie_down, only: beside_free_span, span_gap, laid_down
    use state_transfer, only: carried
    use path_control, only: control_t, displacement_between, is_arc_length, set_tangent
    use path_run, only: run_t, forget_mesh
@@ -92,6 +93,7 @@ contains
          end if
          first = touch
          call settle()
+         if (entered) call lay_flat_spans()
          if (entered) exit waves
       end do waves
       if (.not. entered) then
@@ -119,8 +121,39 @@ contains
 
    contains
 
+      !> A free span that as good as lies on the obstacle does so where the line holds, too: its ends carry nothing, and would be
+      !> anywhere.
+      subroutine lay_flat_spans()
+         type(problem_t) :: kept
+         type(system_t) :: kept_system
+         type(state_t) :: kept_state
+         integer :: c, side
+         c = 1
+         do while (c <= next%candidates%n)
+            do side = 1, 2
+               if (.not. beside_free_span(next, c, side)) cycle
+               if (abs(span_gap(next, state, c, side)) > test_slack(test_gap) * next%size) cycle
+               kept = next
+               kept_state = state
+               kept_system = system
+               touch = laid_down(next, state, c, side)
+               call settle()
+               if (entered .and. count(next%conforms == 0) < count(kept%conforms == 0)) then
+                  c = 0
+                  exit
+               end if
+               entered = .true.
+               next = kept
+               state = kept_state
+               system = kept_system
+            end do
+            c = c + 1
+         end do
+      end subroutine lay_flat_spans
+
       !> Corrects the touches until they hold.
       subroutine settle()
+         entered = .false.
          tries: do round = 1, max_rounds
             next = new_span_problem(problem, touch)
             state = carried(problem, trial, next)
