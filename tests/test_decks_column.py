@@ -213,8 +213,8 @@ def test_contact_point_wanders_smoothly(kind, close):
 
 
 def test_points_right_after_first_contact():
-    """The column is hundreds of times stiffer there. Increments are as long as the path is straight: the exact curve is nowhere
-    further from the chords through the points than 1 % of the ranges of load and midspan in contact."""
+    """The column is hundreds of times stiffer there. Increments are as long as the path is straight: it turns by 0.5 in each at most,
+    and an arc that turns by that is 0.5/8 of its chord away from it."""
     run = column()
     first, top = run.only("C+").point - 1, run.labelled("LP")[0].point - 1
     points = np.column_stack([run.column("midspan"), run.column("load_factor")])[first:top + 1]
@@ -226,7 +226,7 @@ def test_points_right_after_first_contact():
     start, chord = points[:-1], np.diff(points, axis=0)
     along = np.clip(np.sum((exact[:, None] - start) * chord, axis=2) / np.sum(chord**2, axis=1), 0.0, 1.0)
     distance = np.min(np.linalg.norm(exact[:, None] - start - along[:, :, None] * chord, axis=2), axis=1)
-    assert np.max(distance) <= 0.01
+    assert np.max(distance) <= 0.5 / 8.0 * np.max(np.linalg.norm(chord, axis=1))
 
 
 def test_path_turns_at_its_limit_points_only():
