@@ -590,8 +590,8 @@ contains
       step = 1.0e-4_wp * max(abs(run%last_load), 1.0e-3_wp * abs(run%state%load_factor))
    end function held_load
 
-   !> Where a point contact is as curved as its obstacle: there its own equation, that of the least gap, has no slope. With the point
-   !> held load and place are found at which both are right.
+   !> Where a point contact is as curved as its obstacle: there its own equation, that of the least gap, has no slope. With the
+   !> point held load and place are found at which both are right.
    subroutine find_flat_point(problem, run, candidate, place, ok, timers)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
