@@ -47,8 +47,8 @@ contains
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the trial, or at its new state where changed
-      type(state_t), intent(inout) :: trial      !! where a span lies down at once: to where that begins
-      type(heading_t), intent(inout) :: ahead    !! tangent there
+      type(state_t), intent(in) :: trial
+      type(heading_t), intent(in) :: ahead       !! tangent there
       logical, intent(in) :: stuck               !! no increment converges: the trial is the run's state, what may be ahead of it?
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: changed
@@ -218,9 +218,7 @@ contains
          problem = laid
          run = next
          run%touches = run%touches + 1
-         trial = opened
-         ahead = heading
-         call accept(problem, step, run, trial, ahead, '  ', report, .false., recorder, shorter, finished, outcome, timers)
+         call accept(problem, step, run, opened, heading, '  ', report, .false., recorder, shorter, finished, outcome, timers)
       end subroutine go_beyond
 
       !> The first change along the path: what is located may turn out to come after another one.
@@ -272,14 +270,18 @@ contains
                   if (.not. report%converged) exit
                   gap = span_gap(problem, place, c, side)
                   if (gap > 0.0_wp .and. gap <= vanished * from) then
+                     there = run_span_tests(problem, place, scale)
+                     ! Another change may come first; the tests of this span are all gone, as far as the place is known.
+                     if (any(there%value < -max(10.0_wp * test_slack(after%kind), vanished * before%value))) exit
                      call lie_down(problem, run%state, place, held_load(run), laid, start, system, rate, lies, timers)
                      exit
                   end if
                   call bracket_update(bracket, fraction, gap - 0.5_wp * vanished * from, low_moved)
+                  ! What touches somewhere inside is not gone all along.
+                  if (bracket%high - bracket%low <= 0.1_wp * vanished) exit
                end do
                if (.not. lies) cycle
                heading = heading_of(problem, run, place)
-               there = run_span_tests(problem, place, scale)
                return
             end do
          end do

@@ -65,7 +65,7 @@ contains
       ! Modified Newton converges linearly: many iterations are its nature, not a sign of too long increments.
       if (step%tangent_updates < huge(1)) desired = max(desired, (2 * step%max_iterations) / 3)
       ratio = sqrt(real(desired, wp) / max(iterations, 1))
-      if (spans) ratio = (real(desired, wp) / max(iterations, 1))**2
+      if (spans) ratio = merge(growth, (real(desired, wp) / max(iterations, 1))**2, relation%told .and. iterations <= desired)
       if (relation%told) ratio = min(ratio, safety * largest_turn / max(relation%turn, epsilon(ratio)))
       control%increment = control%increment * min(max(ratio, shrinkage), growth)
       if (abs(control%increment) > step%largest) control%increment = sign(step%largest, control%increment)
