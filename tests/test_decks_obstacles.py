@@ -280,7 +280,6 @@ def test_valley_load_on_any_mesh():
     dr.assert_close(pipe(320).labelled("C+")[-1].load_factor, pipe(640).labelled("C+")[-1].load_factor, relative=1e-8)
 
 
-@pytest.mark.xfail(strict=True, reason="contact spans: no way on from a contact that begins at a breakpoint inside the rod")
 def test_whole_pipe_is_symmetric():
     text = dr.example("pipe-humps")
     lines = [line for line in text.splitlines() if line.startswith(("1, 0.,", "2, 4.,"))]

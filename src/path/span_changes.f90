@@ -163,7 +163,7 @@ contains
 
    contains
 
-     !> A shorter increment may tell.
+      !> A shorter increment may tell.
       subroutine go_less_far()
          call linearise(problem, run%state, run%state, run%system, timers)
          run%control%increment = 0.5_wp * run%control%increment
