@@ -81,7 +81,6 @@ def test_liner_without_a_gap(disturbance):
     dr.assert_close(run.load("LP"), 35.1, relative=3e-3)
 
 
-@known
 def test_liners_with_gaps():
     """One limit point each, whatever small force disturbs them; 36.277501 is exact for 0.004."""
     for gap in (0.001, 0.002, 0.004, 0.006, 0.01):

@@ -19,7 +19,7 @@ module span_lie_down
    public :: lie_down, laid_down, beside_free_span, span_gap, vanished
 
    integer, parameter :: samples = 16          !! of the gap over a span
-   real(wp), parameter :: vanished = 0.01_wp   !! of a gap at the point before: what is left of one that closes with the curvature
+   real(wp), parameter :: vanished = 0.1_wp   !! of a gap at the point before: what is left of one that closes with the curvature
    integer, parameter :: max_tries = 12
 
 contains
