@@ -3,6 +3,7 @@
 # Sets `build_root`, where all builds, logs and results go, and by `prepare` also `python`.
 
 build_root=${UNILAT_BUILD_ROOT:-$root/.build}
+cores=$(nproc)  # asked before the next line, which nproc would obey
 export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 MPLBACKEND=Agg PYTHONDONTWRITEBYTECODE=1
 setup_failed=4  # exit code when the program could not be set up; those of unilat are 0 to 3
 
@@ -104,7 +105,7 @@ build() {
       rm -rf "$folder"
    fi
    if ! { cmake -C "$root/.cmake/$preset.cmake" -S "$root" -B "$folder" -DUNILAT_PYTHON="$python" "$@" &&
-      cmake --build "$folder" --parallel "$(nproc)"; } > "$log" 2>&1; then
+      cmake --build "$folder" --parallel "$cores"; } > "$log" 2>&1; then
       grep -vE '^\[[0-9]+/[0-9]+\] (Building|Generating|Linking)|^-- ' "$log" | tail -n 60 >&2
       die "the build failed (all its messages are in $log)"
    fi

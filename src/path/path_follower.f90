@@ -14,7 +14,8 @@ module path_follower
    use path_acceptance, only: accept, outcome_t
    use contact_corner, only: corner_t, contact_begins, find_corner, leave_corner
    use contact_regions, only: find_regions
-   use span_changes, only: pass_change, renew_mesh
+   use span_changes, only: pass_change
+   use span_mesh, only: renew_mesh
    use span_start, only: enter_spans, leave_spans, support_leaves
    use dead_end, only: why_stuck
    use path_record, only: recorder_t

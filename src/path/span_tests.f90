@@ -11,6 +11,7 @@ module span_tests
    use ge_element, only: ge_load_t
    use state_transfer, only: find_point
    use touchdown_points, only: point_force, held_force, at_breakpoint
+   use contact_set, only: weak_reaction
    use contact_touch, only: touch_t
    use span_problem, only: present_touches
    implicit none
@@ -439,7 +440,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: scale             !! of forces
-      real(wp), parameter :: none = 1.0e-9_wp   ! of the scale over the size: what rounding leaves of a density
+      real(wp), parameter :: margin = 10.0_wp   ! over what no contact at a node may pull with, as in release_weak
       real(wp) :: local(3), place(2), angle, density, pushed, turns, length
       integer :: k, e, i, c
       flat_buckles = .false.
@@ -459,7 +460,7 @@ contains
                turns = turns + length * sqrt(max(-local(1), 0.0_wp) * problem%compliance(e)%bending) / (samples + 1)
             end do
          end do
-         if (pushed * problem%size <= none * scale .and. turns > 2.0_wp * pi) flat_buckles = .true.
+         if (pushed * problem%size <= margin * weak_reaction(problem) * scale .and. turns > 2.0_wp * pi) flat_buckles = .true.
       end do
    end function flat_buckles
 end module span_tests

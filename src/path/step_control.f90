@@ -51,8 +51,8 @@ contains
    end subroutine begin_arc_length
 
    !> Crisfield's rule: the increment follows the root of desired over needed iterations; but the tangent is not to turn by
-   !> more than an increment may. With contact spans the points are found with the state, a few iterations fewer or more stand for
-   !> a much longer or shorter way, and what has opened from nothing grows manifold: there it is the square of their ratio.
+   !> more than an increment may. With contact spans points are found with the state, and a few iterations more stand for a much
+   !> longer way: above the desired ones it is the square of their ratio, below them the tangent alone tells.
    subroutine next_increment(step, iterations, relation, spans, control)
       type(step_t), intent(in) :: step
       integer, intent(in) :: iterations         !! of the increment just made

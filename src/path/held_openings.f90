@@ -1,0 +1,164 @@
+!> Spans that open from nothing, and points as curved as their obstacle: there the touchdown points' own equations have no slope.
+!> With the points held, load and place are found at which they are where they belong (held_touchdown).
+module held_openings
+   use kinds, only: wp
+   use problem, only: problem_t, dof
+   use rod_state, only: state_t
+   use bordered_system, only: linearise, apply_increment
+   use path_run, only: run_t
+   use touchdown_points, only: opening_misfit
+   use held_touchdown, only: solve_held
+   use conforming_span, only: flat_excess, excess_curvature, track_sense, track_rotation, node_track
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: open_span, too_flat, find_flat_point, held_load, small_load, spreading_rate, first_length, longest_length
+
+   real(wp), parameter :: first_length = 4.0e-3_wp !! of a stretch: what opens from nothing begins with that
+   real(wp), parameter :: longest_length = 0.1_wp  !! and with not more than some times that, where it is too flat to tell its ends
+
+contains
+
+   !> Opens a span between two touchdown points: with their distance held the load, and the place of both, are found at which
+   !> they are where they belong.
+   subroutine open_span(problem, run, opened, ok, timers)
+      type(problem_t), intent(inout) :: problem
+      type(run_t), intent(inout) :: run
+      integer, intent(in) :: opened(2)           !! numbers of touches; both the same: a line, between its own ends
+      logical, intent(out) :: ok
+      type(timers_t), intent(inout) :: timers
+      type(state_t) :: state
+      problem%opening = opening_ends(problem, opened)
+      state = run%state
+      call solve_held(problem, run%system, all(problem%opening > 0), held_steps(problem, run), opening_misfit, state, ok, timers)
+      problem%opening = 0
+      if (.not. ok) return
+      run%state = state
+      call linearise(problem, run%state, run%state, run%system, timers)
+      ok = run%system%ok
+   end subroutine open_span
+
+   !> True where the points between which a span has opened are no more curved than their obstacle.
+   logical function too_flat(problem, state, opened) result(flat)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: opened(2)
+      real(wp) :: excess, stretch
+      integer :: ends(2), i
+      ends = opening_ends(problem, opened)
+      flat = .false.
+      do i = 1, 2
+         if (ends(i) == 0) cycle
+         call excess_curvature(problem, state, ends(i), excess, stretch)
+         flat = flat .or. excess * problem%size <= flat_excess
+      end do
+   end function too_flat
+
+   !> Steps of load factor and place for differences.
+   pure function held_steps(problem, run) result(step)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      real(wp) :: step(2)
+      step = [held_load(run), 1.0e-2_wp * first_length * maxval(problem%layout%stretch%length)]
+   end function held_steps
+
+   !> That of the load factor.
+   pure real(wp) function held_load(run) result(step)
+      type(run_t), intent(in) :: run
+      step = 1.0e-4_wp * max(abs(run%last_load), 1.0e-3_wp * abs(run%state%load_factor))
+   end function held_load
+
+   !> Where a point contact is as curved as its obstacle: there its own equation, that of the least gap, has no slope. With it
+   !> held load and place are found at which both are right.
+   subroutine find_flat_point(problem, run, candidate, place, ok, timers)
+      type(problem_t), intent(inout) :: problem
+      type(run_t), intent(inout) :: run
+      integer, intent(in) :: candidate
+      type(state_t), intent(inout) :: place      !! a state nearby on entry
+      logical, intent(out) :: ok
+      type(timers_t), intent(inout) :: timers
+      problem%opening = [candidate, 0]
+      call solve_held(problem, run%system, .true., held_steps(problem, run), flatness, place, ok, timers)
+      problem%opening = 0
+   end subroutine find_flat_point
+
+   !> Rotation of a held point against the obstacle, and its excess of curvature over the size, which is to stay above zero.
+   function flatness(problem, state) result(left)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp) :: left(2), excess, stretch
+      left(1) = track_rotation(problem, state, problem%opening(1))
+      call excess_curvature(problem, state, problem%opening(1), excess, stretch)
+      left(2) = excess * problem%size - 0.1_wp * flat_excess
+   end function flatness
+
+   !> Candidates at the ends of an opening span.
+   function opening_ends(problem, opened) result(ends)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: opened(2)
+      integer :: ends(2), c
+      ends = 0
+      do c = 1, problem%candidates%n
+         if (.not. problem%candidates%moves(c)) cycle
+         associate (number => problem%touch(problem%candidates%touch(c))%number)
+            if (opened(1) == opened(2)) then
+               if (number /= opened(1)) cycle
+               ! The first end of the line is the one that a line follows.
+               if (problem%candidates%neighbour(2, c) > 0) ends(1) = c
+               if (problem%candidates%neighbour(2, c) == 0) ends(2) = c
+            else
+               ! The last node of the first, the first node of the second.
+               if (number == opened(1)) ends(1) = c
+               if (number == opened(2) .and. ends(2) == 0) ends(2) = c
+            end if
+         end associate
+      end do
+   end function opening_ends
+
+   !> A step of the load factor that moves nothing by more than a millionth of the structure's size, nor turns it by more than that.
+   pure real(wp) function small_load(problem, run) result(step)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run             !! its system factored
+      real(wp) :: rate
+      integer :: node, d
+      rate = tiny(rate)
+      do node = 1, problem%model%mesh%n_nodes
+         d = dof(problem, node, 1)
+         associate (u => run%system%tangent(d:d + 2))
+            rate = max(rate, maxval(abs(u(1:2))) / problem%size, abs(u(3)))
+         end associate
+      end do
+      step = 1.0e-6_wp / rate
+   end function small_load
+
+   !> How the new span grows along the path, per unit of load factor.
+   real(wp) function spreading_rate(problem, run, opened) result(rate)
+      type(problem_t), intent(inout) :: problem
+      type(run_t), intent(in) :: run             !! its system factored
+      integer, intent(in) :: opened(2)
+      type(state_t) :: ahead, here
+      real(wp) :: step, change(2), excess, stretch
+      integer :: k
+      problem%opening = opening_ends(problem, opened)
+      step = small_load(problem, run)
+      here = run%state
+      ahead = run%state
+      call apply_increment(problem, run%system, 0.0_wp * run%system%tangent, [0.0_wp], here)
+      call apply_increment(problem, run%system, step * run%system%tangent, [step], ahead)
+      change = opening_misfit(problem, ahead) - opening_misfit(problem, here)
+      rate = 0.0_wp
+      do k = 1, 2
+         if (problem%opening(k) == 0) cycle
+         if (.not. problem%candidates%follows(problem%opening(k))) then
+            ! A rotation against the obstacle moves a point by that over the curvature it has more.
+            call excess_curvature(problem, run%state, problem%opening(k), excess, stretch)
+            change(k) = -change(k) * track_sense(problem, run%state, problem%opening(k), &
+               & node_track(problem, run%state, problem%opening(k))) / excess
+         end if
+         rate = rate + merge(-1.0_wp, 1.0_wp, k == 1) * change(k) * merge(problem%size, 1.0_wp, &
+            & problem%candidates%follows(problem%opening(k)))
+      end do
+      rate = rate / step
+      problem%opening = 0
+   end function spreading_rate
+end module held_openings

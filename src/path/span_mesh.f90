@@ -1,0 +1,98 @@
+!> The run on another mesh: of another set of touches, or finer where spans have grown.
+module span_mesh
+   use kinds, only: wp
+   use model, only: method_linearised
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: new_system
+   use bordered_system, only: linearise
+   use contact_touch, only: touch_t
+   use span_problem, only: new_span_problem, hold_touches, present_touches, outgrown
+   use span_tests, only: touch_place
+   use state_transfer, only: carried
+   use path_control, only: control_t
+   use path_continuity, only: heading_t, heading_at
+   use path_events, only: new_probe
+   use path_run, only: run_t, forget_mesh
+   use corrector, only: increment_t, correct
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: renew_mesh, take_touches
+
+contains
+
+   !> A finer mesh for spans that have grown, at the point where the run stands; nothing changes where no equilibrium is found on
+   !> it.
+   subroutine renew_mesh(problem, run, timers)
+      type(problem_t), intent(inout) :: problem
+      type(run_t), intent(inout) :: run
+      type(timers_t), intent(inout) :: timers
+      type(problem_t) :: kept
+      type(state_t) :: place, better
+      type(heading_t) :: heading
+      type(control_t) :: hold
+      type(increment_t) :: report
+      type(touch_t), allocatable :: touch(:)
+      integer :: c
+      touch = present_touches(problem, [(touch_place(problem, run%state, c), c=1, problem%candidates%n)])
+      if (.not. outgrown(problem, touch)) return
+      kept = problem
+      place = run%state
+      heading = run%heading
+      call take_touches(problem, run, touch, timers)
+      if (run%system%ok) then
+         ! Across the path: at a limit point, too.
+         hold%method = method_linearised
+         hold%tangent = run%heading%u
+         hold%whole = 1.0_wp
+         better = run%state
+         call correct(problem, run%state, hold, .true., better, run%system, report, timers)
+      end if
+      if (run%system%ok .and. report%converged) then
+         run%state = better
+         run%heading = heading_at(problem, run%system, run%heading%u, run%heading%load)
+         run%probe = new_probe(problem, run%state, run%system, run%heading%load)
+         return
+      end if
+      problem = kept
+      run%state = place
+      run%heading = heading
+      run%system = new_system(problem)
+      call linearise(problem, run%state, run%state, run%system, timers)
+   end subroutine renew_mesh
+
+   !> The run on the mesh of another set of touches.
+   subroutine take_touches(problem, run, touch, timers)
+      type(problem_t), intent(inout) :: problem
+      type(run_t), intent(inout) :: run
+      type(touch_t), intent(in) :: touch(:)
+      type(timers_t), intent(inout) :: timers
+      type(problem_t) :: next
+      type(state_t) :: state
+      next = new_span_problem(problem, touch)
+      state = carried(problem, run%state, next)
+      call hold_touches(next, state%active)
+      run%heading%u = carried_field(problem, run%state, run%heading%u, next, state)
+      call forget_mesh(run)
+      problem = next
+      run%state = state
+      run%system = new_system(problem)
+      call linearise(problem, run%state, run%state, run%system, timers)
+   end subroutine take_touches
+
+   !> A field of rates on another mesh: the difference of two states carried there.
+   function carried_field(from, state, field, to, there) result(new)
+      type(problem_t), intent(in) :: from, to
+      type(state_t), intent(in) :: state, there
+      real(wp), intent(in) :: field(:, :)
+      real(wp) :: new(3, to%model%mesh%n_nodes)
+      type(state_t) :: ahead
+      real(wp) :: step
+      step = 1.0e-6_wp * from%size / max(maxval(abs(field(1:2, :))), tiny(step))
+      ahead = state
+      ahead%u = state%u + step * field
+      ahead = carried(from, ahead, to)
+      new = (ahead%u - there%u) / step
+   end function carried_field
+end module span_mesh
