@@ -3,13 +3,14 @@
 module span_problem
    use kinds, only: wp
    use problem, only: problem_t, remeshed_problem
+   use rod_state, only: state_t
    use remeshed_model, only: division_t
    use contact_touch, only: touch_t, sort_touches
    use candidates, only: add_candidates, twins
    use conforming_element, only: conforming_size
    implicit none
    private
-   public :: new_span_problem, new_sampled_problem, chain_starts, hold_touches, present_touches, outgrown
+   public :: new_span_problem, new_sampled_problem, chain_starts, hold_touches, present_touches, touch_place, outgrown
 
    ! A free span of elements of order 8 is good to 1e-9 with these, one in contact is smooth: no layer forms at its ends.
    integer, parameter :: least_free = 8, least_conforming = 2
@@ -277,19 +278,21 @@ contains
    end subroutine hold_touches
 
    !> The touches where a state has their ends now.
-   function present_touches(problem, place) result(touch)
+   function present_touches(problem, state) result(touch)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: place(:)               !! (candidates) coordinate along the stretch
+      type(state_t), intent(in) :: state
       type(touch_t), allocatable :: touch(:)
+      real(wp) :: place
       integer :: c, k
       touch = problem%touch
       touch%at(1) = huge(1.0_wp)
       touch%at(2) = -huge(1.0_wp)
       do c = 1, problem%candidates%n
          if (problem%candidates%touch(c) == 0) cycle
+         place = touch_place(problem, state, c)
          associate (t => touch(problem%candidates%touch(c)))
-            t%at(1) = min(t%at(1), place(c))
-            t%at(2) = max(t%at(2), place(c))
+            t%at(1) = min(t%at(1), place)
+            t%at(2) = max(t%at(2), place)
          end associate
       end do
       ! Ends at breakpoints stay, and belong to two of them where a contact goes on.
@@ -299,4 +302,24 @@ contains
          if (.not. touch(k)%line) touch(k)%at = merge(touch(k)%at(1), touch(k)%at(2), touch(k)%at(1) <= 0.0_wp)
       end do
    end function present_touches
+
+   !> Coordinate of a candidate along the stretch of its touch.
+   pure real(wp) function touch_place(problem, state, candidate) result(at)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      integer :: e, side, touch
+      touch = problem%candidates%touch(candidate)
+      side = 2
+      e = problem%candidates%element(2, candidate)
+      if (e > 0 .and. touch > 0) then
+         ! A node that two stretches share.
+         if (problem%stretch(e) /= problem%touch(touch)%stretch) e = 0
+      end if
+      if (e == 0) then
+         side = 1
+         e = problem%candidates%element(1, candidate)
+      end if
+      at = state%geometry%element(e)%s(3 - side) + problem%origin(e)
+   end function touch_place
 end module span_problem

@@ -17,7 +17,8 @@ module state_transfer
    use ge_element, only: ge_interior
    implicit none
    private
-   public :: find_point, point_displacement, carried, carry_to, move_nodes, displacements_at, field_at, node_coordinate
+   public :: find_point, point_displacement, carried, carried_field, carry_to, move_nodes, displacements_at, field_at, &
+      & node_coordinate
 
 contains
 
@@ -92,6 +93,24 @@ contains
       new%geometry = new_geometry(to%model, to%tableau)
       call carry_to(from, state, to, new)
    end function carried
+
+   !> A field of rates on another mesh: the difference of two states carried there.
+   function carried_field(from, state, field, to, there) result(new)
+      type(problem_t), intent(in) :: from, to
+      type(state_t), intent(in) :: state        !! of `from`
+      real(wp), intent(in) :: field(:, :)       !! (3, nodes of `from`)
+      type(state_t), intent(in) :: there        !! the same carried to `to`
+      real(wp) :: new(3, to%model%mesh%n_nodes)
+      type(state_t) :: ahead
+      real(wp) :: step
+      new = 0.0_wp
+      if (.not. any(abs(field) > 0.0_wp)) return
+      step = 1.0e-6_wp / max(maxval(abs(field(1:2, :))) / from%size, maxval(abs(field(3, :))))
+      ahead = state
+      ahead%u = state%u + step * field
+      ahead = carried(from, ahead, to)
+      new = (ahead%u - there%u) / step
+   end function carried_field
 
    !> The same for a state whose geometry is set: it gets load factor, displacements, resultants; no contact is active.
    !> Foundations stand on stretches that are not free, and there elements are the same: their forces are not known in between.

@@ -127,6 +127,7 @@ contains
       run%keep_landmarks = .true.
       allocate (run%landmark(0))
       run%state = landmarks(at)%state
+      if (size(problem%touch) > 0) run%touches = maxval(problem%touch%number)
       run%arc_length = landmarks(at)%arc_length
       run%left_at = run%arc_length
       run%home = pack(landmarks, landmarks%label == 'BP')

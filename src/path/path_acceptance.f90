@@ -7,11 +7,10 @@ module path_acceptance
    use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t, is_stress_free, candidate_opening
-   use linear_system, only: system_t
+   use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
    use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode, deck_mode
    use state_transfer, only: carry_to
-   use span_tests, only: flat_buckles
    use weak_contacts, only: release_weak, count_released, opening_sense
    use path_control, only: path_length
    use path_continuity, only: heading_t, heading_at
@@ -79,12 +78,6 @@ contains
       shorter = .false.
       splits = .false.
       if (present(divides)) splits = divides
-      if (problem%spans) then
-         if (flat_buckles(problem, trial, max(run%system%force_scale, tiny(1.0_wp)))) then
-            outcome%why = 'a line that nothing presses on its obstacle has buckled'
-            return
-         end if
-      end if
       probe = probe_at(problem, run, trial, ahead)
       call count_released(problem, trial, run%system, probe%free_pivots, probe%weak, timers)
       if (run%fresh) then
@@ -332,7 +325,9 @@ contains
       type(critical_t) :: critical
       type(modes_t) :: modes
       type(probe_t) :: probe
+      type(problem_t) :: free
       type(state_t) :: released
+      type(system_t) :: other
       real(wp) :: arc_length
       logical :: weak
       finished = .false.
@@ -348,17 +343,18 @@ contains
          arc_length = run%arc_length + path_length(problem, run%state, place)
          select case (event%kind)
          case (event_bifurcation)
-            call find_null_vectors(problem, step, run, place, event, critical, modes, timers)
+            call find_null_vectors(problem, step, run%system, place, event, critical, modes, timers)
             call keep_landmark(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, &
                & size(critical%null_vector, 3))
          case (event_release)
-            call release_weak(problem, place, run%system, released, weak)
-            call linearise(problem, released, released, run%system, timers)
-            call find_null_vectors(problem, step, run, released, event, critical, modes, timers)
+            call release_weak(problem, place, run%system, free, released, weak)
+            other = new_system(free)
+            call linearise(free, released, released, other, timers)
+            call find_null_vectors(free, step, other, released, event, critical, modes, timers)
             critical%note = event%note
-            if (opening_sense(problem, place, released, nodal_mode(problem, run%system, modes%x(:, 1))) == 0) &
+            if (opening_sense(problem, place, free, released, nodal_mode(free, other, modes%x(:, 1))) == 0) &
                & critical%note = 'bifurcation without contacts that carry no force; none of its directions opens them all'
-            call keep_landmark(problem, run, 'BP', released, trial, sighting%fraction, arc_length, pivots, 1)
+            call keep_landmark(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, 1, free, released)
          case (event_limit)
             call keep_landmark(problem, run, 'LP', place, trial, 0.0_wp, arc_length, pivots, 0)
          end select
@@ -450,10 +446,10 @@ contains
    end subroutine announce
 
    !> The modes whose eigenvalues vanish at a bifurcation, where the system is factored now.
-   subroutine find_null_vectors(problem, step, run, state, event, point, modes, timers)
+   subroutine find_null_vectors(problem, step, system, state, event, point, modes, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(in) :: run
+      type(system_t), intent(in) :: system         !! factored there
       type(state_t), intent(in) :: state
       type(event_t), intent(in) :: event
       type(critical_t), intent(inout) :: point   !! gets its null vectors and a note of their number
@@ -462,12 +458,12 @@ contains
       type(error_t), allocatable :: error
       real(wp) :: sense
       integer :: n, j
-      call lowest_modes(problem, state, run%system, most_null_vectors, modes, error, timers)
+      call lowest_modes(problem, state, system, most_null_vectors, modes, error, timers)
       n = max(count(abs(modes%mu) <= min(max(1.0e3_wp * step%locate_tolerance, same_place), loosest) * event%scale), 1)
-      call choose_null_vectors(problem, state, run%system, n, modes)
+      call choose_null_vectors(problem, state, system, n, modes)
       allocate (point%null_vector(3, problem%deck%mesh%n_nodes, n))
       do j = 1, n
-         call deck_mode(problem, state, run%system, modes%x(:, j), modes%shift(:, j), point%null_vector(:, :, j), sense)
+         call deck_mode(problem, state, system, modes%x(:, j), modes%shift(:, j), point%null_vector(:, :, j), sense)
       end do
       point%note = 'bifurcation, simple'
       if (n == 2) point%note = 'bifurcation, double'

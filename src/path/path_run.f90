@@ -5,6 +5,7 @@ module path_run
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
+   use state_transfer, only: carried_field
    use path_control, only: control_t, displacement_between
    use monitor_rows, only: monitor_change
    use path_continuity, only: heading_t, heading_at, goes_back
@@ -138,7 +139,7 @@ contains
    end function turned_round
 
    !> Keeps the critical point recorded last.
-   subroutine keep_landmark(problem, run, label, state, trial, part, arc_length, pivots, multiplicity)
+   subroutine keep_landmark(problem, run, label, state, trial, part, arc_length, pivots, multiplicity, free, released)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       character(*), intent(in) :: label
@@ -148,6 +149,8 @@ contains
       real(wp), intent(in) :: arc_length
       integer, intent(in) :: pivots              !! negative ones before it
       integer, intent(in) :: multiplicity
+      type(problem_t), intent(in), optional :: free  !! what leaves it does so without contacts that carry no force: the problem
+      type(state_t), intent(in), optional :: released !! and the state there without them
       type(landmark_t) :: landmark
       if (.not. run%keep_landmarks) return
       landmark%label = label
@@ -161,6 +164,12 @@ contains
       landmark%drift = landmark%direction - part * displacement_between(problem, run%state, trial)
       landmark%direction_load = state%load_factor - run%state%load_factor
       landmark%control = run%control
+      if (present(free)) then
+         landmark%direction = carried_field(problem, state, landmark%direction, free, released)
+         landmark%drift = carried_field(problem, state, landmark%drift, free, released)
+         landmark%problem = free
+         landmark%state = released
+      end if
       if (.not. allocated(run%landmark)) allocate (run%landmark(0))
       run%landmark = [run%landmark, landmark]
    end subroutine keep_landmark

@@ -12,6 +12,7 @@ module smooth_zero
    use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t
+   use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
    use path_control, only: metric
    use state_transfer, only: displacements_at
@@ -252,7 +253,8 @@ contains
       end do
    end function zero_of_cubic
 
-   !> The eigenvalue that changes its sign, where the system is factored now; with contacts released it is so afterwards.
+   !> The eigenvalue that changes its sign, where the system is factored now; that of the system without weak contacts where these
+   !> open.
    real(wp) function zero_eigenvalue(problem, run, event, state, timers, found) result(mu)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
@@ -263,14 +265,22 @@ contains
       real(wp), parameter :: alone = 1.0e-2_wp
       type(modes_t) :: modes
       type(error_t), allocatable :: error
+      type(problem_t) :: free
       type(state_t) :: at
+      type(system_t) :: other
       logical :: any_weak
-      at = state
       if (event%kind == event_release) then
-         call release_weak(problem, state, run%system, at, any_weak)
-         call linearise(problem, at, at, run%system, timers)
+         call release_weak(problem, state, run%system, free, at, any_weak)
+         if (.not. any_weak) then
+            free = problem
+            at = state
+         end if
+         other = new_system(free)
+         call linearise(free, at, at, other, timers)
+         call lowest_modes(free, at, other, eigenvalues_looked_at, modes, error, timers)
+      else
+         call lowest_modes(problem, state, run%system, eigenvalues_looked_at, modes, error, timers)
       end if
-      call lowest_modes(problem, at, run%system, eigenvalues_looked_at, modes, error, timers)
       mu = numbered_eigenvalue(modes, event%number, event%least, event%most)
       ! Free spans on a straight wall leave nothing but this one near zero: the others are rounding.
       if (event%kind == event_release .and. abs(modes%mu(1)) <= alone * abs(modes%mu(2))) mu = modes%mu(1)

@@ -8,8 +8,8 @@ module span_lie_down
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
    use contact_touch, only: touch_t
-   use span_problem, only: new_span_problem, hold_touches, present_touches
-   use span_tests, only: span_test_t, run_span_tests, touch_place, gap_at, test_slack, test_pressure
+   use span_problem, only: new_span_problem, hold_touches, present_touches, touch_place
+   use span_tests, only: span_test_t, run_span_tests, gap_at, test_slack, test_pressure
    use state_transfer, only: carried
    use path_control, only: control_t
    use corrector, only: increment_t, correct
@@ -158,10 +158,9 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate, side
       type(touch_t), allocatable :: touch(:)
-      real(wp) :: place(problem%candidates%n), span(2)
+      real(wp) :: span(2)
       integer :: c, k, other
-      place = [(touch_place(problem, state, c), c=1, problem%candidates%n)]
-      touch = present_touches(problem, place)
+      touch = present_touches(problem, state)
       call free_span(problem, state, candidate, side, span)
       k = problem%candidates%touch(candidate)
       other = 0

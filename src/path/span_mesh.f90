@@ -8,8 +8,7 @@ module span_mesh
    use bordered_system, only: linearise
    use contact_touch, only: touch_t
    use span_problem, only: new_span_problem, hold_touches, present_touches, outgrown
-   use span_tests, only: touch_place
-   use state_transfer, only: carried
+   use state_transfer, only: carried, carried_field
    use path_control, only: control_t
    use path_continuity, only: heading_t, heading_at
    use path_events, only: new_probe
@@ -34,8 +33,7 @@ contains
       type(control_t) :: hold
       type(increment_t) :: report
       type(touch_t), allocatable :: touch(:)
-      integer :: c
-      touch = present_touches(problem, [(touch_place(problem, run%state, c), c=1, problem%candidates%n)])
+      touch = present_touches(problem, run%state)
       if (.not. outgrown(problem, touch)) return
       kept = problem
       place = run%state
@@ -80,19 +78,4 @@ contains
       run%system = new_system(problem)
       call linearise(problem, run%state, run%state, run%system, timers)
    end subroutine take_touches
-
-   !> A field of rates on another mesh: the difference of two states carried there.
-   function carried_field(from, state, field, to, there) result(new)
-      type(problem_t), intent(in) :: from, to
-      type(state_t), intent(in) :: state, there
-      real(wp), intent(in) :: field(:, :)
-      real(wp) :: new(3, to%model%mesh%n_nodes)
-      type(state_t) :: ahead
-      real(wp) :: step
-      step = 1.0e-6_wp * from%size / max(maxval(abs(field(1:2, :))), tiny(step))
-      ahead = state
-      ahead%u = state%u + step * field
-      ahead = carried(from, ahead, to)
-      new = (ahead%u - there%u) / step
-   end function carried_field
 end module span_mesh

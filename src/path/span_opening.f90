@@ -19,8 +19,8 @@ module span_opening
    use conforming_span, only: conforming_forces, node_track
    use obstacle_track, only: track_t
    use contact_touch, only: touch_t
-   use span_problem, only: new_span_problem, hold_touches, present_touches
-   use span_tests, only: span_test_t, run_span_tests, touch_place, test_slack, test_force
+   use span_problem, only: new_span_problem, hold_touches, present_touches, touch_place
+   use span_tests, only: span_test_t, run_span_tests, test_slack, test_force
    use touchdown_points, only: held_force
    use state_transfer, only: carried, find_point
    use path_control, only: control_t
@@ -98,11 +98,10 @@ contains
       type(touch_t), allocatable, intent(out) :: touch(:)
       type(touch_t), allocatable :: now(:)
       type(touch_t) :: rest
-      real(wp) :: zone(2), length, place(problem%candidates%n)
+      real(wp) :: zone(2), length
       integer :: c, side, away
       logical :: pulled(2)
-      place = [(touch_place(problem, state, c), c=1, problem%candidates%n)]
-      now = present_touches(problem, place)
+      now = present_touches(problem, state)
       call pulled_zone(problem, state, now(which), zone)
       length = zone(2) - zone(1)
       pulled = [zone(1) <= now(which)%at(1), zone(2) >= now(which)%at(2)]
@@ -117,7 +116,7 @@ contains
       end if
       side = merge(1, 2, pulled(1))
       away = merge(1, -1, pulled(1))
-      c = line_end(problem, place, which, side)
+      c = line_end(problem, state, which, side)
       rest%at = now(which)%at(side)
       rest%line = .false.
       if (problem%candidates%moves(c)) then
@@ -151,12 +150,11 @@ contains
       integer, intent(in) :: candidate
       type(touch_t), allocatable, intent(out) :: touch(:)
       type(touch_t), allocatable :: now(:)
-      real(wp) :: force, length, factor, local(3), x(2), angle, density, place(problem%candidates%n)
+      real(wp) :: force, length, factor, local(3), x(2), angle, density
       integer :: c, e, k, side
       force = -held_force(problem, state, candidate)
       if (.not. force > 0.0_wp) return
-      place = [(touch_place(problem, state, c), c=1, problem%candidates%n)]
-      now = present_touches(problem, place)
+      now = present_touches(problem, state)
       factor = merge(1.5_wp, 2.0_wp, problem%model%fixed(3, problem%candidates%node(candidate)))
       if (all(problem%candidates%element(:, candidate) > 0)) then
          factor = 1.5_wp
@@ -178,12 +176,15 @@ contains
    end subroutine lifted_touches
 
    !> The candidate at one end of a line.
-   pure integer function line_end(problem, place, which, side) result(c)
+   pure integer function line_end(problem, state, which, side) result(c)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: place(:)             !! (candidates)
+      type(state_t), intent(in) :: state
       integer, intent(in) :: which, side
       logical :: member(problem%candidates%n)
+      real(wp) :: place(problem%candidates%n)
+      integer :: k
       member = problem%candidates%touch == which
+      place = [(touch_place(problem, state, k), k=1, size(place))]
       if (side == 1) c = minloc(place, 1, member)
       if (side == 2) c = maxloc(place, 1, member)
    end function line_end

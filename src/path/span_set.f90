@@ -7,8 +7,8 @@ module span_set
    use bordered_system, only: linearise, apply_increment
    use contact_set, only: reaction_rate
    use contact_touch, only: touch_t
-   use span_problem, only: present_touches
-   use span_tests, only: span_test_t, touch_place, gap_at, virtual_pressure, test_gap, test_force, test_curvature, test_pressure, &
+   use span_problem, only: present_touches, touch_place
+   use span_tests, only: span_test_t, gap_at, virtual_pressure, test_gap, test_force, test_curvature, test_pressure, &
       & test_length, test_closing, test_crossing, test_slope, shortest, beyond
    use span_mesh, only: take_touches
    use held_openings, only: open_span, too_flat, held_load, small_load, spreading_rate
@@ -36,15 +36,12 @@ contains
       type(timers_t), intent(inout) :: timers
       type(touch_t), allocatable :: touch(:)
       type(touch_t) :: new
-      real(wp) :: place(problem%candidates%n), rate, length, whole
+      real(wp) :: rate, length, whole
       integer :: opened(2)                       ! numbers of the touches that a new span opens between; 0: none
       integer :: crossed(2)                      ! the same of one that is behind a breakpoint now: its last node, its first
-      integer :: c, k
+      integer :: k
       logical :: ok
-      do c = 1, problem%candidates%n
-         place(c) = touch_place(problem, run%state, c)
-      end do
-      touch = present_touches(problem, place)
+      touch = present_touches(problem, run%state)
       opened = 0
       crossed = 0
       shallow = .false.
@@ -222,15 +219,12 @@ contains
       type(control_t) :: control
       type(increment_t) :: report
       type(state_t) :: base, first
-      real(wp) :: place(problem%candidates%n), rate
+      real(wp) :: rate
       integer :: c, try
-      do c = 1, problem%candidates%n
-         place(c) = touch_place(problem, run%state, c)
-      end do
       new = touch_t(contact=test%contact, stretch=test%stretch, at=[test%at, test%at])
       new%number = run%touches + 1
       run%touches = new%number
-      call take_touches(problem, run, [present_touches(problem, place), new], timers)
+      call take_touches(problem, run, [present_touches(problem, run%state), new], timers)
       ok = run%system%ok
       if (.not. ok) return
       c = newest(problem, run)

@@ -7,8 +7,8 @@ module span_start
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
    use contact_touch, only: touch_t, takes_spans, covers, sort_touches
-   use span_problem, only: new_span_problem, new_sampled_problem, chain_starts, hold_touches, present_touches
-   use span_tests, only: run_span_tests, span_test_t, touch_place, virtual_pressure, test_slack, test_gap, test_force, &
+   use span_problem, only: new_span_problem, new_sampled_problem, chain_starts, hold_touches, present_touches, touch_place
+   use span_tests, only: run_span_tests, span_test_t, virtual_pressure, test_slack, test_gap, test_force, &
       & test_curvature, test_pressure, test_length, test_closing, test_crossing, test_slope
    use span_lie_down, only: beside_free_span, span_gap, laid_down
    use state_transfer, only: carried
@@ -192,11 +192,10 @@ contains
       type(increment_t) :: report
       type(control_t) :: here
       type(touch_t), allocatable :: touch(:)
-      real(wp) :: place(problem%candidates%n), at, gap, normal(2), bend, load
+      real(wp) :: at, gap, normal(2), bend, load
       integer :: c, k
       left = .false.
-      place = [(touch_place(problem, run%state, c), c=1, problem%candidates%n)]
-      touch = present_touches(problem, place)
+      touch = present_touches(problem, run%state)
       next = new_sampled_problem(problem)
       state = carried(problem, run%state, next)
       do c = 1, next%candidates%n
@@ -404,10 +403,9 @@ contains
       type(touch_t) :: touch(size(problem%touch)), new
       type(touch_t), allocatable :: added(:)
       logical :: kept(size(problem%touch)), touched(size(problem%touch))
-      real(wp) :: place(problem%candidates%n), length, whole
-      integer :: c, k, i
-      place = [(touch_place(problem, state, c), c=1, problem%candidates%n)]
-      touch = present_touches(problem, place)
+      real(wp) :: length, whole
+      integer :: k, i
+      touch = present_touches(problem, state)
       kept = .true.
       touched = .false.
       allocate (added(0))
@@ -439,7 +437,7 @@ contains
             case (test_force)
                if (.not. touch(k)%line) then
                   kept(k) = .false.
-               else if (place(test%candidate) > 0.5_wp * sum(touch(k)%at)) then
+               else if (touch_place(problem, state, test%candidate) > 0.5_wp * sum(touch(k)%at)) then
                   call lift_end(2)
                else
                   call lift_end(1)

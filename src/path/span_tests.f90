@@ -11,13 +11,12 @@ module span_tests
    use ge_element, only: ge_load_t
    use state_transfer, only: find_point
    use touchdown_points, only: point_force, held_force, at_breakpoint
-   use contact_set, only: weak_reaction
    use contact_touch, only: touch_t
    use span_problem, only: present_touches
    implicit none
    private
-   public :: span_test_t, run_span_tests, touch_place, gap_at, virtual_pressure
-   public :: at_breakpoint, test_slack, flat_buckles
+   public :: span_test_t, run_span_tests, gap_at, virtual_pressure
+   public :: at_breakpoint, test_slack
    public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_closing, test_crossing, test_slope, beyond
 
    ! What is tested.
@@ -134,11 +133,10 @@ contains
 
       !> Lines that shrink to points, free spans between two contacts that close.
       subroutine add_lengths()
-         real(wp) :: length, place(problem%candidates%n)
+         real(wp) :: length
          type(touch_t), allocatable :: now(:)
          integer :: k
-         place = [(touch_place(problem, state, c), c=1, problem%candidates%n)]
-         now = present_touches(problem, place)
+         now = present_touches(problem, state)
          do k = 1, size(problem%touch)
             associate (whole => problem%layout%stretch(problem%touch(k)%stretch)%length)
                if (problem%touch(k)%line) then
@@ -209,26 +207,6 @@ contains
       call candidate_gap(problem, state, candidate, gap, normal, bend)
       lift = gap
    end function lift
-
-   !> Coordinate of a candidate along the stretch of its touch.
-   pure real(wp) function touch_place(problem, state, candidate) result(at)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      integer :: e, side, touch
-      touch = problem%candidates%touch(candidate)
-      side = 2
-      e = problem%candidates%element(2, candidate)
-      if (e > 0 .and. touch > 0) then
-         ! A node that two stretches share.
-         if (problem%stretch(e) /= problem%touch(touch)%stretch) e = 0
-      end if
-      if (e == 0) then
-         side = 1
-         e = problem%candidates%element(1, candidate)
-      end if
-      at = state%geometry%element(e)%s(3 - side) + problem%origin(e)
-   end function touch_place
 
    !> Gap of a material point to the obstacle of a contact.
    real(wp) function gap_at(problem, state, contact, stretch, at) result(gap)
@@ -433,34 +411,4 @@ contains
          if (test%at >= g%s(2) + problem%origin(last)) test%sense = 1.0_wp
       end associate
    end subroutine least_pressure
-
-   !> Whether a line that nothing presses on a straight obstacle has buckled off it: with ends that keep place and direction this is
-   !> where its thrust reaches 4 pi^2 EI/l^2, however fine the mesh. No test tells: pressure and gap are zero all along.
-   logical function flat_buckles(problem, state, scale)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      real(wp), intent(in) :: scale             !! of forces
-      real(wp), parameter :: margin = 10.0_wp   ! over what no contact at a node may pull with, as in release_weak
-      real(wp) :: local(3), place(2), angle, density, pushed, turns, length
-      integer :: k, e, i, c
-      flat_buckles = .false.
-      do k = 1, size(problem%touch)
-         if (.not. problem%touch(k)%line) cycle
-         pushed = 0.0_wp
-         turns = 0.0_wp
-         do e = problem%element_first(problem%touch(k)%stretch), problem%element_last(problem%touch(k)%stretch)
-            c = problem%conforms(e)
-            if (c == 0) cycle
-            if (problem%candidates%touch(problem%candidates%neighbour(2, c)) /= k .and. problem%candidates%touch(c) /= k) cycle
-            length = state%geometry%element(e)%length
-            do i = 0, samples
-               call conforming_forces(problem, state, e, real(i, wp) / samples, local, place, angle, density)
-               pushed = max(pushed, abs(density))
-               ! Wave number times length, by its mean.
-               turns = turns + length * sqrt(max(-local(1), 0.0_wp) * problem%compliance(e)%bending) / (samples + 1)
-            end do
-         end do
-         if (pushed * problem%size <= margin * weak_reaction(problem) * scale .and. turns > 2.0_wp * pi) flat_buckles = .true.
-      end do
-   end function flat_buckles
 end module span_tests

@@ -10,6 +10,7 @@ module weak_contacts
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
    use contact_set, only: inside_region, weak_reaction
+   use weak_lines, only: release_lines, line_opening
    use timing, only: timers_t
    implicit none
    private
@@ -17,18 +18,23 @@ module weak_contacts
 
 contains
 
-   !> A state without the contacts inside regions that carry no force.
-   subroutine release_weak(problem, state, system, released, any_weak)
+   !> The problem and a state without the contacts inside regions that carry no force.
+   subroutine release_weak(problem, state, system, free, released, any_weak)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! assembled at `state`
-      type(state_t), intent(out) :: released
-      logical, intent(out) :: any_weak           !! false: there are none
+      type(problem_t), intent(out) :: free       !! with contact spans on a mesh of its own
+      type(state_t), intent(out) :: released     !! of that problem
+      logical, intent(out) :: any_weak           !! false: there are none, and neither is set
       real(wp), parameter :: margin = 10.0_wp    ! over what no contact may pull with
       logical :: weak
       integer :: c
-      released = state
       any_weak = .false.
+      if (problem%spans) then
+         call release_lines(problem, state, max(system%force_scale, tiny(1.0_wp)), free, released, any_weak)
+         return
+      end if
+      released = state
       do c = 1, problem%candidates%n
          if (.not. problem%model%obstacle(problem%candidates%obstacle(c))%rigid .or. problem%candidates%bilateral(c)) cycle
          weak = inside_region(problem, state, c) .and. &
@@ -38,6 +44,7 @@ contains
          released%reaction(c) = 0.0_wp
          any_weak = .true.
       end do
+      if (any_weak) free = problem
    end subroutine release_weak
 
    !> Negative pivots of the tangent without weak contacts.
@@ -48,27 +55,32 @@ contains
       integer, intent(out) :: pivots             !! without any: those of the system
       logical, intent(out) :: any_weak
       type(timers_t), intent(inout) :: timers
+      type(problem_t) :: free
       type(state_t) :: released
       type(system_t) :: other
       pivots = system%negative_pivots
       any_weak = .false.
       if (problem%candidates%n == 0) return
-      call release_weak(problem, state, system, released, any_weak)
+      call release_weak(problem, state, system, free, released, any_weak)
       if (.not. any_weak) return
-      other = new_system(problem)
-      call linearise(problem, released, released, other, timers)
+      other = new_system(free)
+      call linearise(free, released, released, other, timers)
       ! A contact point between spans that both are straight has a coordinate without energy, whose sign is rounding.
       if (other%ok) pivots = max(other%negative_pivots, 0)
    end subroutine count_released
 
    !> The sense in which a mode opens all contacts that were released: 1 along it, -1 against it, 0 neither.
-   pure integer function opening_sense(problem, state, released, mode) result(sense)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state, released
-      real(wp), intent(in) :: mode(:, :)         !! (3, nodes) global axes
+   integer function opening_sense(problem, state, free, released, mode) result(sense)
+      type(problem_t), intent(in) :: problem, free
+      type(state_t), intent(in) :: state, released !! of the one and of the other
+      real(wp), intent(in) :: mode(:, :)         !! (3, nodes of `free`) global axes
       real(wp), parameter :: closed = 1.0e-3_wp  ! of the largest opening
       real(wp) :: gap, normal(2), bend, opening, most, least
       integer :: c
+      if (problem%spans) then
+         sense = line_opening(problem, state, free, released, mode)
+         return
+      end if
       most = 0.0_wp
       least = 0.0_wp
       do c = 1, problem%candidates%n

@@ -1,0 +1,164 @@
+!> Lines of contact without pressure, as on a straight wall: the state is in balance with them and without.
+!>
+!> Without such a line the rod between its ends is free, and at its ends it touches in two points that are flat: they turn no
+!> more than the line's ends do (touchdown_couple). Where the tangent of that problem has a zero eigenvalue, with ends that keep
+!> place and direction where the thrust is 4 pi^2 EI/l^2, the rod may leave the wall. No test of the spans tells: gap and pressure
+!> are zero all along.
+module weak_lines
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t, obstacle_shift, node_position
+   use obstacle_geometry, only: obstacle_gap
+   use contact_set, only: weak_reaction
+   use contact_touch, only: touch_t
+   use conforming_span, only: conforming_forces
+   use span_problem, only: new_span_problem, hold_touches, present_touches, touch_place
+   use touchdown_points, only: point_force
+   use span_tests, only: beyond
+   use state_transfer, only: carried
+   implicit none
+   private
+   public :: release_lines, line_opening
+
+   integer, parameter :: samples = 4         !! of the pressure in an element
+   real(wp), parameter :: here = 1.0e-12_wp  !! of the size: one and the same place
+   real(wp), parameter :: margin = 10.0_wp   !! over what no contact at a node may pull with, as in release_weak
+
+contains
+
+   !> The problem and the state without lines that carry no force.
+   subroutine release_lines(problem, state, scale, free, released, any_weak)
+      type(problem_t), intent(in) :: problem    !! of contact spans
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: scale             !! of forces
+      type(problem_t), intent(out) :: free
+      type(state_t), intent(out) :: released    !! on its mesh
+      logical, intent(out) :: any_weak          !! false: there are none, and neither problem nor state are set
+      type(touch_t), allocatable :: touch(:), rest(:)
+      logical :: weak(size(problem%touch))
+      integer :: k, side, n
+      weak = [(problem%touch(k)%line, k=1, size(weak))]
+      do k = 1, size(weak)
+         if (weak(k)) weak(k) = largest_pressure(problem, state, k) * problem%size <= margin * weak_reaction(problem) * scale
+      end do
+      any_weak = any(weak)
+      if (.not. any_weak) return
+      touch = present_touches(problem, state)
+      rest = pack(touch, .not. weak)
+      n = maxval(touch%number)
+      do k = 1, size(weak)
+         if (.not. weak(k)) cycle
+         do side = 1, 2
+            if (ends_nowhere(problem, touch, k, side)) cycle
+            rest = [rest, touch(k)]
+            associate (point => rest(size(rest)))
+               point%line = .false.
+               point%at = touch(k)%at(side)
+               if (side == 2) then
+                  n = n + 1
+                  point%number = n
+               end if
+            end associate
+         end do
+      end do
+      free = new_span_problem(problem, rest)
+      released = carried(problem, state, free)
+      call hold_touches(free, released%active)
+      call keep_forces(problem, state, free, released)
+   end subroutine release_lines
+
+   !> The forces of points, which hold them from turning (touchdown_spring).
+   subroutine keep_forces(problem, state, free, released)
+      type(problem_t), intent(in) :: problem, free
+      type(state_t), intent(in) :: state
+      type(state_t), intent(inout) :: released
+      integer :: c, old
+      do c = 1, free%candidates%n
+         if (free%candidates%touch(c) == 0 .or. free%candidates%follows(c)) cycle
+         do old = 1, problem%candidates%n
+            if (problem%candidates%touch(old) == 0 .or. problem%candidates%contact(old) /= free%candidates%contact(c)) cycle
+            if (abs(touch_place(problem, state, old) - touch_place(free, released, c)) > here * problem%size) cycle
+            released%reaction(c) = point_force(problem, state, old)
+         end do
+      end do
+   end subroutine keep_forces
+
+   !> True for an end of a line that goes on as another one, or ends with its rod.
+   pure logical function ends_nowhere(problem, touch, k, side)
+      type(problem_t), intent(in) :: problem
+      type(touch_t), intent(in) :: touch(:)     !! as they are now
+      integer, intent(in) :: k, side
+      integer :: next, node, way
+      real(wp) :: end
+      way = merge(-1, 1, side == 1)
+      end = merge(0.0_wp, problem%layout%stretch(touch(k)%stretch)%length, side == 1)
+      ends_nowhere = .false.
+      if (abs(touch(k)%at(side) - end) > 0.0_wp) return
+      if (side == 1) then
+         node = problem%model%mesh%node(1, problem%element_first(touch(k)%stretch))
+      else
+         node = problem%model%mesh%node(2, problem%element_last(touch(k)%stretch))
+      end if
+      ends_nowhere = problem%beside(side, node) == 0
+      next = beyond(problem, k, way)
+      if (next == 0) return
+      end = merge(problem%layout%stretch(next)%length, 0.0_wp, side == 1)
+      ends_nowhere = any(touch%line .and. touch%stretch == next .and. touch%contact == touch(k)%contact .and. &
+         & abs(touch%at(3 - side) - end) <= 0.0_wp)
+   end function ends_nowhere
+
+   !> The largest density of the obstacle's force along a line, in size.
+   real(wp) function largest_pressure(problem, state, touch) result(largest)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: touch              !! index into problem%touch
+      real(wp) :: local(3), place(2), angle, density
+      integer :: e, i, c
+      largest = 0.0_wp
+      associate (stretch => problem%touch(touch)%stretch)
+         do e = problem%element_first(stretch), problem%element_last(stretch)
+            c = problem%conforms(e)
+            if (c == 0) cycle
+            ! The first node may be that of the line before it, which goes on over a breakpoint.
+            if (problem%candidates%touch(problem%candidates%neighbour(2, c)) /= touch .and. &
+               & problem%candidates%touch(c) /= touch) cycle
+            do i = 0, samples
+               call conforming_forces(problem, state, e, real(i, wp) / samples, local, place, angle, density)
+               largest = max(largest, abs(density))
+            end do
+         end do
+      end associate
+   end function largest_pressure
+
+   !> The sense in which a mode of the released problem opens the lines that are gone: 1 along it, -1 against it, 0 neither.
+   integer function line_opening(problem, state, free, released, mode) result(sense)
+      type(problem_t), intent(in) :: problem, free
+      type(state_t), intent(in) :: state, released
+      real(wp), intent(in) :: mode(:, :)        !! (3, nodes of `free`) global axes
+      real(wp), parameter :: closed = 1.0e-3_wp ! of the largest opening
+      type(touch_t), allocatable :: touch(:)
+      real(wp) :: gap, normal(2), bend, opening, most, least, at
+      integer :: k, e, node, obstacle
+      touch = present_touches(problem, state)
+      most = 0.0_wp
+      least = 0.0_wp
+      do k = 1, size(touch)
+         if (.not. touch(k)%line) cycle
+         obstacle = problem%model%contact(touch(k)%contact)%obstacle
+         do e = free%element_first(touch(k)%stretch), free%element_last(touch(k)%stretch)
+            if (free%conforms(e) > 0) cycle
+            at = released%geometry%element(e)%s(1) + free%origin(e)
+            if (at <= touch(k)%at(1) .or. at >= touch(k)%at(2)) cycle
+            node = free%model%mesh%node(1, e)
+            call obstacle_gap(problem%model%obstacle(obstacle), node_position(released, node) - &
+               & obstacle_shift(problem, state, obstacle), gap, normal, bend)
+            opening = dot_product(normal, mode(1:2, node))
+            most = max(most, opening)
+            least = min(least, opening)
+         end do
+      end do
+      sense = 0
+      if (-least <= closed * most .and. most > 0.0_wp) sense = 1
+      if (most <= -closed * least .and. least < 0.0_wp) sense = -1
+   end function line_opening
+end module weak_lines
