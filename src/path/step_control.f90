@@ -51,8 +51,8 @@ contains
    end subroutine begin_arc_length
 
    !> Crisfield's rule: the increment follows the root of desired over needed iterations; but the tangent is not to turn by
-   !> more than an increment may. With contact spans points are found with the state, and a few iterations more stand for a much
-   !> longer way: above the desired ones it is the square of their ratio, below them the tangent alone tells.
+   !> more than an increment may. With contact spans one iteration goes to the places of touchdown points, and a few more of them stand
+   !> for a much longer way: there it is the square of the ratio.
    subroutine next_increment(step, iterations, relation, spans, control)
       type(step_t), intent(in) :: step
       integer, intent(in) :: iterations         !! of the increment just made
@@ -65,7 +65,7 @@ contains
       ! Modified Newton converges linearly: many iterations are its nature, not a sign of too long increments.
       if (step%tangent_updates < huge(1)) desired = max(desired, (2 * step%max_iterations) / 3)
       ratio = sqrt(real(desired, wp) / max(iterations, 1))
-      if (spans) ratio = merge(growth, (real(desired, wp) / max(iterations, 1))**2, relation%told .and. iterations <= desired)
+      if (spans) ratio = (real(desired, wp) / max(iterations - 1, 1))**2
       if (relation%told) ratio = min(ratio, safety * largest_turn / max(relation%turn, epsilon(ratio)))
       control%increment = control%increment * min(max(ratio, shrinkage), growth)
       if (abs(control%increment) > step%largest) control%increment = sign(step%largest, control%increment)
