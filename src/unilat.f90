@@ -66,10 +66,9 @@ program unilat
    if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, source%name, result_file)
 
    ! ---- the path ----
-   call follow_deck(spans=.true., careful=.false.)
-   if (begins_again('with shorter increments')) call follow_deck(spans=.true., careful=.true.)
+   call follow_deck(spans=.true.)
    ! What contact spans cannot follow nodes may, as well as the deck's mesh can.
-   if (begins_again('with contact at the nodes of the deck')) call follow_deck(spans=.false., careful=.false.)
+   if (begins_again('with contact at the nodes of the deck')) call follow_deck(spans=.false.)
 
    ! ---- the end ----
    status = 'complete'
@@ -86,9 +85,8 @@ program unilat
 contains
 
    !> Follows the whole deck and records it.
-   subroutine follow_deck(spans, careful)
+   subroutine follow_deck(spans)
       logical, intent(in) :: spans             !! with contact spans where the deck allows
-      logical, intent(in) :: careful           !! in short increments
       call timing_start(timers, phase_numbering)
       path_problem = new_problem(deck_model)
       call timing_stop(timers, phase_numbering)
@@ -98,7 +96,7 @@ contains
       recorder%quiet = options%quiet
       if (.not. options%quiet) call listing_open(recorder%listing, output_unit, deck_model)
       call timing_stop(timers, phase_output)
-      call follow_path(path_problem, spans, careful, recorder, outcome, timers)
+      call follow_path(path_problem, spans, recorder, outcome, timers)
       status = failed_checks(outcome%accuracy)
       if (status /= '') then
          outcome%complete = .false.

@@ -180,7 +180,7 @@ contains
          if (allocated(run%control%tangent)) run%control%previous = run%control%tangent
          if (limited) run%control%increment = full
          if (.not. limited) then
-            call next_increment(step, report%iterations, relation, problem%spans .and. .not. run%careful, run%control)
+            call next_increment(step, report%iterations, relation, problem%spans, run%control)
          end if
       end do points
 

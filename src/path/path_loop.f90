@@ -32,10 +32,9 @@ module path_loop
 contains
 
    !> Follows all steps of the deck. Returns when the last step is complete or nothing helps any more.
-   subroutine follow_path(problem, spans, careful, recorder, outcome, timers)
+   subroutine follow_path(problem, spans, recorder, outcome, timers)
       type(problem_t), intent(inout) :: problem
       logical, intent(in) :: spans                   !! contact spans where the deck allows them
-      logical, intent(in) :: careful                 !! with increments that grow less
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(out) :: outcome
       type(timers_t), intent(inout) :: timers
@@ -48,7 +47,6 @@ contains
       call timing_start(timers, phase_path)
       n_branches = 0
       perfect = problem%deck
-      run%careful = careful
       if (spans) call prepare_spans(problem)
       outcome%spans = any(problem%may_span)
       run%state = new_state(problem)

@@ -50,7 +50,6 @@ module path_run
       integer :: step_points = 0                 !! accepted in this step
       integer :: touches = 0                     !! contacts that have begun so far: their numbers
       character(:), allocatable :: stuck         !! what contact spans could not do: contact is to go on at nodes
-      logical :: careful = .false.               !! contact spans did not get on with longer increments
       type(region_t), allocatable :: beginning   !! a point contact that begins at the next point
       integer :: span_tries = 0                  !! increments with contact at nodes that could not be taken for contact spans
       logical :: on_bifurcation = .false.        !! the last point is one that was recorded: its pivots have the sign of rounding

@@ -51,8 +51,8 @@ contains
    end subroutine begin_arc_length
 
    !> Crisfield's rule: the increment follows the root of desired over needed iterations; but the tangent is not to turn by
-   !> more than an increment may. With contact spans one iteration goes to the places of touchdown points, and a few more of them stand
-   !> for a much longer way: there it is the square of the ratio.
+   !> more than an increment may. With contact spans one iteration goes to the places of touchdown points, and a few more of
+   !> them stand for a much longer way: there it is the square of the ratio.
    subroutine next_increment(step, iterations, relation, spans, control)
       type(step_t), intent(in) :: step
       integer, intent(in) :: iterations         !! of the increment just made
