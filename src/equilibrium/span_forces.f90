@@ -2,6 +2,7 @@
 module span_forces
    use kinds, only: wp
    use problem, only: problem_t
+   use rod_layout, only: stretch_element
    use rod_state, only: state_t, candidate_gap, node_position, element_load
    use ge_element, only: ge_load_t
    use section_forces, only: end_forces
@@ -104,20 +105,11 @@ contains
       subroutine add(stretch, at, force)
          integer, intent(in) :: stretch
          real(wp), intent(in) :: at, force
-         integer :: low, high, middle
+         integer :: low
          real(wp) :: part
          associate (whole => problem%layout%stretch(stretch))
-            low = 1
-            high = size(whole%at)
-            do while (high - low > 1)
-               middle = (low + high) / 2
-               if (whole%at(middle) <= at) then
-                  low = middle
-               else
-                  high = middle
-               end if
-            end do
-            part = min(max((at - whole%at(low)) / (whole%at(high) - whole%at(low)), 0.0_wp), 1.0_wp)
+            low = stretch_element(whole, at)
+            part = min(max((at - whole%at(low)) / (whole%at(low + 1) - whole%at(low)), 0.0_wp), 1.0_wp)
             associate (node => problem%deck%mesh%node(:, whole%element(low)))
                sums(node) = sums(node) + [1.0_wp - part, part] * force
             end associate

@@ -3,6 +3,7 @@
 module span_problem
    use kinds, only: wp
    use problem, only: problem_t, remeshed_problem
+   use rod_layout, only: stretch_element
    use rod_state, only: state_t
    use remeshed_model, only: division_t
    use contact_touch, only: touch_t, sort_touches
@@ -133,19 +134,10 @@ contains
       type(problem_t), intent(in) :: base
       integer, intent(in) :: stretch
       real(wp), intent(in) :: at
-      integer :: low, high, middle
+      integer :: low
       associate (whole => base%layout%stretch(stretch))
-         low = 1
-         high = size(whole%at)
-         do while (high - low > 1)
-            middle = (low + high) / 2
-            if (whole%at(middle) <= at) then
-               low = middle
-            else
-               high = middle
-            end if
-         end do
-         n = low - 1 + (at - whole%at(low)) / (whole%at(high) - whole%at(low))
+         low = stretch_element(whole, at)
+         n = low - 1 + (at - whole%at(low)) / (whole%at(low + 1) - whole%at(low))
       end associate
    end function deck_elements
 
