@@ -44,7 +44,7 @@ contains
       logical :: member(model%mesh%n_nodes), covered(model%mesh%n_nodes)
       integer :: k, e
       associate (touched => model%contact(contact), obstacle => model%obstacle(model%contact(contact)%obstacle), mesh => model%mesh)
-         takes = touched%sliding .and. obstacle%rigid .and. .not. (obstacle%bilateral .or. obstacle%at_nodes) .and. &
+         takes = touched%along .and. obstacle%rigid .and. .not. (obstacle%bilateral .or. obstacle%at_nodes) .and. &
             & obstacle%ground == ground_independent
          do k = 1, size(model%step)
             takes = takes .and. .not. model%step(k)%paper_loop

@@ -37,7 +37,7 @@ contains
          contact%node = names%node_set%members(set)
          contact%gap = parameter_real(deck, card, 'GAP')
          points = parameter_word(deck, card, 'POINTS')
-         contact%sliding = .false.
+         contact%along = .false.
          contact%distributed = .false.
          if (contact%obstacle > 0 .and. .not. names%mesh_incomplete) then
             call check_candidates(deck, names, model, diagnostics, card, contact, touched(contact%obstacle, :))
@@ -48,7 +48,7 @@ contains
             if (points /= 'NODES') then
                if (model%obstacle(contact%obstacle)%rigid) then
                   reason = no_spans(model, contact)
-                  contact%sliding = reason == ''
+                  contact%along = reason == ''
                else
                   reason = no_distribution(model, contact)
                   contact%distributed = reason == ''

@@ -88,7 +88,6 @@ contains
       type(problem_t) :: problem
       problem = base
       problem%deck%contact%spans = problem%may_span .and. spans
-      where (problem%may_span) problem%deck%contact%sliding = .false.
    end function with_spans
 
    !> Coordinates of the nodes along a stretch: equal parts of every span.

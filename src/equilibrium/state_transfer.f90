@@ -7,7 +7,7 @@ module state_transfer
    use kinds, only: wp
    use model, only: family_ge
    use problem, only: problem_t
-   use rod_geometry, only: geometry_t, new_geometry, slide_nodes
+   use rod_geometry, only: geometry_t, new_geometry, shift_nodes
    use rod_state, only: state_t, element_displacement, element_load, node_position
    use rod_profile, only: profile_t, new_profile, profile_place, profile_displacement, profile_angle, element_place
    use reference_curve, only: curve_point
@@ -269,7 +269,7 @@ contains
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: shift(:)          !! (nodes) of nominal length; 0 at breakpoints and on stretches that are not free
       type(geometry_t), intent(inout) :: geometry
-      call slide_nodes(problem%model, problem%tableau, shift, geometry)
+      call shift_nodes(problem%model, problem%tableau, shift, geometry)
    end subroutine move_nodes
 
    !> Displacements of a state at the material points where the nodes are in another geometry of the same mesh.

@@ -43,7 +43,7 @@ contains
       type(error_t), allocatable :: error
       type(state_t) :: trial, predicted
       type(control_t) :: hold
-      real(wp), allocatable :: shape(:, :), y(:), chord(:, :), away(:, :), seen(:, :)
+      real(wp), allocatable :: shape(:, :), chord(:, :), away(:, :), seen(:, :)
       real(wp) :: length, along, sense, wander, drift
       integer :: try, node
 
@@ -64,7 +64,7 @@ contains
          shape(:, node) = to_global(problem, run%system, modes%x(:, mode), node)
       end do
       allocate (seen(3, problem%deck%mesh%n_nodes))
-      call deck_mode(problem, run%state, run%system, modes%x(:, mode), modes%shift(:, mode), seen, sense)
+      call deck_mode(problem, run%state, run%system, modes%x(:, mode), seen, sense)
       sense = side * sense
       hold%method = method_linearised
       hold%tangent = sense * shape
@@ -78,10 +78,7 @@ contains
       do try = 1, max_tries
          if (try > 1) call linearise(problem, run%state, run%state, run%system, timers)
          trial = run%state
-         allocate (y(1 + run%system%n_slides), source=0.0_wp)
-         if (run%system%n_slides > 0) y(2:) = sense * length * modes%shift(:, mode)
-         call apply_increment(problem, run%system, sense * length * modes%x(:, mode), y, trial)
-         deallocate (y)
+         call apply_increment(problem, run%system, sense * length * modes%x(:, mode), 0.0_wp, trial)
          predicted = trial
          hold%increment = sense * length * metric(problem, hold%tangent, shape)
          ! Counted from where the path is without its rounding, so that points do not depend on that.

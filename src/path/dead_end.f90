@@ -111,8 +111,7 @@ contains
          type(heading_t), intent(in) :: along
          rate = along%load
          if (run%control%method == method_displacement) &
-            & rate = along%load * monitor_change(problem, run%control%monitor, state, run%system, run%system%tangent, &
-            & [1.0_wp, run%system%slide_rate])
+            & rate = along%load * monitor_change(problem, run%control%monitor, state, run%system, run%system%tangent, 1.0_wp)
       end function rate
    end subroutine look_ahead
 end module dead_end

@@ -143,8 +143,8 @@ contains
       step = small_load(problem, run)
       here = run%state
       ahead = run%state
-      call apply_increment(problem, run%system, 0.0_wp * run%system%tangent, [0.0_wp], here)
-      call apply_increment(problem, run%system, step * run%system%tangent, [step], ahead)
+      call apply_increment(problem, run%system, 0.0_wp * run%system%tangent, 0.0_wp, here)
+      call apply_increment(problem, run%system, step * run%system%tangent, step, ahead)
       change = opening_misfit(problem, ahead) - opening_misfit(problem, here)
       rate = 0.0_wp
       do k = 1, 2

@@ -11,7 +11,7 @@ module path_acceptance
    use bordered_system, only: linearise
    use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode, deck_mode
    use state_transfer, only: carry_to
-   use weak_contacts, only: release_weak, count_released, opening_sense
+   use weak_lines, only: release_lines, count_released, line_opening
    use path_control, only: path_length
    use path_continuity, only: heading_t, heading_at
    use corrector, only: increment_t
@@ -21,7 +21,6 @@ module path_acceptance
       & event_limit, event_contact, event_value_reached, event_turning
    use sightings, only: sighting_t
    use event_location, only: locate
-   use sliding_nodes, only: rehome_nodes
    use point_report, only: report_point
    use point_checks, only: check_point
    use path_record, only: recorder_t, point_t, critical_t
@@ -130,9 +129,6 @@ contains
       run%last_load = trial%load_factor - run%state%load_factor
       run%on_bifurcation = any(seen%event%kind == event_bifurcation .and. seen%located .and. seen%fraction >= 1.0_wp - same_place)
       call go_to(problem, run, trial, ahead, probe)
-      if (label /= '') return
-      call rehome_nodes(problem, run%control, run%heading%u, run%heading%load, run%state, run%system, timers)
-      run%heading = heading_at(problem, run%system, run%heading%u, run%heading%load)
    end subroutine accept
 
    !> The run moves to a point whose probe is known.
@@ -347,12 +343,12 @@ contains
             call keep_landmark(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, &
                & size(critical%null_vector, 3))
          case (event_release)
-            call release_weak(problem, place, run%system, free, released, weak)
+            call release_lines(problem, place, run%system, free, released, weak)
             other = new_system(free)
             call linearise(free, released, released, other, timers)
             call find_null_vectors(free, step, other, released, event, critical, modes, timers)
             critical%note = event%note
-            if (opening_sense(problem, place, free, released, nodal_mode(free, other, modes%x(:, 1))) == 0) &
+            if (line_opening(problem, place, free, released, nodal_mode(free, other, modes%x(:, 1))) == 0) &
                & critical%note = 'bifurcation without contacts that carry no force; none of its directions opens them all'
             call keep_landmark(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, 1, free, released)
          case (event_limit)
@@ -463,7 +459,7 @@ contains
       call choose_null_vectors(problem, state, system, n, modes)
       allocate (point%null_vector(3, problem%deck%mesh%n_nodes, n))
       do j = 1, n
-         call deck_mode(problem, state, system, modes%x(:, j), modes%shift(:, j), point%null_vector(:, :, j), sense)
+         call deck_mode(problem, state, system, modes%x(:, j), point%null_vector(:, :, j), sense)
       end do
       point%note = 'bifurcation, simple'
       if (n == 2) point%note = 'bifurcation, double'

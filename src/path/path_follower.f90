@@ -9,10 +9,10 @@ module path_follower
    use path_continuity, only: heading_t, relation_t, relate, same_path, too_far, at_corner
    use corrector, only: increment_t, take_increment
    use path_run, only: run_t, heading_of, turned_round
-   use step_control, only: begin_arc_length, next_increment, smallest, shorten_to_stop, shorten_to_reach
+   use step_control, only: begin_arc_length, next_increment, smallest, shorten_to_stop
    use path_events, only: new_probe
    use path_acceptance, only: accept, outcome_t
-   use contact_corner, only: corner_t, contact_begins, find_corner, leave_corner
+   use contact_corner, only: find_corner, leave_corner
    use contact_regions, only: find_regions
    use span_changes, only: pass_change
    use span_mesh, only: renew_mesh
@@ -45,9 +45,8 @@ contains
       type(increment_t) :: report
       type(heading_t) :: ahead
       type(relation_t) :: relation, before
-      logical :: finished, scaled, limited, turned, shorter, astray, changed, entered, nodal
+      logical :: finished, scaled, turned, shorter, astray, changed, entered, nodal
       integer :: cuts, searches
-      real(wp) :: full
 
       finished = .false.
       cuts = 0
@@ -61,10 +60,6 @@ contains
          if (is_arc_length(run%control%method)) &
             & call set_tangent(problem, run%system, run%heading%u, run%heading%load, run%control)
          call shorten_to_stop(step, run)
-         full = run%control%increment
-         ! At the stress-free start no reaction marks where a contact ends.
-         if (run%step_points > 0 .or. problem%step > 1) call shorten_to_reach(problem, run)
-         limited = abs(run%control%increment) < abs(full)
          call take_increment(problem, run%state, run%control, trial, run%system, report, timers)
          astray = .false.
          if (cuts == 0) relation%told = .false.
@@ -146,17 +141,6 @@ contains
             call pass_change(problem, step, run, trial, ahead, .false., recorder, changed, finished, outcome, timers)
             if (finished .or. allocated(outcome%why)) return
             if (changed .and. .not. allocated(run%stuck)) cycle points
-         else if (contact_begins(problem, run%state, trial)) then
-            call linearise(problem, run%state, run%state, run%system, timers)
-            call turn_corner(problem, step, run, recorder, turned, finished, outcome, timers)
-            if (finished .or. allocated(outcome%why)) return
-            if (turned) cycle points
-            if (searches < max_searches .and. run%step_points > 0 .and. is_arc_length(run%control%method)) then
-               ! Where it begins is looked for with the nodes of this set, which reach only so far.
-               call search_closer()
-               cycle points
-            end if
-            call linearise(problem, trial, run%state, run%system, timers)
          end if
          if (allocated(run%stuck)) then
             outcome%why = run%stuck
@@ -178,10 +162,7 @@ contains
             cycle points
          end if
          if (allocated(run%control%tangent)) run%control%previous = run%control%tangent
-         if (limited) run%control%increment = full
-         if (.not. limited) then
-            call next_increment(step, report%iterations, relation, problem%spans, run%control)
-         end if
+         call next_increment(step, report%iterations, relation, problem%spans, run%control)
       end do points
 
    contains
@@ -207,7 +188,7 @@ contains
       type(timers_t), intent(inout) :: timers
       type(state_t) :: place, beyond
       type(heading_t) :: prescribed
-      type(corner_t), allocatable :: corner(:)
+      integer, allocatable :: corner(:)
       type(increment_t) :: report
       character(2) :: label
       real(wp) :: load
@@ -223,7 +204,7 @@ contains
       end if
       beyond = place
       do k = 1, size(corner)
-         beyond%active(corner(k)%candidate) = .not. place%active(corner(k)%candidate)
+         beyond%active(corner(k)) = .not. place%active(corner(k))
       end do
       ! One node more or less at the end of a region is the mesh's affair, not an event.
       regions = size(find_regions(problem, beyond)) - size(find_regions(problem, place))

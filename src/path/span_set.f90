@@ -282,8 +282,8 @@ contains
       ! On the new mesh forces are in balance after the next iteration only, which both make.
       here = run%state
       ahead = run%state
-      call apply_increment(problem, run%system, 0.0_wp * run%system%tangent, [0.0_wp], here)
-      call apply_increment(problem, run%system, step * run%system%tangent, [step], ahead)
+      call apply_increment(problem, run%system, 0.0_wp * run%system%tangent, 0.0_wp, here)
+      call apply_increment(problem, run%system, step * run%system%tangent, step, ahead)
       rate = gap_at(problem, ahead, lost%contact, lost%stretch, lost%at(1)) - &
          & gap_at(problem, here, lost%contact, lost%stretch, lost%at(1))
    end function opening_rate

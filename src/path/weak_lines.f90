@@ -9,37 +9,43 @@ module weak_lines
    use problem, only: problem_t
    use rod_state, only: state_t, obstacle_shift, node_position
    use obstacle_geometry, only: obstacle_gap
-   use contact_set, only: weak_reaction
    use contact_touch, only: touch_t
    use conforming_span, only: conforming_forces
    use span_problem, only: new_span_problem, hold_touches, present_touches, touch_place
    use touchdown_points, only: point_force
    use span_tests, only: beyond
    use state_transfer, only: carried
+   use linear_system, only: system_t, new_system
+   use bordered_system, only: linearise
+   use timing, only: timers_t
    implicit none
    private
-   public :: release_lines, line_opening
+   public :: release_lines, count_released, line_opening
 
    integer, parameter :: samples = 4         !! of the pressure in an element
    real(wp), parameter :: here = 1.0e-12_wp  !! of the size: one and the same place
-   real(wp), parameter :: margin = 10.0_wp   !! over what no contact at a node may pull with, as in release_weak
+   real(wp), parameter :: nothing = 100.0_wp !! times the tolerance of the residuals: no force
 
 contains
 
    !> The problem and the state without lines that carry no force.
-   subroutine release_lines(problem, state, scale, free, released, any_weak)
-      type(problem_t), intent(in) :: problem    !! of contact spans
+   subroutine release_lines(problem, state, system, free, released, any_weak)
+      type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: scale             !! of forces
+      type(system_t), intent(in) :: system      !! assembled at `state`
       type(problem_t), intent(out) :: free
       type(state_t), intent(out) :: released    !! on its mesh
       logical, intent(out) :: any_weak          !! false: there are none, and neither problem nor state are set
       type(touch_t), allocatable :: touch(:), rest(:)
       logical :: weak(size(problem%touch))
+      real(wp) :: none
       integer :: k, side, n
+      any_weak = .false.
+      if (.not. problem%spans) return
+      none = nothing * problem%model%step(problem%step)%tolerance * max(system%force_scale, tiny(none))
       weak = [(problem%touch(k)%line, k=1, size(weak))]
       do k = 1, size(weak)
-         if (weak(k)) weak(k) = largest_pressure(problem, state, k) * problem%size <= margin * weak_reaction(problem) * scale
+         if (weak(k)) weak(k) = largest_pressure(problem, state, k) * problem%size <= none
       end do
       any_weak = any(weak)
       if (.not. any_weak) return
@@ -66,6 +72,26 @@ contains
       call hold_touches(free, released%active)
       call keep_forces(problem, state, free, released)
    end subroutine release_lines
+
+   !> Negative pivots of the tangent without lines that carry no force.
+   subroutine count_released(problem, state, system, pivots, any_weak, timers)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system      !! assembled and factored at `state`
+      integer, intent(out) :: pivots            !! without any such line: those of the system
+      logical, intent(out) :: any_weak
+      type(timers_t), intent(inout) :: timers
+      type(problem_t) :: free
+      type(state_t) :: released
+      type(system_t) :: other
+      pivots = system%negative_pivots
+      call release_lines(problem, state, system, free, released, any_weak)
+      if (.not. any_weak) return
+      other = new_system(free)
+      call linearise(free, released, released, other, timers)
+      ! A contact point between spans that both are straight has a coordinate without energy, whose sign is rounding.
+      if (other%ok) pivots = max(other%negative_pivots, 0)
+   end subroutine count_released
 
    !> The forces of points, which hold them from turning (touchdown_spring).
    subroutine keep_forces(problem, state, free, released)
