@@ -9,7 +9,7 @@ module span_set
    use contact_touch, only: touch_t
    use span_problem, only: present_touches, touch_place
    use span_tests, only: span_test_t, gap_at, virtual_pressure, test_gap, test_force, test_curvature, test_pressure, &
-      & test_length, test_closing, test_crossing, test_slope, shortest, beyond
+      & test_length, test_closing, test_crossing, test_slope, shortest, beyond, across
    use span_mesh, only: take_touches
    use held_openings, only: open_span, too_flat, held_load, small_load, spreading_rate
    use path_control, only: control_t, is_arc_length
@@ -63,6 +63,8 @@ contains
             touch(k)%line = .true.
             ! Its ends have forces, so Newton's method finds their places from any nearby.
             touch(k)%at = [max(touch(k)%at(1) - 0.5_wp * length, 0.0_wp), min(touch(k)%at(2) + 0.5_wp * length, whole)]
+            if (.not. problem%candidates%moves(test%candidate)) call go_on_behind(opened)
+            opened = 0
          else if (problem%candidates%moves(test%candidate)) then
             new = touch(k)
             new%number = run%touches + 1
@@ -72,10 +74,9 @@ contains
             touch = [touch, new]
             opened = [touch(k)%number, new%number]
          else
-            ! On a mirror, where the rod ends.
+            ! On a mirror, or where a support holds the rotation.
             touch(k)%at = merge(0.5_wp * length, whole - 0.5_wp * length, touch(k)%at <= 0.0_wp)
-            opened = [0, touch(k)%number]
-            if (touch(k)%at(1) > 0.5_wp * whole) opened = [touch(k)%number, 0]
+            call go_on_behind(opened)
          end if
       case (test_length)
          call shrink()
@@ -130,6 +131,28 @@ contains
       end if
 
    contains
+
+      !> What was a point at a breakpoint is a touch beside it, and another one on the other side, where the rod goes on.
+      subroutine go_on_behind(numbers)
+         integer, intent(out) :: numbers(2)   !! of the touches before and after the breakpoint, 0: there the rod ends
+         integer :: way, other
+         real(wp) :: behind
+         way = merge(-1, 1, touch(k)%at(1) < 0.5_wp * whole)
+         other = across(problem, k, way)
+         new = touch(k)
+         new%number = 0
+         if (other > 0) then
+            run%touches = run%touches + 1
+            new%number = run%touches
+            new%stretch = other
+            behind = problem%layout%stretch(other)%length
+            new%at = merge(0.5_wp * length, behind - 0.5_wp * length, way > 0)
+            if (new%line) new%at(merge(2, 1, way < 0)) = merge(behind, 0.0_wp, way < 0)
+            touch = [touch, new]
+         end if
+         numbers = [touch(k)%number, new%number]
+         if (way < 0) numbers = numbers([2, 1])
+      end subroutine go_on_behind
 
       !> A line that has become as short as none: what is left is a point, or, where it goes on past a breakpoint, the line there.
       subroutine shrink()

@@ -17,7 +17,8 @@ module span_tests
    private
    public :: span_test_t, run_span_tests, gap_at, virtual_pressure
    public :: at_breakpoint, test_slack
-   public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_closing, test_crossing, test_slope, beyond
+   public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_closing, test_crossing, test_slope
+   public :: beyond, across
 
    ! What is tested.
    integer, parameter :: test_gap = 1       !! least gap of a free span: contact begins
@@ -182,21 +183,35 @@ contains
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: touch             !! index into problem%touch
       integer, intent(in) :: way               !! -1: before it, 1: after it
-      integer :: node, e
-      stretch = 0
-      associate (own => problem%touch(touch)%stretch, mesh => problem%model%mesh)
-         if (way < 0) then
-            node = mesh%node(1, problem%element_first(own))
-            e = problem%beside(1, node)
-         else
-            node = mesh%node(2, problem%element_last(own))
-            e = problem%beside(2, node)
-         end if
-         if (e == 0) return
-         if (any(problem%model%fixed(:, node))) return
-         if (problem%covered(problem%stretch(e), problem%touch(touch)%contact)) stretch = problem%stretch(e)
-      end associate
+      stretch = across(problem, touch, way)
+      if (any(problem%model%fixed(:, end_node(problem, touch, way)))) stretch = 0
    end function beyond
+
+   !> The stretch on the other side of a breakpoint at which the stretch of a touch ends, held there or not, where the contact
+   !> covers it. 0: there is none.
+   pure integer function across(problem, touch, way) result(stretch)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: touch             !! index into problem%touch
+      integer, intent(in) :: way               !! -1: before it, 1: after it
+      integer :: e
+      stretch = 0
+      e = problem%beside(merge(1, 2, way < 0), end_node(problem, touch, way))
+      if (e == 0) return
+      if (problem%covered(problem%stretch(e), problem%touch(touch)%contact)) stretch = problem%stretch(e)
+   end function across
+
+   !> The node at one end of a touch's stretch.
+   pure integer function end_node(problem, touch, way) result(node)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: touch, way        !! as in across
+      associate (own => problem%touch(touch)%stretch)
+         if (way < 0) then
+            node = problem%model%mesh%node(1, problem%element_first(own))
+         else
+            node = problem%model%mesh%node(2, problem%element_last(own))
+         end if
+      end associate
+   end function end_node
 
    !> How far a touched node is from the track.
    pure real(wp) function lift(problem, state, candidate)
