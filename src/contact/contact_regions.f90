@@ -26,7 +26,7 @@ module contact_regions
 
 contains
 
-   !> All regions of all contacts, in the order of the candidates; then those of distributed foundations.
+   !> All regions of contacts at nodes, in the order of the candidates; then those of distributed foundations.
    function find_regions(problem, state) result(regions)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -37,7 +37,7 @@ contains
       allocate (regions(0))
       forward = .true.
       touching = resolved_contact(problem, state)
-      seen = .not. touching
+      seen = .not. touching .or. problem%candidates%touch > 0
       do c = 1, problem%candidates%n
          if (seen(c)) cycle
          if (previous(c) > 0) cycle
@@ -140,7 +140,7 @@ contains
       real(wp) :: span, widest
       touching = state%active
       do c = 1, problem%candidates%n
-         if (.not. state%active(c)) cycle
+         if (.not. state%active(c) .or. problem%candidates%touch(c) > 0) cycle
          if (.not. problem%model%obstacle(problem%candidates%obstacle(c))%rigid) cycle
          span = 0.0_wp
          widest = problem%candidates%tributary(c)

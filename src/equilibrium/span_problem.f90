@@ -87,7 +87,7 @@ contains
       logical, intent(in) :: spans
       type(problem_t) :: problem
       problem = base
-      problem%deck%contact%spans = problem%may_span .and. spans
+      problem%deck%contact%spans = problem%deck%contact%along .and. spans
    end function with_spans
 
    !> Coordinates of the nodes along a stretch: equal parts of every span.

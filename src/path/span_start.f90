@@ -6,7 +6,7 @@ module span_start
    use rod_state, only: state_t, candidate_gap, may_react
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
-   use contact_touch, only: touch_t, takes_spans, covers, sort_touches
+   use contact_touch, only: touch_t, covers, sort_touches
    use span_problem, only: new_span_problem, new_sampled_problem, chain_starts, hold_touches, present_touches, touch_place
    use span_tests, only: run_span_tests, span_test_t, virtual_pressure, test_slack, test_gap, test_force, &
       & test_curvature, test_pressure, test_length, test_closing, test_crossing, test_slope
@@ -37,12 +37,7 @@ contains
       real(wp) :: gap, normal(2), bend
       logical :: touches
       integer :: k, i
-      do k = 1, size(problem%deck%contact)
-         problem%may_span(k) = takes_spans(problem%deck, problem%layout, k)
-      end do
-      ! All or none: what acts at nodes wants the deck's.
-      if (.not. all(problem%may_span)) problem%may_span = .false.
-      if (.not. any(problem%may_span)) return
+      if (.not. any(problem%deck%contact%along)) return
       allocate (problem%covered(size(problem%layout%stretch), size(problem%deck%contact)))
       do k = 1, size(problem%deck%contact)
          problem%covered(:, k) = covers(problem%deck, problem%layout, k)
@@ -51,6 +46,7 @@ contains
       touches = .false.
       do k = 1, size(problem%deck%contact)
          associate (contact => problem%deck%contact(k))
+            if (.not. contact%along) cycle
             do i = 1, size(contact%node)
                call obstacle_gap(problem%deck%obstacle(contact%obstacle), problem%deck%mesh%x(:, contact%node(i)), gap, normal, &
                   & bend)
@@ -199,6 +195,7 @@ contains
       next = new_sampled_problem(problem)
       state = carried(problem, run%state, next)
       do c = 1, next%candidates%n
+         if (.not. next%deck%contact(next%candidates%contact(c))%along) cycle
          call candidate_gap(next, state, c, gap, normal, bend)
          at = touch_place(next, state, c)
          do k = 1, size(touch)
@@ -282,8 +279,9 @@ contains
       real(wp) :: gap, normal(2), bend
       integer :: c, n, at
       allocate (touch(0))
-      active = state%active
+      active = state%active .and. problem%deck%contact(problem%candidates%contact)%along
       do c = 1, problem%candidates%n
+         if (.not. problem%deck%contact(problem%candidates%contact(c))%along) cycle
          associate (near => problem%candidates%neighbour(:, c))
             if (active(c) .or. .not. any(state%active(pack(near, near > 0)))) cycle
             call candidate_gap(problem, state, c, gap, normal, bend)
