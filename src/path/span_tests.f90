@@ -13,6 +13,7 @@ module span_tests
    use touchdown_points, only: point_force, held_force, at_breakpoint
    use contact_touch, only: touch_t
    use span_problem, only: present_touches
+   use reference_curve, only: curve_bend
    implicit none
    private
    public :: span_test_t, run_span_tests, gap_at, virtual_pressure
@@ -251,15 +252,16 @@ contains
       end associate
    end function contact_offset
 
-   !> The density of the obstacle's force if the rod lay on it at a point contact, of constant curvature and without Q there.
+   !> The density of the obstacle's force if the rod lay on it at a point contact: what bends it onto the track, r = m'' with
+   !> m = EI (curvature of the track less its own), and what the normal force and the loads across press.
    real(wp) function virtual_pressure(problem, state, candidate) result(density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       type(ge_load_t) :: load
       type(track_t) :: track
-      real(wp) :: angle, sense, stretch, excess, axial, normal(2)
-      integer :: e
+      real(wp) :: angle, sense, stretch, excess, axial, normal(2), at, step, bend, rate(2)
+      integer :: e, i
       e = maxval(problem%candidates%element(:, candidate))
       load = element_load(problem, state, e)
       track = node_track(problem, state, candidate)
@@ -268,7 +270,17 @@ contains
       normal = [-sin(angle), cos(angle)]
       call excess_curvature(problem, state, candidate, excess, stretch)
       axial = (stretch - 1.0_wp - load%strain) / problem%compliance(e)%axial
-      density = -(axial * track%curvature * stretch + sense * (dot_product(load%line, normal) + load%pressure * stretch))
+      associate (g => state%geometry%element(e), curve => problem%model%curve(problem%model%mesh%curve(e)))
+         ! Of the stress-free curvature the second derivative, by a difference of the first.
+         at = g%s(merge(1, 2, problem%model%mesh%node(1, e) == problem%candidates%node(candidate)))
+         step = epsilon(step)**(1.0_wp / 3.0_wp) * g%length
+         do i = 1, 2
+            call curve_bend(curve, problem%model%imperfection, at + merge(-step, step, i == 1), bend, rate(i))
+         end do
+      end associate
+      density = (track%curvature_second * stretch**3 - sense * (rate(2) - rate(1)) / (2.0_wp * step)) / &
+         & problem%compliance(e)%bending - (axial * track%curvature * stretch + sense * (dot_product(load%line, normal) + &
+         & load%pressure * stretch))
    end function virtual_pressure
 
    !> Least gap of a free span to an obstacle, away from the touchdown points at its ends, and where it is.
