@@ -203,7 +203,9 @@ contains
             if (touch(k)%stretch /= next%stretch(maxval(next%candidates%element(:, c)))) cycle
             if (abs(at - 0.5_wp * sum(touch(k)%at)) > 0.5_wp * (touch(k)%at(2) - touch(k)%at(1)) + &
                & 0.5_wp * next%candidates%tributary(c)) cycle
-            state%active(c) = may_react(next, c, normal)
+            ! A stop that holds the node leaves it nothing.
+            state%active(c) = may_react(next, c, normal) .and. .not. any(state%active .and. &
+               & next%candidates%node == next%candidates%node(c))
          end do
       end do
       system = new_system(next)
@@ -220,7 +222,8 @@ contains
       run%probe = new_probe(problem, run%state, run%system, run%heading%load)
    end subroutine leave_spans
 
-   !> True where a support has taken a node of a contact off its obstacle: how far contact ends from there is found out by nodes.
+   !> True where a support, or a stop, has taken a node of a contact off its obstacle: how far contact ends from there is found out
+   !> by nodes.
    pure logical function support_leaves(problem, state) result(leaves)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -228,9 +231,9 @@ contains
       integer :: c
       leaves = .false.
       do c = 1, problem%candidates%n
-         if (problem%candidates%touch(c) == 0 .or. .not. any(problem%model%fixed(1:2, problem%candidates%node(c)))) cycle
+         if (problem%candidates%touch(c) == 0) cycle
          call candidate_gap(problem, state, c, gap, normal, bend)
-         leaves = leaves .or. (gap > 1.0e-10_wp * problem%size .and. .not. may_react(problem, c, normal))
+         leaves = leaves .or. gap > 1.0e-10_wp * problem%size
       end do
    end function support_leaves
 
