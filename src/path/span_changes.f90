@@ -10,7 +10,8 @@ module span_changes
    use span_problem, only: hold_touches
    use state_transfer, only: carried
    use span_regions, only: beginning_region
-   use span_tests, only: span_test_t, run_span_tests, test_slack, test_gap, test_force, test_curvature, test_pressure, test_closing
+   use span_tests, only: span_test_t, run_span_tests, virtual_pressure, test_slack, test_gap, test_force, test_curvature, &
+      & test_pressure, test_closing
    use span_set, only: change_set, begin_touch, touched_at, test_words
    use held_openings, only: find_flat_point, held_load, first_length, longest_length
    use span_opening, only: open_line
@@ -111,10 +112,12 @@ contains
          if (lies) run%system%negative_pivots = system%negative_pivots
       end if
       label = '  '
-      if (first > 0) label = change_label(after(first))
       divides = .false.
-      if (first > 0 .and. .not. lies) then
-         if (opens_line(there(first))) divides = size(laid%touch) > size(problem%touch)
+      if (first > 0) then
+         label = change_label(after(first))
+         if (opens_line(there(first)) .and. .not. lies) divides = size(laid%touch) > size(problem%touch)
+         if (after(first)%kind == test_curvature) divides = virtual_pressure(problem, place, after(first)%candidate) < 0.0_wp
+         if (after(first)%kind == test_curvature .and. divides) label = 'C-'
       end if
       shorter = .false.
       ! Two changes at once, of which the first has its point: where contact only spreads Newton's method has yet to follow.
