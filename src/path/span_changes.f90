@@ -9,7 +9,7 @@ module span_changes
    use bordered_system, only: linearise
    use span_problem, only: hold_touches
    use state_transfer, only: carried
-   use span_regions, only: beginning_region
+   use span_regions, only: beginning_region, find_span_regions
    use span_tests, only: span_test_t, run_span_tests, test_slack, test_gap, test_force, test_curvature, test_pressure, test_closing
    use span_set, only: change_set, begin_touch, touched_at, test_words
    use held_openings, only: find_flat_point, held_load, first_length, longest_length
@@ -114,7 +114,10 @@ contains
       if (first > 0) label = change_label(after(first))
       divides = .false.
       if (first > 0 .and. .not. lies) then
-         if (opens_line(there(first))) divides = size(laid%touch) > size(problem%touch)
+         if (opens_line(there(first))) then
+            divides = size(find_span_regions(laid, start)) > size(find_span_regions(problem, place))
+            if (.not. divides) label = '  '
+         end if
       end if
       shorter = .false.
       ! Two changes at once, of which the first has its point: where contact only spreads Newton's method has yet to follow.
