@@ -9,6 +9,7 @@ module span_problem
    use remeshed_model, only: division_t
    use contact_touch, only: touch_t, sort_touches
    use candidates, only: add_candidates, twins
+   use neutral_spans, only: free_clamps
    use conforming_element, only: conforming_size
    implicit none
    private
@@ -48,6 +49,7 @@ contains
       problem%touch = touch
       problem%spans = .true.
       call add_touch_candidates(problem, division)
+      call free_clamps(problem)
    end function new_span_problem
 
    !> The problem before any contact span is known: a mesh fine enough to tell by its nodes what touches.

@@ -16,7 +16,7 @@ module span_changes
    use span_opening, only: open_line
    use span_lie_down, only: lie_down, beside_free_span, span_gap, vanished
    use path_control, only: control_t, path_length, displacement_between
-   use path_continuity, only: heading_t, heading_at, between
+   use path_continuity, only: heading_t, heading_at, between, relate, same_path
    use path_events, only: event_t, new_probe, detect_events
    use path_run, only: run_t, heading_of, forget_mesh
    use path_acceptance, only: accept, outcome_t
@@ -84,7 +84,7 @@ contains
          end if
          looked_ahead = .not. stuck
          call linearise(problem, place, run%state, run%system, timers)
-         heading = heading_of(problem, run, place)
+         heading = arrival()
          ! What happens on the way there is looked for in parts of the increment.
          if (run%control%method == method_load) run%control%increment = place%load_factor - run%state%load_factor
       end if
@@ -123,7 +123,7 @@ contains
       ! Two changes at once, of which the first has its point: where contact only spreads Newton's method has yet to follow.
       if (.not. (standing .and. label == '  ')) &
          & call accept(problem, step, run, place, heading, label, report, looked_ahead, recorder, shorter, finished, outcome, &
-         & timers, divides=divides)
+         & timers, divides=divides, changes=.true.)
       run%control%increment = increment
       if (allocated(run%beginning)) deallocate (run%beginning)
       if (shorter) then
@@ -159,6 +159,20 @@ contains
       run%stuck = why
 
    contains
+
+      !> The path's direction at the place: the chord where the tangent there does not belong to it, as where the set of the next
+      !> increment has a neutral span, the tangent of this one thus a null vector.
+      function arrival() result(heading)
+         type(heading_t) :: heading
+         real(wp) :: length
+         heading = heading_of(problem, run, place)
+         if (same_path(relate(problem, run%state, place, run%heading, heading, run%fresh))) return
+         heading%u = displacement_between(problem, run%state, place)
+         length = path_length(problem, run%state, place)
+         if (.not. length > 0.0_wp) return
+         heading%u = heading%u / length
+         heading%load = (place%load_factor - run%state%load_factor) / length
+      end function arrival
 
       !> A shorter increment may tell.
       subroutine go_less_far()
@@ -366,7 +380,7 @@ contains
                if (found) then
                   report = increment_t(converged=.true.)
                   call linearise(problem, place, run%state, run%system, timers)
-                  heading = heading_of(problem, run, place)
+                  heading = arrival()
                   there = run_span_tests(problem, place, scale)
                   return
                end if
@@ -382,7 +396,7 @@ contains
             fraction = bracket_guess(bracket)
             call point_within(problem, run, trial, ahead, division, fraction, .false., .true., place, report, timers)
             if (.not. report%converged) return
-            heading = heading_of(problem, run, place)
+            heading = arrival()
             there = run_span_tests(problem, place, scale)
             f = there(which)%value - tolerance
             found = abs(f) <= tolerance .or. bracket%high - bracket%low <= epsilon(f)

@@ -62,6 +62,9 @@ contains
          end do
       end do
       free = new_span_problem(problem, rest)
+      ! Breakpoints have the same nodes on all meshes.
+      free%hinge = problem%hinge
+      free%model%fixed(3, free%hinge) = .false.
       released = carried(problem, state, free)
       call hold_touches(free, released%active)
       call keep_forces(problem, state, free, released)
