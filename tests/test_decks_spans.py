@@ -109,3 +109,24 @@ def test_ring_of_2560_elements():
 @pytest.mark.parametrize("name", sorted(path.stem for path in (pathlib.Path(__file__).parent.parent / "input").glob("*.inp")))
 def test_example_decks_need_no_contact_at_nodes(name):
     assert "do not get on" not in dr.run_deck(dr.example(name)).stdout
+
+
+def test_clamped_column_between_walls_that_are_near():
+    """Small rotations: between clamps and a line there is a wave length each, at any load. The line is free to buckle where it is
+    as long as that, at 9 Pcr, or two of them, at 16; or where tan(k l/2) = k l/2, which opens one half and would press the other."""
+    text = WALLS.format(title="column", length=1.0, elements=24, guide="2, 2\n2, 6", factor=-1, trigger="", end=45,
+                        branch="*BRANCH, SIDE=PLUS\nLOAD, ABOVE, 790.\n")
+    run = dr.run_deck(dr.changed(text, ("1., 0.1, 0., 0.1", "1., 1e-4, 0., 1e-4"), ("0., -0.1, 1., -0.1", "0., -1e-4, 1., -1e-4"),
+                                 ("TYPE=GE6", "TYPE=GE8"), ("1e6, 1.", "1e9, 1."),
+                                 ("LOAD, 60, 100, 140, 160, 200", "LOAD, 200, 400, 700")))
+    assert "do not get on" not in run.stdout
+    branch = run.results.branches[1]
+    assert [c.label for c in branch.critical] == ["C+", "UZ", "BP", "UZ", "BP", "BP", "UZ", "BP", "EP"]
+    pcr = 4.0 * np.pi**2
+    odd = 4.493409457909064 / np.pi
+    dr.assert_close([c.load_factor / pcr for c in branch.critical if c.label == "BP"],
+                    [9.0, (2.0 + odd)**2, 16.0, (2.0 + 7.725251836937707 / np.pi)**2], relative=1e-5)
+    for c in (c for c in branch.critical if c.label == "UZ"):
+        wave = 2.0 * np.pi / np.sqrt(c.load_factor)
+        ends = [branch.contact.start[c.point - 1, 0], 1.0 - branch.contact.end[c.point - 1, 0]]
+        dr.assert_close(ends, np.full(2, wave), absolute=1e-6)

@@ -12,6 +12,7 @@ module path_acceptance
    use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode, deck_mode
    use state_transfer, only: carry_to
    use weak_contacts, only: release_weak, count_released, opening_sense
+   use weak_lines, only: let_turn
    use path_control, only: path_length
    use path_continuity, only: heading_t, heading_at
    use corrector, only: increment_t
@@ -357,6 +358,7 @@ contains
             critical%note = event%note
             if (opening_sense(problem, place, free, released, nodal_mode(free, other, modes%x(:, 1))) == 0) &
                & critical%note = 'bifurcation without contacts that carry no force; none of its directions opens them all'
+            call let_turn(free)
             call keep_landmark(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, 1, free, released)
          case (event_limit)
             call keep_landmark(problem, run, 'LP', place, trial, 0.0_wp, arc_length, pivots, 0)
