@@ -2,12 +2,14 @@
 !> touchdown points, and one candidate for every node in contact.
 module span_problem
    use kinds, only: wp
+   use model, only: obstacle_line
    use problem, only: problem_t, remeshed_problem
    use rod_layout, only: stretch_element
    use rod_state, only: state_t
    use remeshed_model, only: division_t
    use contact_touch, only: touch_t, sort_touches
    use candidates, only: add_candidates, twins
+   use neutral_spans, only: free_clamps
    use conforming_element, only: conforming_size
    implicit none
    private
@@ -18,6 +20,9 @@ module span_problem
    real(wp), parameter :: at_breakpoint = 1.0e-9_wp !! of a stretch: as near as that is there
    ! Elements that tell what touches: at least, and at most where the deck has more.
    integer, parameter :: sampling = 64, enough = 256
+   !> Shortest elements, over the size: order 4 errs by the fourth power of their length, which is rounding there, and the rounding
+   !> of places over the square of the length makes half of the digits of a curvature.
+   real(wp), parameter :: finest = sqrt(sqrt(epsilon(1.0_wp)))
 
 contains
 
@@ -44,6 +49,7 @@ contains
       problem%touch = touch
       problem%spans = .true.
       call add_touch_candidates(problem, division)
+      call free_clamps(problem)
    end function new_span_problem
 
    !> The problem before any contact span is known: a mesh fine enough to tell by its nodes what touches.
@@ -107,26 +113,42 @@ contains
          from = 0.0_wp
          do k = 1, size(touch)
             if (touch(k)%stretch /= stretch) cycle
-            call divide(touch(k)%at(1), least_free)
-            if (touch(k)%line) call divide(touch(k)%at(2), least_conforming)
+            call divide(touch(k)%at(1), 0)
+            if (touch(k)%line) call divide(touch(k)%at(2), touch(k)%contact)
          end do
-         call divide(whole%length, least_free)
+         call divide(whole%length, 0)
       end associate
 
    contains
 
-      !> Nodes up to the end of a span: as many elements as the deck has there, but not less than a span needs.
-      subroutine divide(to, least)
+      !> Nodes up to the end of a span: as many elements as the deck has there, a quarter of them where it is in contact, but not
+      !> less than a span needs, nor more than rounding allows.
+      subroutine divide(to, contact)
          real(wp), intent(in) :: to
-         integer, intent(in) :: least
-         integer :: n, i
+         integer, intent(in) :: contact              ! of a line, 0: a free span
+         real(wp) :: wanted
+         integer :: n, least, i
          if (.not. to > from) return
-         n = max(least, nint(deck_elements(base, stretch, to) - deck_elements(base, stretch, from)))
-         if (least == least_conforming) n = max(least, n / 4)
+         wanted = deck_elements(base, stretch, to) - deck_elements(base, stretch, from)
+         least = least_free
+         if (contact > 0) then
+            least = least_conforming
+            wanted = 0.25_wp * wanted
+            if (lies_straight(base, stretch, contact)) wanted = 0.0_wp
+         end if
+         n = max(least, nint(min(wanted, (to - from) / (finest * base%size))))
          at = [at, [(from + (to - from) * i / n, i=1, n - 1)], to]
          from = to
       end subroutine divide
    end function stretch_division
+
+   !> True where one element is exact in contact: on a straight obstacle the axial force of a rod without imperfections is linear.
+   pure logical function lies_straight(base, stretch, contact) result(straight)
+      type(problem_t), intent(in) :: base
+      integer, intent(in) :: stretch, contact
+      straight = base%deck%obstacle(base%deck%contact(contact)%obstacle)%kind == obstacle_line
+      if (straight) straight = all(base%deck%curve(base%deck%mesh%curve(base%layout%stretch(stretch)%element))%imperfection == 0)
+   end function lies_straight
 
    !> How many of the deck's elements lie before a coordinate, parts counted.
    pure real(wp) function deck_elements(base, stretch, at) result(n)

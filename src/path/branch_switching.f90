@@ -12,6 +12,7 @@ module branch_switching
    use linear_system, only: to_global
    use bordered_system, only: linearise, apply_increment
    use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, deck_mode
+   use span_tests, only: span_test_t, run_span_tests, test_slack, test_gap
    use path_control, only: control_t, metric, path_length, is_arc_length
    use path_continuity, only: heading_at
    use path_events, only: new_probe
@@ -88,9 +89,10 @@ contains
          call correct(problem, run%state, hold, .false., trial, run%system, report, timers)
          if (report%converged) then
             wander = path_length(problem, predicted, trial)
-            if (wander <= straight * length) exit
-            report%converged = .false.
-            report%message = 'no other path was found near the bifurcation'
+            report%converged = wander <= straight * length
+            if (.not. report%converged) report%message = 'no other path was found near the bifurcation'
+            if (report%converged) call look_outside(trial)
+            if (report%converged) exit
          end if
          length = 0.5_wp * length
       end do
@@ -106,6 +108,16 @@ contains
       run%probe = new_probe(problem, run%state, run%system, run%heading%load)
 
    contains
+
+      !> No free span reaches into an obstacle, as it may where the other path has gone further than to contact.
+      subroutine look_outside(state)
+         type(state_t), intent(in) :: state
+         type(span_test_t), allocatable :: tests(:)
+         if (.not. problem%spans) return
+         tests = run_span_tests(problem, state, max(run%system%force_scale, tiny(length)))
+         report%converged = all(tests%value >= -test_slack(tests%kind) .or. tests%kind /= test_gap)
+         if (.not. report%converged) report%message = 'the other path begins inside an obstacle'
+      end subroutine look_outside
 
       !> The strategy of the step, from here on and in this direction; not further at first than the switch went.
       subroutine set_increment()

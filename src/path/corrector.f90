@@ -291,6 +291,8 @@ contains
       if (.not. problem%spans) return
       call misfit(problem, state, distance, moment)
       worst = max(worst, moment / (problem%size * max(system%force_scale, tiny(worst))))
+      ! Where a touchdown point is held the hinge of a neutral span turns.
+      if (all(problem%opening == 0)) worst = max(worst, maxval(abs(state%u(3, problem%hinge))))
    end function constraint_residual
 
    !> Signs of all gaps and reactions at a converged state.

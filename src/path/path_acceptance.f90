@@ -11,7 +11,7 @@ module path_acceptance
    use bordered_system, only: linearise
    use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode, deck_mode
    use state_transfer, only: carry_to
-   use weak_lines, only: release_lines, count_released, line_opening
+   use weak_lines, only: release_lines, count_released, let_turn, line_opening
    use path_control, only: path_length
    use path_continuity, only: heading_t, heading_at
    use corrector, only: increment_t
@@ -49,7 +49,7 @@ contains
    !> Detects what happened up to a converged trial point, locates it, puts it in order, records it and the point, and goes
    !> there. `shorter` instead, and nothing recorded, when an event was not located and the caller can cut the increment.
    subroutine accept(problem, step, run, trial, ahead, label, report, can_cut, recorder, shorter, finished, outcome, timers, &
-      & touching, divides)
+      & touching, divides, changes)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the trial on entry and on return, else anywhere
@@ -65,13 +65,14 @@ contains
       type(timers_t), intent(inout) :: timers
       logical, intent(in), optional :: touching(:) !! (candidates) what is about to carry force at a C+
       logical, intent(in), optional :: divides   !! at a C-: of the contact a part stays on both sides
+      logical, intent(in), optional :: changes   !! the contact set is about to change at the trial, with a label or without
       type(sighting_t), allocatable :: seen(:)
       type(system_t), allocatable :: at_trial    ! what is looked at on the way changes nothing of it
       type(probe_t) :: probe
       logical, allocatable :: told(:)
       integer, allocatable :: order(:)
       integer :: i, unseen
-      logical :: splits
+      logical :: splits, set_changes
 
       finished = .false.
       shorter = .false.
@@ -84,7 +85,9 @@ contains
          run%probe%monitor_rate = probe%monitor_rate
       end if
       call find_events(problem, step, run, trial, ahead, probe, seen, at_trial, timers)
-      told = told_otherwise(run, trial, label, seen)
+      set_changes = label /= ''
+      if (present(changes)) set_changes = set_changes .or. changes
+      told = told_otherwise(run, trial, set_changes, seen)
       ! Values that are only looked for change nothing.
       shorter = can_cut .and. (one_sided(run, trial, probe) .or. any(.not. (told .or. seen%located .or. &
          & seen%event%kind == event_value_reached .or. seen%event%kind == event_turning)))
@@ -229,16 +232,16 @@ contains
    !> Changes of the pivot count that are no bifurcations of their own: a limit point's change of sign, further eigenvalues of
    !> a multiple bifurcation, jumps where the contact set changes, and rounding at a point that is a bifurcation itself. And
    !> loads that turn back at once where a contact is gained or lost: that is what is told.
-   function told_otherwise(run, trial, label, seen) result(told)
+   function told_otherwise(run, trial, changes, seen) result(told)
       type(run_t), intent(in) :: run
       type(state_t), intent(in) :: trial
-      character(2), intent(in) :: label
+      logical, intent(in) :: changes             !! the contact set is about to change at the trial
       type(sighting_t), intent(in) :: seen(:)
       logical :: told(size(seen))
       logical :: set_changes, contact_located, limit_told
       integer :: i, k
-      set_changes = label /= '' .or. any(run%state%active .neqv. trial%active) .or. any(seen%event%kind == event_contact)
-      contact_located = label /= '' .or. any(seen%event%kind == event_contact .and. seen%located)
+      set_changes = changes .or. any(run%state%active .neqv. trial%active) .or. any(seen%event%kind == event_contact)
+      contact_located = changes .or. any(seen%event%kind == event_contact .and. seen%located)
       limit_told = .false.
       told = .false.
       do i = 1, size(seen)
@@ -350,6 +353,7 @@ contains
             critical%note = event%note
             if (line_opening(problem, place, free, released, nodal_mode(free, other, modes%x(:, 1))) == 0) &
                & critical%note = 'bifurcation without contacts that carry no force; none of its directions opens them all'
+            call let_turn(free)
             call keep_landmark(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, 1, free, released)
          case (event_limit)
             call keep_landmark(problem, run, 'LP', place, trial, 0.0_wp, arc_length, pivots, 0)
@@ -498,6 +502,7 @@ contains
       point%lcp_pivots = report%lcp_pivots
       point%arc_length = run%arc_length + path_length(problem, run%state, state)
       call count_released(problem, state, run%system, point%free_pivots, weak, timers)
+      point%free_pivots = point%free_pivots - size(problem%hinge)
       ! At the stress-free start there is no force to measure a residual against.
       if (is_stress_free(state)) point%residual = 0.0_wp
       run%points = run%points + 1

@@ -16,7 +16,7 @@ module path_follower
    use contact_regions, only: find_regions
    use span_changes, only: pass_change
    use span_mesh, only: renew_mesh
-   use span_start, only: enter_spans, leave_spans, support_leaves
+   use span_start, only: enter_spans
    use dead_end, only: why_stuck
    use path_record, only: recorder_t
    use timing, only: timers_t, count_up, counter_rejected, counter_cut
@@ -45,13 +45,13 @@ contains
       type(increment_t) :: report
       type(heading_t) :: ahead
       type(relation_t) :: relation, before
-      logical :: finished, scaled, turned, shorter, astray, changed, entered, nodal
+      logical :: finished, scaled, turned, shorter, astray, changed, entered
       integer :: cuts, searches
 
       finished = .false.
       cuts = 0
       searches = 0
-      nodal = .false.
+      changed = .false.
       points: do
          if (run%step_points >= step%max_points) then
             if (size(step%stop) > 0) outcome%why = 'the allowed number of points was used up before the stop condition'
@@ -119,17 +119,6 @@ contains
             cycle points
          end if
          cuts = 0
-         if (problem%spans .and. .not. nodal) then
-            if (support_leaves(problem, trial)) then
-               ! How far contact ends from there nodes find out.
-               nodal = .true.
-               call leave_spans(problem, run, changed, timers)
-               if (changed) call count_up(timers, counter_cut)
-               if (changed) cycle points
-               run%stuck = 'a support takes the rod off an obstacle'
-            end if
-         end if
-         nodal = .false.
          entered = .false.
          if (problem%sampled) then
             call enter_spans(problem, run, trial, entered, timers)

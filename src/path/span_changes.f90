@@ -9,7 +9,7 @@ module span_changes
    use bordered_system, only: linearise
    use span_problem, only: hold_touches
    use state_transfer, only: carried
-   use span_regions, only: beginning_region
+   use span_regions, only: beginning_region, find_span_regions
    use span_tests, only: span_test_t, run_span_tests, virtual_pressure, test_slack, test_gap, test_force, test_curvature, &
       & test_pressure, test_closing
    use span_set, only: change_set, begin_touch, touched_at, test_words
@@ -17,7 +17,7 @@ module span_changes
    use span_opening, only: open_line
    use span_lie_down, only: lie_down, beside_free_span, span_gap, vanished
    use path_control, only: control_t, path_length, displacement_between
-   use path_continuity, only: heading_t, heading_at, between
+   use path_continuity, only: heading_t, heading_at, between, relate, same_path
    use path_events, only: event_t, new_probe, detect_events
    use path_run, only: run_t, heading_of, forget_mesh
    use path_acceptance, only: accept, outcome_t
@@ -85,7 +85,7 @@ contains
          end if
          looked_ahead = .not. stuck
          call linearise(problem, place, run%state, run%system, timers)
-         heading = heading_of(problem, run, place)
+         heading = arrival()
          ! What happens on the way there is looked for in parts of the increment.
          if (run%control%method == method_load) run%control%increment = place%load_factor - run%state%load_factor
       end if
@@ -115,7 +115,10 @@ contains
       divides = .false.
       if (first > 0) then
          label = change_label(after(first))
-         if (opens_line(there(first)) .and. .not. lies) divides = size(laid%touch) > size(problem%touch)
+         if (opens_line(there(first)) .and. .not. lies) then
+            divides = size(find_span_regions(laid, start)) > size(find_span_regions(problem, place))
+            if (.not. divides) label = '  '
+         end if
          if (after(first)%kind == test_curvature) divides = virtual_pressure(problem, place, after(first)%candidate) < 0.0_wp
          if (after(first)%kind == test_curvature .and. divides) label = 'C-'
       end if
@@ -123,7 +126,7 @@ contains
       ! Two changes at once, of which the first has its point: where contact only spreads Newton's method has yet to follow.
       if (.not. (standing .and. label == '  ')) &
          & call accept(problem, step, run, place, heading, label, report, looked_ahead, recorder, shorter, finished, outcome, &
-         & timers, divides=divides)
+         & timers, divides=divides, changes=.true.)
       run%control%increment = increment
       if (allocated(run%beginning)) deallocate (run%beginning)
       if (shorter) then
@@ -159,6 +162,20 @@ contains
       run%stuck = why
 
    contains
+
+      !> The path's direction at the place: the chord where the tangent there does not belong to it, as where the set of the next
+      !> increment has a neutral span, the tangent of this one thus a null vector.
+      function arrival() result(heading)
+         type(heading_t) :: heading
+         real(wp) :: length
+         heading = heading_of(problem, run, place)
+         if (same_path(relate(problem, run%state, place, run%heading, heading, run%fresh))) return
+         heading%u = displacement_between(problem, run%state, place)
+         length = path_length(problem, run%state, place)
+         if (.not. length > 0.0_wp) return
+         heading%u = heading%u / length
+         heading%load = (place%load_factor - run%state%load_factor) / length
+      end function arrival
 
       !> A shorter increment may tell.
       subroutine go_less_far()
@@ -366,7 +383,7 @@ contains
                if (found) then
                   report = increment_t(converged=.true.)
                   call linearise(problem, place, run%state, run%system, timers)
-                  heading = heading_of(problem, run, place)
+                  heading = arrival()
                   there = run_span_tests(problem, place, scale)
                   return
                end if
@@ -382,7 +399,7 @@ contains
             fraction = bracket_guess(bracket)
             call point_within(problem, run, trial, ahead, division, fraction, .false., .true., place, report, timers)
             if (.not. report%converged) return
-            heading = heading_of(problem, run, place)
+            heading = arrival()
             there = run_span_tests(problem, place, scale)
             f = there(which)%value - tolerance
             found = abs(f) <= tolerance .or. bracket%high - bracket%low <= epsilon(f)

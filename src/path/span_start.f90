@@ -21,7 +21,7 @@ module span_start
    use timing, only: timers_t
    implicit none
    private
-   public :: prepare_spans, enter_spans, leave_spans, support_leaves
+   public :: prepare_spans, enter_spans
 
    integer, parameter :: open_nodes(3) = [1, 4, 16]
    integer, parameter :: max_rounds = 20 !! corrections of what the nodes say
@@ -174,68 +174,6 @@ contains
          end do tries
       end subroutine settle
    end subroutine enter_spans
-
-   !> Goes back from contact spans to contact at many nodes, at the point where the run stands: what touches is to be found out
-   !> anew. Left as it was where that has no equilibrium.
-   subroutine leave_spans(problem, run, left, timers)
-      type(problem_t), intent(inout) :: problem
-      type(run_t), intent(inout) :: run
-      logical, intent(out) :: left
-      type(timers_t), intent(inout) :: timers
-      type(problem_t) :: next
-      type(state_t) :: state
-      type(system_t) :: system
-      type(increment_t) :: report
-      type(control_t) :: here
-      type(touch_t), allocatable :: touch(:)
-      real(wp) :: at, gap, normal(2), bend, load
-      integer :: c, k
-      left = .false.
-      touch = present_touches(problem, run%state)
-      next = new_sampled_problem(problem)
-      state = carried(problem, run%state, next)
-      do c = 1, next%candidates%n
-         if (.not. next%deck%contact(next%candidates%contact(c))%along) cycle
-         call candidate_gap(next, state, c, gap, normal, bend)
-         at = touch_place(next, state, c)
-         do k = 1, size(touch)
-            if (touch(k)%contact /= next%candidates%contact(c)) cycle
-            if (touch(k)%stretch /= next%stretch(maxval(next%candidates%element(:, c)))) cycle
-            if (abs(at - 0.5_wp * sum(touch(k)%at)) > 0.5_wp * (touch(k)%at(2) - touch(k)%at(1)) + &
-               & 0.5_wp * next%candidates%tributary(c)) cycle
-            ! A stop that holds the node leaves it nothing.
-            state%active(c) = may_react(next, c, normal) .and. .not. any(state%active .and. &
-               & next%candidates%node == next%candidates%node(c))
-         end do
-      end do
-      system = new_system(next)
-      here%method = method_load
-      call correct(next, state, here, .false., state, system, report, timers)
-      if (.not. report%converged) return
-      left = .true.
-      load = run%heading%load
-      problem = next
-      run%state = state
-      run%system = system
-      call forget_mesh(run)
-      run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, load))
-      run%probe = new_probe(problem, run%state, run%system, run%heading%load)
-   end subroutine leave_spans
-
-   !> True where a support, or a stop, has taken a node of a contact off its obstacle: how far contact ends from there is found out
-   !> by nodes.
-   pure logical function support_leaves(problem, state) result(leaves)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      real(wp) :: gap, normal(2), bend
-      integer :: c
-      leaves = .false.
-      do c = 1, problem%candidates%n
-         if (problem%candidates%touch(c) == 0) cycle
-         call candidate_gap(problem, state, c, gap, normal, bend)
-         leaves = leaves .or. gap > 1.0e-10_wp * problem%size
-      end do
-   end function support_leaves
 
    !> Touches that have grown over each other are one.
    function united(touches) result(touch)

@@ -1,7 +1,7 @@
 !> Lines of contact without pressure, as on a straight wall: the state is in balance with them and without.
 !>
-!> Without such a line the rod between its ends is free, and at its ends it touches in two points that are flat: they turn no
-!> more than the line's ends do (touchdown_couple). Where the tangent of that problem has a zero eigenvalue, with ends that keep
+!> Without such a line the rod between its ends is free, and at its ends it touches in two points that are flat: to first order
+!> they turn no more than the line's ends do. Where the tangent of that problem has a zero eigenvalue, with ends that keep
 !> place and direction where the thrust is 4 pi^2 EI/l^2, the rod may leave the wall. No test of the spans tells: gap and pressure
 !> are zero all along.
 module weak_lines
@@ -20,7 +20,7 @@ module weak_lines
    use timing, only: timers_t
    implicit none
    private
-   public :: release_lines, count_released, line_opening
+   public :: release_lines, count_released, let_turn, line_opening
 
    integer, parameter :: samples = 4         !! of the pressure in an element
    real(wp), parameter :: here = 1.0e-12_wp  !! of the size: one and the same place
@@ -68,9 +68,18 @@ contains
          end do
       end do
       free = new_span_problem(problem, rest)
+      ! Breakpoints have the same nodes on all meshes.
+      free%hinge = problem%hinge
+      free%model%fixed(3, free%hinge) = .false.
       released = carried(problem, state, free)
       call hold_touches(free, released%active)
       call keep_forces(problem, state, free, released)
+      do k = 1, free%candidates%n
+         if (free%candidates%touch(k) == 0) cycle
+         associate (number => free%touch(free%candidates%touch(k))%number)
+            if (any(weak .and. touch%number == number) .or. number > maxval(touch%number)) free%candidates%follows(k) = .true.
+         end associate
+      end do
    end subroutine release_lines
 
    !> Negative pivots of the tangent without lines that carry no force.
@@ -92,6 +101,15 @@ contains
       ! A contact point between spans that both are straight has a coordinate without energy, whose sign is rounding.
       if (other%ok) pivots = max(other%negative_pivots, 0)
    end subroutine count_released
+
+   !> The released problem as one of a path that leaves the lines: where they ended the rod may turn.
+   pure subroutine let_turn(free)
+      type(problem_t), intent(inout) :: free
+      integer :: c
+      do c = 1, free%candidates%n
+         if (free%candidates%touch(c) > 0) free%candidates%follows(c) = free%touch(free%candidates%touch(c))%line
+      end do
+   end subroutine let_turn
 
    !> The forces of points, which hold them from turning (touchdown_spring).
    subroutine keep_forces(problem, state, free, released)
