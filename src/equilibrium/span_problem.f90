@@ -27,9 +27,10 @@ module span_problem
 contains
 
    !> The problem with a set of touches; loads, step and all that goes before are those of `base`.
-   function new_span_problem(base, touches) result(problem)
+   function new_span_problem(base, touches, state) result(problem)
       type(problem_t), intent(in) :: base            !! of the same deck, on any mesh
       type(touch_t), intent(in) :: touches(:)
+      type(state_t), intent(in), optional :: state   !! of `base`: no span that goes on gets fewer elements than it has
       type(problem_t) :: problem
       type(touch_t) :: touch(size(touches))
       type(division_t) :: division(size(base%layout%stretch))
@@ -43,7 +44,7 @@ contains
       end do
       call sort_touches(touch)
       do k = 1, size(division)
-         division(k)%at = stretch_division(base, touch, k)
+         division(k)%at = stretch_division(base, touch, k, state)
       end do
       problem = remeshed_problem(with_spans(base, .true.), division)
       problem%touch = touch
@@ -97,11 +98,12 @@ contains
    end function with_spans
 
    !> Coordinates of the nodes along a stretch: equal parts of every span.
-   function stretch_division(base, touch, stretch) result(at)
+   function stretch_division(base, touch, stretch, state) result(at)
       type(problem_t), intent(in) :: base
       type(touch_t), intent(in) :: touch(:)          !! sorted
       integer, intent(in) :: stretch
-      real(wp), allocatable :: at(:)
+      type(state_t), intent(in), optional :: state
+      real(wp), allocatable :: at(:), middle(:)
       real(wp) :: from
       integer :: k
       associate (whole => base%layout%stretch(stretch))
@@ -109,6 +111,7 @@ contains
             at = whole%at
             return
          end if
+         if (present(state)) middle = element_middles(base, state, stretch)
          at = [0.0_wp]
          from = 0.0_wp
          do k = 1, size(touch)
@@ -137,6 +140,7 @@ contains
             if (lies_straight(base, stretch, contact)) wanted = 0.0_wp
          end if
          n = max(least, nint(min(wanted, (to - from) / (finest * base%size))))
+         if (present(state)) n = max(n, count(middle > from .and. middle < to))
          at = [at, [(from + (to - from) * i / n, i=1, n - 1)], to]
          from = to
       end subroutine divide
@@ -267,19 +271,40 @@ contains
       last = findloc(at <= touch%at(2), .true., 1, back=.true.)
    end subroutine touched_nodes
 
-   !> True where spans have grown so much that they want a quarter more elements along some stretch.
-   logical function outgrown(problem, touches)
+   !> Middles of the elements of a stretch.
+   pure function element_middles(problem, state, stretch) result(middle)
       type(problem_t), intent(in) :: problem
-      type(touch_t), intent(in) :: touches(:)        !! as they are now
-      type(touch_t) :: touch(size(touches))
-      real(wp), allocatable :: at(:)
-      integer :: k
-      touch = touches
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: stretch
+      real(wp), allocatable :: middle(:)
+      integer :: e
+      middle = [(0.5_wp * sum(state%geometry%element(e)%s) + problem%origin(e), &
+         & e=problem%element_first(stretch), problem%element_last(stretch))]
+   end function element_middles
+
+   !> True where some span has grown so much that it wants a quarter more elements than it has.
+   logical function outgrown(problem, state)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(touch_t), allocatable :: touch(:)
+      real(wp), allocatable :: at(:), now(:), ends(:)
+      integer :: k, i
+      touch = present_touches(problem, state)
       call sort_touches(touch)
       outgrown = .false.
       do k = 1, size(problem%layout%stretch)
-         at = stretch_division(problem, touch, k)
-         outgrown = outgrown .or. 4 * (size(at) - 1) > 5 * (problem%element_last(k) - problem%element_first(k) + 1)
+         at = stretch_division(problem, touch, k, state)
+         at = 0.5_wp * (at(2:) + at(:size(at) - 1))
+         now = element_middles(problem, state, k)
+         ends = [0.0_wp]
+         do i = 1, size(touch)
+            if (touch(i)%stretch == k) ends = [ends, touch(i)%at]
+         end do
+         ends = [ends, problem%layout%stretch(k)%length]
+         do i = 2, size(ends)
+            outgrown = outgrown .or. 4 * count(at > ends(i - 1) .and. at < ends(i)) > &
+               & 5 * count(now > ends(i - 1) .and. now < ends(i))
+         end do
       end do
    end function outgrown
 

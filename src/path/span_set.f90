@@ -39,8 +39,8 @@ contains
       real(wp) :: rate, length, whole
       integer :: opened(2)                       ! numbers of the touches that a new span opens between; 0: none
       integer :: crossed(2)                      ! the same of one that is behind a breakpoint now: its last node, its first
-      integer :: k
-      logical :: ok
+      integer :: k, c
+      logical :: ok, flat
       touch = present_touches(problem, run%state)
       opened = 0
       crossed = 0
@@ -60,11 +60,10 @@ contains
          length = share * whole
          ! Against a straight wall a uniform rod lies without pressure.
          if (virtual_pressure(problem, run%state, test%candidate) >= 0.0_wp) then
-            touch(k)%line = .true.
-            ! Its ends have forces, so Newton's method finds their places from any nearby.
-            touch(k)%at = [max(touch(k)%at(1) - 0.5_wp * length, 0.0_wp), min(touch(k)%at(2) + 0.5_wp * length, whole)]
-            if (.not. problem%candidates%moves(test%candidate)) call go_on_behind(opened)
-            opened = 0
+            do c = 1, problem%candidates%n
+               flat = as_flat(c)
+               if (flat .or. c == test%candidate) call become_line(c)
+            end do
          else if (problem%candidates%moves(test%candidate)) then
             new = touch(k)
             new%number = run%touches + 1
@@ -133,6 +132,31 @@ contains
       end if
 
    contains
+
+      !> True for another point that lies down at the same place of the path: held as a point it would be neutral.
+      logical function as_flat(c)
+         integer, intent(in) :: c
+         real(wp) :: excess, stretch
+         as_flat = problem%candidates%touch(c) > 0
+         if (as_flat) as_flat = .not. problem%touch(problem%candidates%touch(c))%line .and. (problem%candidates%moves(c) .or. &
+            & problem%model%fixed(3, problem%candidates%node(c)))
+         if (.not. as_flat) return
+         call excess_curvature(problem, run%state, c, excess, stretch)
+         as_flat = excess * problem%size <= flat_excess
+         if (as_flat) as_flat = virtual_pressure(problem, run%state, c) >= 0.0_wp
+      end function as_flat
+
+      !> A point becomes a line. Its ends have forces, so Newton's method finds their places from any nearby.
+      subroutine become_line(c)
+         integer, intent(in) :: c
+         integer :: numbers(2)
+         k = problem%candidates%touch(c)
+         whole = problem%layout%stretch(touch(k)%stretch)%length
+         length = share * whole
+         touch(k)%line = .true.
+         touch(k)%at = [max(touch(k)%at(1) - 0.5_wp * length, 0.0_wp), min(touch(k)%at(2) + 0.5_wp * length, whole)]
+         if (.not. problem%candidates%moves(c)) call go_on_behind(numbers)
+      end subroutine become_line
 
       !> What was a point at a breakpoint is a touch beside it, and another one on the other side, where the rod goes on.
       subroutine go_on_behind(numbers)
