@@ -112,7 +112,8 @@ contains
    !> True where contact spans have not got on; says so, and closes the results.
    logical function begins_again()
       character(*), parameter :: how = 'with contact at the nodes of the deck'
-      begins_again = outcome%spans .and. .not. outcome%complete .and. outcome%deck_line == 0
+      begins_again = outcome%spans .and. .not. outcome%complete .and. outcome%deck_line == 0 .and. &
+         & .not. outcome%turns
       if (.not. begins_again) return
       call results_close(recorder%results, 'begun again '//how, timers, outcome%accuracy, error)
       if (.not. options%quiet) write (output_unit, '(/a)') 'Contact spans do not get on: '//outcome%why// &

@@ -97,7 +97,7 @@ contains
             end if
             if (problem%spans .and. cuts > cuts_before_nodes) then
                if (.not. allocated(report%message)) report%message = 'no equilibrium'
-               outcome%why = report%message
+               call why_stuck(problem, step, run, report, outcome%why, outcome%turns, timers)
                return
             end if
             ! A path turns at once where the contact set changes.
@@ -112,7 +112,7 @@ contains
                outcome%why = 'no first point: '//report%message
                return
             else if (cuts > max_cuts .or. abs(run%control%increment) < smallest(step, run%control)) then
-               outcome%why = why_stuck(problem, step, run, report, timers)
+               call why_stuck(problem, step, run, report, outcome%why, outcome%turns, timers)
                return
             end if
             call count_up(timers, counter_cut)
@@ -214,7 +214,8 @@ contains
          if (load < abs(run%heading%load) * run%control%increment) run%control%increment = load / abs(run%heading%load)
       else
          prescribed = heading_of(problem, run, run%state)
-         if (run%heading%load * prescribed%load < 0.0_wp) outcome%why = 'the path turns back where the contact set changes: '// &
+         outcome%turns = run%heading%load * prescribed%load < 0.0_wp
+         if (outcome%turns) outcome%why = 'the path turns back where the contact set changes: '// &
             & trim(merge('load control        ', 'displacement control', run%control%method == method_load))// &
             & ' cannot follow it (an arc-length METHOD can)'
       end if
