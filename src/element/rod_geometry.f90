@@ -9,7 +9,7 @@ module rod_geometry
    use reference_curve, only: curve_point, curve_length, curve_abscissa
    implicit none
    private
-   public :: geometry_t, element_geometry_t, new_geometry, shift_nodes, node_reference
+   public :: geometry_t, element_geometry_t, new_geometry, shift_nodes
 
    type :: element_geometry_t
       real(wp) :: s(2) = 0.0_wp               !! nominal coordinates of both ends; 0 for elements on no curve
@@ -83,16 +83,6 @@ contains
          g%angle(:tab%stages) = g%angle(:tab%stages) + turn
       end associate
    end function element_geometry
-
-   !> Stress-free position, tangent and speed of end `side` (1, 2) of an element that lies on a curve.
-   pure subroutine node_reference(model, geometry, e, side, x, angle, speed)
-      type(model_t), intent(in) :: model
-      type(geometry_t), intent(in) :: geometry
-      integer, intent(in) :: e, side
-      real(wp), intent(out) :: x(2), angle
-      real(wp), intent(out) :: speed             !! true length per nominal length
-      call curve_point(model%curve(model%mesh%curve(e)), model%imperfection, geometry%element(e)%s(side), x, angle, speed)
-   end subroutine node_reference
 
    !> Moves many nodes at once, each along its own curve.
    pure subroutine shift_nodes(model, tableau, shift, geometry)
