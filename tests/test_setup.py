@@ -146,7 +146,7 @@ def test_pictures_of_what_the_results_have(machine, copied):
     status, text, pictures = run_copied(machine, copied, "*HEADING\n** plot_limit_curve: --curve soil\n"
                                         "** plot_limit_curve: --curve dead\n** plot_modes: --modes 1\nrod\n")
     assert status == 2, text
-    assert pictures == ["rod_limit_curve-2.png", "rod_limit_curve.png", "rod_modes.png", "rod_path.png", "rod_shape.png"]
+    assert pictures == ["rod_curve-2.png", "rod_curve.png", "rod_modes.png", "rod_path.png", "rod_shape.png"]
 
 
 def test_reactions_are_drawn_when_the_deck_asks_and_others_left_out_when_it_says_none(machine, copied):

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Draw buckling modes on the structure."""
 
 from __future__ import annotations
@@ -7,11 +6,11 @@ import argparse
 
 import numpy as np
 
-import plot_style as style  # before matplotlib's own modules: it chooses the backend
-
-from obstacle_drawing import draw_obstacle
-from rod_shape import Shape
-from unilat_results import Buckling, Results, ResultsError
+from .. import options
+from ..results import Buckling, Results, ResultsError
+from ..results.rod_shape import Shape
+from . import style
+from .obstacle_drawing import draw_obstacle
 
 DESCRIPTION = """\
 Draw the modes of a buckling step (*BUCKLE), one panel a mode with its load factor. The stress-free structure is thin
@@ -19,9 +18,9 @@ and dashed; a mode has no size of its own and is drawn as large as --amplitude s
 
 EXAMPLES = """\
 examples:
-  plot_modes.py column.h5
-  plot_modes.py column.h5 --modes 1,2 --amplitude 0.1
-  plot_modes.py arch.h5 --step buckle --both -o arch-modes.pdf
+  unilat-plot modes column.h5
+  unilat-plot modes column.h5 --modes 1,2 --amplitude 0.1
+  unilat-plot modes arch.h5 --step buckle --both -o arch-modes.pdf
 """
 
 MOST_MODES = 12        # drawn when none are named
@@ -29,17 +28,18 @@ TITLE = 5.5            # [mm] over a panel
 GAP = 3.0              # [mm] between panels
 
 
+@style.drawing
 def main(argv=None) -> int:
-    parser = style.Parser(description=DESCRIPTION, epilog=EXAMPLES)
+    parser = options.Parser("unilat-plot modes", DESCRIPTION, EXAMPLES)
     style.add_files(parser)
     parser.add_argument("--step", metavar="NAME", help="buckling step to draw (default: the first one)")
     parser.add_argument("--modes", type=mode_list, default=[], metavar="N,N,...",
                         help=f"numbers of modes, from 1 (default: all, {MOST_MODES} at most)")
-    parser.add_argument("--amplitude", type=style.nonzero, default=0.15, metavar="F",
+    parser.add_argument("--amplitude", type=options.nonzero, default=0.15, metavar="F",
                         help="largest translation over the size of the structure; negative: the other way "
                              "(default 0.15)")
     parser.add_argument("--both", action="store_true", help="draw the opposite of each mode, too, in grey")
-    parser.add_argument("--load-scale", type=style.nonzero, default=1.0, metavar="F",
+    parser.add_argument("--load-scale", type=options.nonzero, default=1.0, metavar="F",
                         help="factor on the load factors")
     parser.add_argument("--columns", type=int, choices=range(1, 7), metavar="N",
                         help="panels side by side (default: as they fit)")
@@ -47,8 +47,8 @@ def main(argv=None) -> int:
     style.add_output(parser, width=89, height=None)
     args = parser.parse_args(argv)
     if len(args.files) > 1:
-        raise ResultsError("plot_modes.py draws one result file")
-    (results,) = everything = style.load(args, points=False)
+        raise ResultsError("unilat-plot modes draws one result file")
+    (results,) = everything = options.load(args, points=False)
     buckling = choose_step(results, args.step)
     modes = choose_modes(results, buckling, args.modes)
 
@@ -109,7 +109,6 @@ def frame(curves: list[np.ndarray]) -> np.ndarray:
 
 def layout(args, limits: np.ndarray, n: int):
     """A figure and n panels of the shape of the limits, read row by row."""
-    style.set_look()
     wide, tall = limits[1] - limits[0]
     most = 1 if tall < 0.3 * wide else 2 if tall < 0.6 * wide else 3 if tall < 1.2 * wide else 5
     columns = args.columns or min(n, max(1, round(most * args.width / 89.0)))
@@ -123,7 +122,7 @@ def layout(args, limits: np.ndarray, n: int):
     if min(width, height) < 2.0:
         raise ResultsError("no room for the modes; give another --width, --height or --columns")
     total = args.height or rows * (height + TITLE + GAP) + above + GAP
-    figure = style.plt.figure(figsize=(args.width * style.MILLIMETRE, total * style.MILLIMETRE), dpi=args.dpi)
+    figure = style.new_figure(args.width, total, args.dpi)
     left = 0.5 * (args.width - columns * width - (columns - 1) * GAP)
     panels = []
     for k in range(n):
@@ -140,7 +139,3 @@ def mode_list(text: str) -> list[int]:
         return [int(word) for word in text.split(",") if word.strip()]
     except ValueError:
         raise argparse.ArgumentTypeError(f"'{text}' is not a list of modes such as 1,2,3") from None
-
-
-if __name__ == "__main__":
-    style.run(main)

@@ -7,7 +7,7 @@ import os
 
 import numpy as np
 
-from result_file import ResultsError, reason
+from .file import ResultsError, reason
 
 
 def read_table(filename: str | os.PathLike, x: str, y: str) -> tuple[np.ndarray, np.ndarray]:

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Draw deformed shapes, the part in contact and the obstacles."""
 
 from __future__ import annotations
@@ -6,43 +5,43 @@ from __future__ import annotations
 import argparse
 
 import numpy as np
-
-import plot_style as style  # before matplotlib's own modules: it chooses the backend
-import matplotlib.pyplot as plt
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
-from chosen_points import add_points, choose, names, shade
-from obstacle_drawing import draw_obstacle
-from rod_shape import Shape, contact_curves
-from unilat_results import Path, ResultsError
+from .. import options
+from ..chosen_points import add_points, choose, names, shade
+from ..results import Path, ResultsError
+from ..results.rod_shape import Shape, contact_curves
+from . import style
+from .obstacle_drawing import draw_obstacle
 
 DESCRIPTION = """\
 Draw deformed shapes at chosen points of the path; the deck must have asked for *FIELD OUTPUT with DISPLACEMENT.
 The stress-free shape is thin and dashed, the part in contact thick and coloured (nodes with a reaction when the
-reactions are stored, else the contact regions), the solid side of obstacles hatched. Axes have equal scales.
-Several files are drawn side by side."""
+reactions are stored, else the contact regions), the solid side of obstacles hatched. Axes have equal scales, or
+the picture says that they have not. Several files are drawn side by side."""
 
 EXAMPLES = """\
 examples:
-  plot_shape.py ring.h5                          five shapes evenly spaced along the path
-  plot_shape.py ring.h5 --label LP --mirror x=0  the limit point, the half ring completed
-  plot_shape.py ring.h5 --rows 1,20,57 --caption v
-  plot_shape.py column.h5 --evenly 4 --stretch-y 10 -o column.pdf
-  plot_shape.py arch.h5 --branch 2 --evenly 3    along the second branch
-  plot_shape.py rigid.h5 winkler.h5 --label LP --width 180
+  unilat-plot shape ring.h5                          five shapes evenly spaced along the path
+  unilat-plot shape ring.h5 --label LP --mirror x=0  the limit point, the half ring completed
+  unilat-plot shape ring.h5 --rows 1,20,57 --caption v
+  unilat-plot shape column.h5 --evenly 4 --stretch-y 10 -o column.pdf
+  unilat-plot shape arch.h5 --branch 2 --evenly 3    along the second branch
+  unilat-plot shape rigid.h5 winkler.h5 --label LP --width 180
 """
 
 LEGEND_WIDTH = 27.0     # [mm] beside a panel
 
 
+@style.drawing
 def main(argv=None) -> int:
-    parser = style.Parser(description=DESCRIPTION, epilog=EXAMPLES)
+    parser = options.Parser("unilat-plot shape", DESCRIPTION, EXAMPLES)
     style.add_files(parser)
     add_points(parser, "shapes")
-    parser.add_argument("--scale", type=style.nonzero, default=1.0, metavar="F",
+    parser.add_argument("--scale", type=options.nonzero, default=1.0, metavar="F",
                         help="magnify displacements (obstacles stay where they are; default 1)")
-    parser.add_argument("--stretch-y", type=style.positive, default=1.0, metavar="F",
+    parser.add_argument("--stretch-y", type=options.positive, default=1.0, metavar="F",
                         help="draw y F times larger than x, for slender pictures (default 1: equal scales)")
     parser.add_argument("--mirror", type=mirror_line, metavar="x=X|y=Y",
                         help="add the mirror image over this line, when symmetry was used")
@@ -51,7 +50,7 @@ def main(argv=None) -> int:
     style.add_axes(parser, scales=False)
     style.add_output(parser, width=89, height=None)
     args = parser.parse_args(argv)
-    everything = style.load(args)
+    everything = options.load(args)
 
     paths = [results.path_number(args.branch) for results in everything]
     pictures = [Picture(path, choose(path, args, with_displacement(path), "displacements"), args) for path in paths]
@@ -62,10 +61,9 @@ def main(argv=None) -> int:
     for axis, wanted in enumerate((args.x_range, args.y_range)):
         limits[:, axis] = wanted or limits[:, axis]
 
-    style.set_look()
-    entries = max(len(picture.points) for picture in pictures) + 2
+    entries = max(len(picture.points) for picture in pictures) + 2 + (len(scale_notes(args)) if args.no_axes else 0)
     layout = Layout(args, limits, len(pictures), entries)
-    figure = plt.figure(dpi=args.dpi)
+    figure = style.new_figure(args.width, args.width, args.dpi)
     panels = [figure.add_axes((0.1, 0.1, 0.8, 0.8)) for _ in pictures]
     for k, (axes, picture) in enumerate(zip(panels, pictures)):
         picture.draw(axes, limits)
@@ -121,6 +119,8 @@ class Picture:
             self.handles.append(Line2D([], [], color=style.CONTACT, linewidth=1.9, label="contact"))
         if not args.no_stress_free:
             self.handles.append(Line2D([], [], label="stress-free", **style.STRESS_FREE))
+        if args.no_axes:    # no axis is there to say so
+            self.handles += [Line2D([], [], linestyle="none", label=note) for note in scale_notes(args)]
 
     def _mirrored(self, curves: list[np.ndarray]) -> list[np.ndarray]:
         if self.args.mirror is None:
@@ -199,11 +199,17 @@ def finish(axes, args, limits: np.ndarray, first: bool):
         ticks = axis.get_major_locator().tick_values(low, high)
         if np.sum((ticks >= low) & (ticks <= high)) < 2:      # across a slender picture
             axis.set_major_locator(MaxNLocator(2, steps=(1, 2, 2.5, 5, 10)))
-    axes.set_xlabel(args.x_label or "x (length)")
+    axes.set_xlabel("; ".join([args.x_label or "x (length)"] + scale_notes(args)))
     axes.set_ylabel((args.y_label or "y (length)") if first else "")
     axes.tick_params(labelleft=first)
     if args.no_axes:
         axes.set_axis_off()
+
+
+def scale_notes(args) -> list[str]:
+    """What is not drawn to the same scale as the rest."""
+    return ([f"y is drawn {args.stretch_y:g} times larger"] if args.stretch_y != 1.0 else []) + \
+        ([f"displacements times {args.scale:g}"] if args.scale != 1.0 else [])
 
 
 def mirror_line(text: str) -> tuple[int, float]:
@@ -212,7 +218,3 @@ def mirror_line(text: str) -> tuple[int, float]:
         return "xy".index(axis.lower() or "?"), float(at)
     except ValueError:
         raise argparse.ArgumentTypeError(f"'{text}' is not a line such as x=0 or y=1.5") from None
-
-
-if __name__ == "__main__":
-    style.run(main)

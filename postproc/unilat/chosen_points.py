@@ -6,30 +6,30 @@ import argparse
 
 import numpy as np
 
-import plot_style as style
-from unilat_results import Path, ResultsError
+from . import captions, options
+from .results import Path, ResultsError
 
 # From pale to dark: the order of the points is seen without colour, too.
 PALE, DARK = np.array([0.64, 0.76, 0.87]), np.array([0.03, 0.15, 0.35])
 DEFAULT = 5
 
 
-def add_points(parser: style.Parser, what: str, default: int = DEFAULT):
+def add_points(parser: options.Parser, what: str, default: int = DEFAULT):
     """Options for the points and their names; `what` is drawn of them, in the plural."""
     parser.add_argument("--branch", type=branch_number, default=0, metavar="K",
                         help=f"{what} of branch K instead of the path of the steps")
     chosen = parser.add_argument_group(f"points to draw (together, when several are given; default --evenly {default})")
     chosen.add_argument("--rows", type=row_list, default=[], metavar="N,N,...",
                         help="numbers of points, from 1 as in the listing; -1 is the last stored one")
-    chosen.add_argument("--label", type=style.mark_list, default=[], metavar="LABELS",
-                        help=f"points with these labels: some of {','.join(style.MARKERS)}, or all")
+    chosen.add_argument("--label", type=options.mark_list, default=[], metavar="LABELS",
+                        help=f"points with these labels: some of {','.join(options.LABELS)}, or all")
     chosen.add_argument("--at", type=value_list, default=[], metavar="F,F,...",
                         help="the stored points whose --caption is nearest to these values")
     chosen.add_argument("--evenly", type=count, metavar="N",
                         help="N points evenly spaced along the path, first and last included")
     parser.add_argument("--caption", metavar="NAME", default="load_factor",
                         help=f"path quantity or monitor that names the {what} (default load_factor)")
-    parser.add_argument("--caption-scale", type=style.nonzero, default=1.0, metavar="F", help="factor on it")
+    parser.add_argument("--caption-scale", type=options.nonzero, default=1.0, metavar="F", help="factor on it")
 
 
 def choose(results: Path, args, stored: np.ndarray, field: str, default: int = DEFAULT) -> list[int]:
@@ -45,7 +45,7 @@ def choose(results: Path, args, stored: np.ndarray, field: str, default: int = D
             raise ResultsError(f"{results.filename}: label {', '.join(args.label)}: {why}")
         points += found
     if args.at:
-        values = args.caption_scale * style.numbers(results, args.caption).values[stored - 1]
+        values = args.caption_scale * options.numbers(results, args.caption).values[stored - 1]
         points += [int(stored[np.argmin(np.abs(values - wanted))]) for wanted in args.at]
     for point in points:
         if not 1 <= point <= results.n_points:
@@ -76,11 +76,11 @@ def shade(number: int, n: int) -> tuple:
 
 def names(results: Path, points: list[int], args) -> tuple[str, list[str]]:
     """What names the points, and the name of each: the value with the label of a critical point."""
-    caption = style.numbers(results, args.caption)
+    caption = options.numbers(results, args.caption)
     labels = {critical.point: critical.label for critical in results.critical}
     texts = [f"{args.caption_scale * caption.values[point - 1]:.4g}" + (f"  {labels[point]}" if point in labels else "")
              for point in points]
-    return (style.column_label(caption, args.caption_scale),
+    return (captions.column_label(caption, args.caption_scale),
             [text.replace("-", "\N{MINUS SIGN}") for text in texts])
 
 

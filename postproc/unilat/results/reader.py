@@ -1,6 +1,6 @@
 """Read a unilat result file (HDF5) into numpy arrays.
 
-    from unilat_results import read_results
+    from unilat import read_results
 
     ring = read_results("ring.h5")
     v = ring.column("v")              # a monitor, or any dataset of /path
@@ -36,12 +36,9 @@ from dataclasses import replace
 import h5py
 import numpy as np
 
-from result_file import ResultsError, dataset, one_line, open_file, scalar, text
-from result_types import (FIELD_NAMES, Branch, Buckling, Column, Contact, Critical, LimitCurve, Mesh, Obstacle, Path,
+from .file import ResultsError, dataset, one_line, open_file, scalar, text
+from .types import (FIELD_NAMES, Branch, Buckling, Column, Contact, Critical, LimitCurve, Mesh, Obstacle, Path,
                           Region, Results)
-
-__all__ = ["Branch", "Buckling", "Column", "Contact", "Critical", "LimitCurve", "Mesh", "Obstacle", "Path", "Region",
-           "Results", "ResultsError", "read_results"]
 
 
 def read_results(filename: str | os.PathLike) -> Results:

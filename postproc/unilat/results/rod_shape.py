@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from contact_history import presses
-from unilat_results import Contact, Mesh, Path, ResultsError
+from .contact_history import presses
+from .types import Contact, Mesh, Path, ResultsError
 
 CORNER = np.radians(35.0)      # elements that meet at more than this are not one smooth curve
 SAMPLES = np.linspace(0.0, 1.0, 9)

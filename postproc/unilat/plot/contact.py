@@ -1,16 +1,15 @@
-#!/usr/bin/env python3
 """Draw where the contact begins and ends along the path."""
 
 from __future__ import annotations
 
 import numpy as np
-
-import plot_style as style  # before matplotlib's own modules: it chooses the backend
 from matplotlib.lines import Line2D
 
-from contact_history import End, ends, presses
-from label_placing import place_labels
-from unilat_results import Column, ResultsError
+from .. import captions, options
+from ..results import Column, ResultsError
+from ..results.contact_history import End, ends, presses
+from . import path_curves, references, style
+from .label_placing import place_labels
 
 DESCRIPTION = """\
 Draw the history of every contact region: the angles (or arc lengths) at which it begins and ends, against the load
@@ -22,17 +21,18 @@ lengths over a quantity that only grows (or falls), such as point, the region it
 
 EXAMPLES = """\
 examples:
-  plot_contact.py ring.h5 --end start
-  plot_contact.py ring.h5 --end start --reference ring.csv --ref-x p --ref-y phi_deg --ref-name exact
-  plot_contact.py column.h5 --quantity arc --against point
-  plot_contact.py rigid.h5 winkler.h5 --against v --end start -o angles.pdf
+  unilat-plot contact ring.h5 --end start
+  unilat-plot contact ring.h5 --end start --reference ring.csv --ref-x p --ref-y phi_deg --ref-name exact
+  unilat-plot contact column.h5 --quantity arc --against point
+  unilat-plot contact rigid.h5 winkler.h5 --against v --end start -o angles.pdf
 """
 
 MOST_COLOURS = 6   # more ends than this share one colour
 
 
+@style.drawing
 def main(argv=None) -> int:
-    parser = style.Parser(description=DESCRIPTION, epilog=EXAMPLES)
+    parser = options.Parser("unilat-plot contact", DESCRIPTION, EXAMPLES)
     style.add_files(parser)
     parser.add_argument("--quantity", choices=("angle", "arc"),
                         help="contact angle or arc length (default: angle, where no obstacle has one arc)")
@@ -41,23 +41,23 @@ def main(argv=None) -> int:
     parser.add_argument("--against", metavar="NAME", default="load_factor",
                         help="load_factor (default), a monitor, point, or any path quantity")
     parser.add_argument("--contact", type=int, metavar="N", help="only the N-th *CONTACT of the deck")
-    style.add_marks(parser, "LP,BP")
+    path_curves.add_marks(parser, "LP,BP")
     style.add_axes(parser)
-    style.add_reference(parser)
+    references.add_reference(parser)
     style.add_output(parser, width=89, height=70)
     args = parser.parse_args(argv)
-    everything = style.load(args)
+    everything = options.load(args)
 
     found = [histories(results, args.contact) for results in everything]
     lines = [ends(group) for group in found]
     angle = choose_angle(everything, lines, args.quantity)
     sides = {"both": ("start", "end")}.get(args.end, (args.end,))
-    figure, axes = style.new_figure(args, args.height)
-    references = style.draw_references(axes, args)
+    figure, axes = style.new_axes(args)
+    published = references.draw_references(axes, args)
     texts, handles, used, unstable, label = [], [], set(), False, None
     for k, (results, name) in enumerate(zip(everything, style.names(args, everything))):
-        against = style.numbers(results, args.against)
-        label = label or style.column_label(against, args.x_scale)
+        against = options.numbers(results, args.against)
+        label = label or captions.column_label(against, args.x_scale)
         x = args.x_scale * against.values
         drawn = [line for line in lines[k] if line.side in sides and np.any(np.isfinite(curve(line, angle)))]
         looks = {line: style.look(k) for line in lines[k]} if len(everything) > 1 else end_looks(drawn)
@@ -67,17 +67,17 @@ def main(argv=None) -> int:
         for line in without_twins(drawn):
             rows = line.points - 1
             y = args.y_scale * curve(line, angle)
-            unstable |= style.draw_path(axes, results, x[rows], y, looks[line], against.name == "load_factor",
+            unstable |= path_curves.draw_path(axes, results, x[rows], y, looks[line], against.name == "load_factor",
                                         first=rows[0])
 
             def place(critical, rows=rows, y=y):
                 at = critical.point - 1 - rows[0]
                 return (x[rows[at]], y[at]) if 0 <= at < len(rows) else (np.nan, np.nan)
 
-            texts += style.draw_marks(axes, results, args.mark, place, looks[line]["color"])
+            texts += path_curves.draw_marks(axes, results, args.mark, place, looks[line]["color"])
         contacts = {line.contact: looks[line] for line in drawn}
         used |= {looks[line]["color"] for line in drawn}
-        if len(everything) > 1 or references:
+        if len(everything) > 1 or published:
             handles.append(Line2D([], [], label=name, **style.look(k)))
         elif len(contacts) > 1:
             handles += [Line2D([], [], label=contact_name(results, contact), **look) for contact, look in contacts.items()]
@@ -85,12 +85,12 @@ def main(argv=None) -> int:
         colour = style.COLOURS[0] if used == {style.COLOURS[0]} else style.INK
         if not handles:
             handles.append(Line2D([], [], color=colour, label="stable"))
-        handles.append(Line2D([], [], color=colour, linestyle=style.UNSTABLE, label="unstable"))
+        handles.append(Line2D([], [], color=colour, linestyle=path_curves.UNSTABLE, label="unstable"))
     what = "angle" if angle else "arc length"
     name = f"contact {what}" if args.end == "both" else f"{what} at the {args.end} of contact"
     quantity = Column(name, np.zeros(0), "degree" if angle else "length")
-    style.finish_axes(axes, args, label, style.column_label(quantity, args.y_scale))
-    style.legend(axes, handles + references, loc="best")
+    style.finish_axes(axes, args, label, captions.column_label(quantity, args.y_scale))
+    style.legend(axes, handles + published, loc="best")
     place_labels(axes, texts)
     return style.save(figure, args, everything, "contact")
 
@@ -174,7 +174,7 @@ def joined(history, lines: list[End]) -> tuple[np.ndarray, np.ndarray, np.ndarra
 def contact_name(results, contact: int) -> str:
     """The obstacle of a contact, with the number of the contact when others have the same one."""
     names = results.contact.obstacles
-    name = style.escape(names[contact - 1])
+    name = captions.escape(names[contact - 1])
     return name if names.count(names[contact - 1]) == 1 else f"{name} ({contact})"
 
 
@@ -183,7 +183,3 @@ def curve(line: End, angle: bool) -> np.ndarray:
     if not angle:
         return line.arc
     return np.unwrap(line.angle, period=360.0) if np.all(np.isfinite(line.angle)) else line.angle
-
-
-if __name__ == "__main__":
-    style.run(main)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from unilat_results import Obstacle, Path, ResultsError
+from .types import Obstacle, Path, ResultsError
 
 SAME = 1e-9     # of the length: less apart is the same place
 

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-
-import plot_style as style  # before matplotlib's own modules: it chooses the backend
 from matplotlib.collections import LineCollection
 
-from unilat_results import Obstacle
-
+from ..results import Obstacle
+from . import style
 
 def draw_obstacle(axes, obstacle: Obstacle, limits: np.ndarray, stretch: float, colour=style.INK, hatched: bool = True):
     """The surface as a line, its solid side hatched with short strokes."""

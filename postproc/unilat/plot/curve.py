@@ -1,15 +1,14 @@
-#!/usr/bin/env python3
 """Draw limit curves: the limit load over a second parameter."""
 
 from __future__ import annotations
 
 import numpy as np
-
-import plot_style as style  # before matplotlib's own modules: it chooses the backend
 from matplotlib.lines import Line2D
 
-from label_placing import place_labels
-from unilat_results import Column, LimitCurve, ResultsError
+from .. import captions, options
+from ..results import Column, LimitCurve, ResultsError
+from . import path_curves, references, style
+from .label_placing import place_labels
 
 DESCRIPTION = """\
 Draw the limit curves of one or more result files: the load factor (or a monitor) at a limit point over the parameter
@@ -18,11 +17,11 @@ point with a rigid obstacle is a horizontal line. Points where the parameter tur
 
 EXAMPLES = """\
 examples:
-  plot_limit_curve.py ring.h5
-  plot_limit_curve.py ring.h5 --curve stiffness --x-label '$k R^4/EI$' --x-scale 2.5e-5
-  plot_limit_curve.py ring.h5 --reference ring.csv --ref-x k --ref-y p --ref-name exact
-  plot_limit_curve.py ring.h5 --y v --axis linear
-  plot_limit_curve.py ring.h5 --list
+  unilat-plot curve ring.h5
+  unilat-plot curve ring.h5 --curve stiffness --x-label '$k R^4/EI$' --x-scale 2.5e-5
+  unilat-plot curve ring.h5 --reference ring.csv --ref-x k --ref-y p --ref-name exact
+  unilat-plot curve ring.h5 --y v --axis linear
+  unilat-plot curve ring.h5 --list
 """
 
 RIGID = {"linestyle": (0, (1, 1.5)), "linewidth": 1.0}
@@ -31,8 +30,9 @@ WORDS = {"MODULUS": "foundation modulus", "GAP": "gap", "IMPERFECTION": "factor 
          "EI": "EI", "CONSTANT LOAD": "factor on the constant loads"}
 
 
+@style.drawing
 def main(argv=None) -> int:
-    parser = style.Parser(description=DESCRIPTION, epilog=EXAMPLES)
+    parser = options.Parser("unilat-plot curve", DESCRIPTION, EXAMPLES)
     style.add_files(parser)
     parser.add_argument("--curve", action="append", default=[], metavar="NAME",
                         help="limit curve to draw, may be repeated (default: all that vary the same parameter as the "
@@ -43,10 +43,10 @@ def main(argv=None) -> int:
     parser.add_argument("--list", action="store_true", help="list the limit curves of the files and stop")
     parser.add_argument("--points", action="store_true", help="show every computed point as a dot")
     style.add_axes(parser)
-    style.add_reference(parser)
+    references.add_reference(parser)
     style.add_output(parser, width=89, height=70)
     args = parser.parse_args(argv)
-    everything = style.load(args, points=False)
+    everything = options.load(args, points=False)
     if args.list:
         return list_curves(everything)
 
@@ -55,15 +55,15 @@ def main(argv=None) -> int:
     if len({curve.parameter for curve in curves}) > 1:
         raise ResultsError(f"{everything[0].filename}: the curves vary different parameters "
                            f"({', '.join(f'{curve.name}: {curve.parameter}' for curve in curves)})")
-    figure, axes = style.new_figure(args, args.height)
-    references = style.draw_references(axes, args)
+    figure, axes = style.new_axes(args)
+    published = references.draw_references(axes, args)
     names = [(name, curve) for group, name in zip(chosen, style.names(args, everything)) for curve in group]
-    handles, texts, quantity = [], [], style.numbers(curves[0], args.y)
+    handles, texts, quantity = [], [], options.numbers(curves[0], args.y)
     for k, (name, curve) in enumerate(names):
         look = style.look(k)
         texts += draw_curve(axes, curve, args, look)
         several = len(chosen) < len(curves)
-        title = style.escape(curve.name) if several else name
+        title = captions.escape(curve.name) if several else name
         if several and len(chosen) > 1:
             title = f"{name}, {title}"
         handles.append(Line2D([], [], label=title, **look))
@@ -74,10 +74,10 @@ def main(argv=None) -> int:
     if logarithmic(parameter, args.axis, curves[0]):
         axes.set_xscale("log")
     style.finish_axes(axes, args, parameter_label(curves[0], args.x_scale),
-                      style.column_label(quantity, args.y_scale))
-    style.legend(axes, (handles if len(handles) > 1 or references else []) + references, loc="best")
+                      captions.column_label(quantity, args.y_scale))
+    style.legend(axes, (handles if len(handles) > 1 or published else []) + published, loc="best")
     place_labels(axes, texts)
-    return style.save(figure, args, everything, "limit_curve")
+    return style.save(figure, args, everything, "curve")
 
 
 def choose(results, wanted: list[str]) -> list[LimitCurve]:
@@ -101,7 +101,7 @@ def choose(results, wanted: list[str]) -> list[LimitCurve]:
 def draw_curve(axes, curve: LimitCurve, args, look: dict) -> list[tuple]:
     """The curve, and its rigid limit across the whole picture; labels to place: (x, y, text, colour)."""
     x = args.x_scale * curve.column("parameter").values
-    y = args.y_scale * style.numbers(curve, args.y).values
+    y = args.y_scale * options.numbers(curve, args.y).values
     soft = ~curve.rigid
     alone = np.sum(soft) == 1
     axes.plot(x[soft], y[soft], marker="." if args.points or alone else None, markersize=2.6, zorder=3, **look)
@@ -109,7 +109,7 @@ def draw_curve(axes, curve: LimitCurve, args, look: dict) -> list[tuple]:
         axes.axhline(value, zorder=2.5, **look, **RIGID)
     texts = []
     for row in np.flatnonzero(curve.columns["label"].values == "TP") if "label" in curve.columns else ():
-        axes.plot(x[row], y[row], marker=style.MARKERS["TP"], markersize=3.8, color=look["color"], linestyle="none", zorder=6)
+        axes.plot(x[row], y[row], marker=path_curves.MARKERS["TP"], markersize=3.8, color=look["color"], linestyle="none", zorder=6)
         texts.append((x[row], y[row], "TP", look["color"]))
     return texts
 
@@ -129,7 +129,7 @@ def parameter_label(curve: LimitCurve, scale: float) -> str:
     name = WORDS.get(curve.parameter, curve.parameter.lower())
     column = Column(f"{name} of {curve.of}" if curve.of else name, np.zeros(0))
     units = curve.column("parameter").units.replace("^2", "$^2$")
-    return style.column_label(column, scale) + (f" ({units})" if units != "1" else "")
+    return captions.column_label(column, scale) + (f" ({units})" if units != "1" else "")
 
 
 def list_curves(everything) -> int:
@@ -140,7 +140,3 @@ def list_curves(everything) -> int:
             print(f"   {curve.name:<20} {curve.parameter}{of}: {curve.n_points} points, "
                   f"limit point {curve.limit_point} of step {curve.step}")
     return 0
-
-
-if __name__ == "__main__":
-    style.run(main)

@@ -1,4 +1,4 @@
-"""What a unilat result file holds, as Python objects; unilat_results reads them."""
+"""What a unilat result file holds, as Python objects; reader reads them."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from contact_history import History, follow
-from result_file import ResultsError, dataset, open_file
+from .contact_history import History, follow
+from .file import ResultsError, dataset, open_file
 
 FIELD_NAMES = ("displacement", "section_forces", "reaction", "reaction_density", "gap", "contact_point")
 

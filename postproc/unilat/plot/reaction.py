@@ -1,17 +1,15 @@
-#!/usr/bin/env python3
 """Draw contact reactions and gaps along the rod."""
 
 from __future__ import annotations
 
 import numpy as np
-
-import plot_style as style  # before matplotlib's own modules: it chooses the backend
-import matplotlib.pyplot as plt
 from matplotlib.lines import Line2D
 
-from candidate_chain import Chain, ChainState
-from chosen_points import add_points, choose, names, shade
-from unilat_results import Column, Path, ResultsError
+from .. import captions, options
+from ..chosen_points import add_points, choose, names, shade
+from ..results import Column, Path, ResultsError
+from ..results.candidate_chain import Chain, ChainState
+from . import style
 
 DESCRIPTION = """\
 Draw what contact presses along the rod at chosen points of the path, the gap below it and the contact regions as bars
@@ -23,12 +21,12 @@ the y axis are for the reaction, or for the gap when it is drawn alone."""
 
 EXAMPLES = """\
 examples:
-  plot_reaction.py ring.h5                             five points evenly spaced along the path
-  plot_reaction.py ring.h5 --label LP --against angle  at the limit point
-  plot_reaction.py beam.h5 --at 0.5,1,2 --no-gap       where the load factor is about that
-  plot_reaction.py pipe.h5 --quantity reaction --evenly 3
-  plot_reaction.py column.h5 --contact 2 --rows 10,20 -o column.pdf
-  plot_reaction.py soft.h5 hard.h5 --label LP --width 180
+  unilat-plot reaction ring.h5                             five points evenly spaced along the path
+  unilat-plot reaction ring.h5 --label LP --against angle  at the limit point
+  unilat-plot reaction beam.h5 --at 0.5,1,2 --no-gap       where the load factor is about that
+  unilat-plot reaction pipe.h5 --quantity reaction --evenly 3
+  unilat-plot reaction column.h5 --contact 2 --rows 10,20 -o column.pdf
+  unilat-plot reaction soft.h5 hard.h5 --label LP --width 180
 """
 
 FIELDS = {"density": ("reaction_density", Column("reaction", np.zeros(0), "force/length"), "reactions"),
@@ -39,8 +37,9 @@ BAR = 1.3            # [mm] of the picture's height
 LEGEND_ROW = 4.1
 
 
+@style.drawing
 def main(argv=None) -> int:
-    parser = style.Parser(description=DESCRIPTION, epilog=EXAMPLES)
+    parser = options.Parser("unilat-plot reaction", DESCRIPTION, EXAMPLES)
     style.add_files(parser)
     parser.add_argument("--quantity", choices=tuple(FIELDS),
                         help="reaction per stress-free length, reaction of each node (its share where reactions are "
@@ -53,7 +52,7 @@ def main(argv=None) -> int:
     style.add_axes(parser)
     style.add_output(parser, width=89, height=None)
     args = parser.parse_args(argv)
-    everything = style.load(args)
+    everything = options.load(args)
 
     paths = [results.path_number(args.branch) for results in everything]
     quantities = choose_quantities(paths, args)
@@ -63,7 +62,7 @@ def main(argv=None) -> int:
         points = choose(path, args, path.points_with(field), what)
         chains = choose_contacts(path, args)
         columns += [(path, points, chain) for chain in chains]
-        titles += [", ".join(([name] if len(paths) > 1 else []) + ([style.escape(chain.obstacle_name)] if len(chains) > 1 else []))
+        titles += [", ".join(([name] if len(paths) > 1 else []) + ([captions.escape(chain.obstacle_name)] if len(chains) > 1 else []))
                    for chain in chains]
         caption, texts = names(path, points, args)
         handles.append((caption, [Line2D([], [], color=shade(k, len(points)), label=text) for k, text in enumerate(texts)]))
@@ -107,14 +106,12 @@ def choose_contacts(path: Path, args) -> list[Chain]:
 
 def layout(args, n_columns: int, n_panels: int, legends: list[tuple]):
     """A figure; its panels (1 for the bars and n_panels, n_columns); legends below, one for each file."""
-    style.set_look()
     most = max(len(lines) for _, lines in legends)
     across = int(np.clip(args.width / len(legends) // 24.0, 1, 4))
     below = LEGEND_ROW * (1 - (-most // across)) + 1.0
     heights = [BAR * most + 1.0, *((48.0, 26.0)[:n_panels] if n_panels > 1 else (58.0,)), below]
     total = args.height or sum(heights) + 16.0
-    figure = plt.figure(figsize=(args.width * style.MILLIMETRE, total * style.MILLIMETRE), dpi=args.dpi,
-                        constrained_layout=True)
+    figure = style.new_figure(args.width, total, args.dpi, constrained_layout=True)
     outer = figure.add_gridspec(2, 1, height_ratios=(sum(heights[:-1]), below))
     panels = outer[0].subgridspec(n_panels + 1, n_columns, height_ratios=heights[:-1]).subplots(
         sharex="col", sharey="row", squeeze=False)
@@ -167,19 +164,15 @@ def finish(panels, quantities: list[str], args):
             axes.set_ylabel("contact", rotation=0, ha="right", va="center", fontsize=8.5)
     for row, quantity in enumerate(quantities, start=1):
         scale = args.y_scale if row == 1 else 1.0
-        label = style.column_label(FIELDS[quantity][1], scale)
+        label = captions.column_label(FIELDS[quantity][1], scale)
         panels[row, 0].set_ylabel((args.y_label if row == 1 else None) or label)
         for axes in panels[row]:
             axes.axhline(0.0, color=style.REFERENCE, linewidth=0.5, zorder=1)
     if args.y_range:
         panels[1, 0].set_ylim(args.y_range)
     for axes in panels[-1]:
-        axes.set_xlabel(args.x_label or style.column_label(along, args.x_scale))
+        axes.set_xlabel(args.x_label or captions.column_label(along, args.x_scale))
         if args.x_range:
             axes.set_xlim(args.x_range)
     if args.title:
         panels[0, 0].figure.suptitle(args.title, fontsize=9.5)
-
-
-if __name__ == "__main__":
-    style.run(main)
