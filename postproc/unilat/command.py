@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 
 COMMANDS = {
@@ -53,6 +54,9 @@ def guarded(command: str, module: str, argv: list[str]) -> int:
         return work(argv)
     except wrong as problem:
         return complain(command, problem)
+    except BrokenPipeError:     # the reader of the output, such as head, has enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
 
 
 def complain(command: str, problem) -> int:

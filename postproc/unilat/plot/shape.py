@@ -123,13 +123,18 @@ class Picture:
             self.handles += [Line2D([], [], linestyle="none", label=note) for note in scale_notes(args)]
 
     def _mirrored(self, curves: list[np.ndarray]) -> list[np.ndarray]:
-        if self.args.mirror is None:
-            return list(curves)
-        axis, at = self.args.mirror
-        images = [curve.copy() for curve in curves]
-        for image in images:
-            image[:, axis] = 2.0 * at - image[:, axis]
-        return list(curves) + images
+        return mirrored(curves, self.args.mirror)
+
+
+def mirrored(curves: list[np.ndarray], line: tuple[int, float] | None) -> list[np.ndarray]:
+    """The curves, and their images over the line x (0) or y (1) = value."""
+    if line is None:
+        return list(curves)
+    axis, at = line
+    images = [curve.copy() for curve in curves]
+    for image in images:
+        image[:, axis] = 2.0 * at - image[:, axis]
+    return list(curves) + images
 
 
 def with_displacement(path: Path) -> np.ndarray:

@@ -98,6 +98,12 @@ def contact_curves(results: Path, point: int, shape: Shape) -> tuple[list[np.nda
     Of contacts that only nodes of the deck can have, from the reactions where they are stored, else from the regions. Contact
     without force, as before any load, is left out.
     """
+    pieces, spots = contact_pieces(results, point, shape)
+    return join(pieces, shape), spots
+
+
+def contact_pieces(results: Path, point: int, shape: Shape) -> tuple[list[tuple[int, float, float]], np.ndarray]:
+    """The same as parts (element, from, to) of elements, each running from 0 to 1."""
     contact = results.contact
     if contact is None:
         return [], np.zeros((0, 2))
@@ -116,7 +122,7 @@ def contact_curves(results: Path, point: int, shape: Shape) -> tuple[list[np.nda
             more, single = _from_regions(contact, number, point, shape)
         pieces |= set(more)
         spots += single
-    return join(sorted(pieces), shape), np.array(spots).reshape(-1, 2)
+    return sorted(pieces), np.array(spots).reshape(-1, 2)
 
 
 def _from_reactions(contact: Contact, number: int, reaction: np.ndarray, shape: Shape):
