@@ -101,12 +101,12 @@ def look(number: int) -> dict:
                                       patheffects.Stroke(linewidth=0.8, foreground="white")]}
 
 
-def drawing(main):
-    """Makes a command draw with the look of this module, whatever matplotlib is set to."""
-    @functools.wraps(main)
-    def drawn(argv=None) -> int:
+def drawing(function):
+    """Makes a function draw with the look of this module, whatever matplotlib is set to."""
+    @functools.wraps(function)
+    def drawn(*arguments):
         with matplotlib.rc_context(LOOK):
-            return main(argv)
+            return function(*arguments)
     return drawn
 
 
