@@ -54,6 +54,9 @@ def guarded(command: str, module: str, argv: list[str]) -> int:
         return work(argv)
     except wrong as problem:
         return complain(command, problem)
+    except KeyboardInterrupt:
+        print(f"\n{command}: interrupted", file=sys.stderr)
+        return 130
     except BrokenPipeError:     # the reader of the output, such as head, has enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0

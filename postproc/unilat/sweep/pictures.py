@@ -10,7 +10,6 @@ import numpy as np
 from ..captions import escape
 from ..plot import style
 from ..results import ResultsError
-from .sampling import GROUPS
 from .sweep_file import Sweep
 
 KINDS = ("line", "map", "scatter", "histogram")
@@ -61,14 +60,10 @@ def check(picture: dict, sweep: Sweep):
 
 def fitting(sweep: Sweep, table: dict) -> list[dict]:
     """Of the first quantity: a map over two parameters that vary, a line over one, else a histogram; seeds do not count."""
-    import tomllib
-    content, quantity = tomllib.loads(sweep.text), next(iter(sweep.gather))
-    seeds = set(content.get("seeds", {}))
-    varying = [name for name in sweep.values[0] if name not in seeds and len(set(table[name].tolist())) > 1]
-    sampled = [name for group in GROUPS if group in ("latin", "random") for name in content.get(group, {}) if name in varying]
-    if seeds or sampled:
-        found = [{"kind": "histogram", "x": quantity}]
-        return found + [{"kind": "scatter", "x": name, "y": quantity} for name in varying]
+    quantity = next(iter(sweep.gather))
+    varying = [name for name in sweep.values[0] if sweep.group[name] != "seeds" and len(set(table[name].tolist())) > 1]
+    if {"latin", "random", "seeds"} & set(sweep.group.values()):
+        return [{"kind": "histogram", "x": quantity}] + [{"kind": "scatter", "x": name, "y": quantity} for name in varying]
     if len(varying) == 2:
         return [{"kind": "map", "x": varying[0], "y": varying[1], "value": quantity}]
     return [{"kind": "line", "x": name, "y": quantity} for name in varying]

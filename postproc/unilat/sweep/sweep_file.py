@@ -22,6 +22,7 @@ class Sweep:
     deck_name: str
     deck: str                  # its text, with ${parameters}
     values: list[dict]         # parameters of every run
+    group: dict[str, str]      # which of GROUPS each parameter is in
     decks: list[str]           # text of every run's deck
     gather: dict[str, Quantity]
     pictures: list[dict]
@@ -51,7 +52,8 @@ def read_sweep(filename: str) -> Sweep:
     if clash:
         raise ResultsError(f"{filename}: '{min(clash)}' is a parameter and in [gather]")
     return Sweep(os.path.splitext(os.path.basename(filename))[0], content.get("title", ""), text, os.path.basename(deck_name), deck,
-                 values, [filled(deck, each, deck_name) for each in values], gather, _pictures(content, filename, gather, values[0]),
+                 values, {name: word for word in GROUPS for name in content.get(word, {}) if name in values[0]},
+                 [filled(deck, each, deck_name) for each in values], gather, _pictures(content, filename, gather, values[0]),
                  timeout)
 
 

@@ -60,7 +60,11 @@ def main(argv=None) -> int:
     if args.slice is not None:
         return run_slice(folder, sweep, decks, args)
     if args.what == "run":
-        make_runs(folder, sweep, decks, args)
+        try:
+            make_runs(folder, sweep, decks, args)
+        except KeyboardInterrupt:
+            print("\nfinished runs stay; run it again to go on", file=sys.stderr)
+            raise
     if args.what in ("run", "gather"):
         print(gather.gather(sweep, folder, keys))
     code = report(folder, sweep, keys)
