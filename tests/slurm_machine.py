@@ -1,7 +1,7 @@
 """A throw-away Slurm on this machine for the tests: munged, slurmctld and slurmd with a configuration of their own.
 
-As root, without systemd, cgroups or a database; tried with Slurm 22.05 of Debian 12 (packages slurmctld, slurmd, slurm-client, munge).
-Everything it writes is in one folder, it listens on 127.0.0.1 only, and it is stopped by its recorded process numbers.
+As root, without systemd, cgroups or a database; tried with Slurm 22.05 of Debian 12 (packages slurmctld, slurmd, slurm-client,
+munge). Everything it writes is in one folder, it listens on 127.0.0.1 only, and it is stopped by its recorded process numbers.
 """
 
 from __future__ import annotations
@@ -81,8 +81,9 @@ class SlurmMachine:
         key = self.folder / "munge" / "key"
         key.write_bytes(os.urandom(1024))
         key.chmod(0o400)
-        self._call("munged", f"--key-file={key}", f"--socket={self.folder}/munge/munge.socket", f"--pid-file={self.folder}/munged.pid",
-                   f"--log-file={self.folder}/munged.log", f"--seed-file={self.folder}/munge/seed", "--num-threads=2", "--force")
+        self._call("munged", f"--key-file={key}", f"--socket={self.folder}/munge/munge.socket",
+                   f"--pid-file={self.folder}/munged.pid", f"--log-file={self.folder}/munged.log",
+                   f"--seed-file={self.folder}/munge/seed", "--num-threads=2", "--force")
         self._call("slurmctld", "-c")
         self._call("slurmd", "-N", host)
         end = time.monotonic() + 30.0
@@ -94,7 +95,8 @@ class SlurmMachine:
     def stop(self):
         """Each daemon takes up to two seconds to end, and removes its own file: read all numbers, ask all, then wait."""
         self._call("scancel", "-u", "root", check=False)
-        pids = [int(file.read_text()) for name in ("slurmd", "slurmctld", "munged") for file in [self.folder / f"{name}.pid"] if file.exists()]
+        files = [self.folder / f"{name}.pid" for name in ("slurmd", "slurmctld", "munged")]
+        pids = [int(file.read_text()) for file in files if file.exists()]
         for pid in pids:
             os.kill(pid, signal.SIGTERM)
         end = time.monotonic() + 10.0

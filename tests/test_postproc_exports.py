@@ -30,7 +30,8 @@ ALL = ("displacement", "section_forces", "reaction", "reaction_density", "gap", 
 def files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("results")
     make.write_ring(folder / "ring.h5", fields=ALL)
-    make.write_ring(folder / "killed.h5", status="running", critical=False, every=2, shorter=("path/monitor/H", "fields/displacement"))
+    make.write_ring(folder / "killed.h5", status="running", critical=False, every=2,
+                    shorter=("path/monitor/H", "fields/displacement"))
     make.write_column(folder / "column.h5")
     make.write_cantilever(folder / "cantilever.h5")
     make_branch_file.write_branched(folder / "rod.h5")

@@ -83,7 +83,8 @@ def test_pictures_and_errors(ring, tmp_path, capsys):
         assert 0.005 < drawn_share(tmp_path / "a.png") < 0.5
     capsys.readouterr()
     make.write_ring(tmp_path / "no.h5", fields=("displacement",))
-    for arguments, message in (([tmp_path / "no.h5"], "no section forces are stored"), ([ring, "--quantities", "N,T"], "list of some of N,Q,M"),
+    for arguments, message in (([tmp_path / "no.h5"], "no section forces are stored"),
+                               ([ring, "--quantities", "N,T"], "list of some of N,Q,M"),
                                ([ring, "--on", "structure", "--evenly", "2"], "one point is drawn, not 2")):
         assert draw("forces", *arguments) == 2
         assert message in capsys.readouterr().err

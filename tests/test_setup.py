@@ -170,7 +170,7 @@ def test_a_sweep_runs_in_its_results_folder(machine, copied):
     """Every run of the false unilat stops early, with results."""
     make_result_file.write_cantilever(machine.parent / "made.h5")
     (copied / "input" / "sweeps" / "rods.inp").write_text("*HEADING\n${a}\n")
-    (copied / "input" / "sweeps" / "rods.toml").write_text("deck = \"rods.inp\"\n[grid]\na = [1, 2, 3]\n[gather]\ntip = \"last tip\"\n")
+    (copied / "input" / "sweeps" / "rods.toml").write_text('deck = "rods.inp"\n[grid]\na = [1, 2, 3]\n[gather]\ntip = "last tip"\n')
     environment = {"PATH": str(machine), "HOME": str(machine), "UNILAT_BUILD_ROOT": str(machine.parent / "build"),
                    "UNILAT_PYTHON": sys.executable}
     done = subprocess.run([str(copied / "input/run"), "--sweep", "rods", "-j", "2"], env=environment, text=True, timeout=120,

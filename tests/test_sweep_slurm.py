@@ -36,8 +36,9 @@ def slurm(tmp_path_factory):
 def test_cancelled_half_way_and_resumed_is_the_same_as_on_the_pool(slurm, folder):  # noqa: F811
     program = slow_program(folder, 1.0)
     sweep(folder, "run", "--folder", folder / "pool", program=program)
+    here = environment() | slurm.environment | {"PYTHONPATH": environment()["PYTHONPATH"]}
     words = command(folder, "run", "strip.toml", "--folder", folder / "array", "--slurm", "--tasks", "2", program=program)
-    running = subprocess.Popen(words, cwd=folder, env=environment() | slurm.environment | {"PYTHONPATH": environment()["PYTHONPATH"]},
+    running = subprocess.Popen(words, cwd=folder, env=here,
                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     told = ""
     while "job array" not in told:
@@ -52,7 +53,7 @@ def test_cancelled_half_way_and_resumed_is_the_same_as_on_the_pool(slurm, folder
     subprocess.run(["scancel", job], env=slurm.environment, check=True)
     told += running.communicate(timeout=60)[0]
     assert running.returncode == 1 and re.search(r"[1-5] of 6 runs complete, [1-5] missing", told), told
-    done = subprocess.run(words, cwd=folder, env=environment() | slurm.environment | {"PYTHONPATH": environment()["PYTHONPATH"]},
+    done = subprocess.run(words, cwd=folder, env=here,
                           capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0 and f"{N} of {N} runs complete" in done.stdout, done.stdout + done.stderr
     assert not re.search(r"runs, 0 finished before", done.stdout)

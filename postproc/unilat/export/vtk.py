@@ -15,10 +15,10 @@ from ..results.rod_shape import Shape, contact_pieces
 
 DESCRIPTION = """\
 Write the deformed rods of all stored points as a time series for ParaView 5.12 or newer (VTKHDF); the time is the number of the
-point, load factor and monitors are field data. The deck must have asked for *FIELD OUTPUT with DISPLACEMENT. Every element is a
-polyline with points of its own, so section forces may jump between two; its axis is the cubic that the pictures draw. Point data, as
-far as the file has them: displacement, rotation, N, Q, M, reaction_density, gap and contact (1 where the rod touches). Obstacles go
-to a second file, NAME-obstacles.vtkhdf."""
+point, load factor and monitors are field data. The deck must have asked for *FIELD OUTPUT with DISPLACEMENT. Every element is
+a polyline with points of its own, so section forces may jump between two; its axis is the cubic that the pictures draw. Point
+data, as far as the file has them: displacement, rotation, N, Q, M, reaction_density, gap and contact (1 where the rod touches).
+Obstacles go to a second file, NAME-obstacles.vtkhdf."""
 
 EXAMPLES = """\
 examples:

@@ -13,7 +13,7 @@ from ..plot.obstacle_drawing import draw_obstacle
 from ..results import Results
 from ..results.rod_shape import Shape, contact_curves
 from .runs import MODULI, PAPERS_MODULUS
-from .tables import ANGLES, COLUMN, PAPER, PIAN, STEIN, Sources, separation_angle
+from .tables import ANGLES, COLUMN, PAPER, PIAN, STEIN, Sources, point_at, separation_angle
 
 EXACT = {"color": "#b5b5b5", "linewidth": 3.2, "solid_capstyle": "butt", "zorder": 2}
 PRINTED = {PIAN: ("s", "#009E73"), STEIN: ("D", "#CC79A7"), PAPER: ("o", "#D55E00")}
@@ -43,9 +43,8 @@ def figure_5(runs, sources: Sources, output: str) -> str:
     texts = []
     for _, way, load in ANGLES:
         printed = [sources.print_of("Table 2", by, way, load)["value"] for by in (PIAN, PAPER)]
-        critical = limit if load is None else next(point for point in ring.critical if point.label == "UZ"
-                                                   and abs(point.load_factor - load) < 1e-6 * load and (point.point < limit.point) == (way == "up"))
-        x, y = ring.column("v").values[critical.point - 1], critical.load_factor
+        point = point_at(ring, way, load)
+        x, y = (ring.column(name).values[point - 1] for name in ("v", "load_factor"))
         axes.plot(x, y, ".", color=style.INK, markersize=4, zorder=6)
         texts.append((x, y, f"$\\phi$ = {separation_angle(ring, way, load):.2f} ({printed[0]}, {printed[1]})", style.INK))
     axes.set_xlim(0.0, 0.16)
@@ -54,7 +53,8 @@ def figure_5(runs, sources: Sources, output: str) -> str:
     axes.set_ylabel("$pR^3/EI$")
     handles = [Line2D([], [], label="unilat, rigid cavity", **style.look(0)), Line2D([], [], label="exact", **without_order(EXACT)),
                *(Line2D([], [], marker=marker, color=colour, markerfacecolor="white", linestyle="none", markersize=4.2,
-                        label=f"{by}: {sources.print_of('Table 1', by, 'critical load')['load']}") for by, (marker, colour) in PRINTED.items())]
+                        label=f"{by}: {sources.print_of('Table 1', by, 'critical load')['load']}")
+                 for by, (marker, colour) in PRINTED.items())]
     axes.legend(handles=handles, loc="upper right", title="$\\phi$ in degrees: unilat (Pian, paper)", title_fontsize=8.5)
     place_labels(axes, texts)
     return saved(figure, output)
@@ -70,13 +70,14 @@ def figure_6(runs, sources: Sources, output: str) -> str:
     medium = runs[f"medium-{PAPERS_MODULUS}"]
     limit = next(critical for critical in medium.critical if critical.label == "LP")
     marker, colour = PRINTED[PAPER]
-    axes.plot(medium.column("v").values[limit.point - 1], paper, marker=marker, color=colour, markersize=4.5, markerfacecolor="white",
-              linestyle="none", zorder=7)
+    axes.plot(medium.column("v").values[limit.point - 1], paper, marker=marker, color=colour, markersize=4.5,
+              markerfacecolor="white", linestyle="none", zorder=7)
     axes.set_xlim(0.0, 0.3)
     axes.set_ylim(0.0, 95.0)
     axes.set_xlabel("$v/R$")
     axes.set_ylabel("$pR^3/EI$")
-    handles = [Line2D([], [], label=f"$kR^4/EI$ = {modulus.replace('E', ' E')}", **style.look(k)) for k, modulus in enumerate(MODULI)]
+    handles = [Line2D([], [], label=f"$kR^4/EI$ = {modulus.replace('E', ' E')}", **style.look(k))
+               for k, modulus in enumerate(MODULI)]
     handles += [Line2D([], [], label="rigid", **style.look(len(MODULI))),
                 Line2D([], [], marker=marker, color=colour, markerfacecolor="white", linestyle="none", markersize=4.5,
                        label=f"paper, 3.6 E6: {paper:g}")]
@@ -159,8 +160,12 @@ def figure_11(runs, sources: Sources, output: str) -> str:
 
 
 def stages(column: Results) -> dict[str, int]:
-    """Points a0 to a5 of the paper's Figs. 9 to 11: a3 half-way down in load from a2 to a4, a5 where the free column carries least."""
-    first = {label: next(critical.point for critical in column.critical if critical.label == label) for label in ("C+", "LP", "C-")}
+    """Points a0 to a5 of the paper's Figs. 9 to 11.
+
+    a3 is half-way down in load from a2 to a4, a5 where the free column carries least: the paper tells no loads for both.
+    """
+    first = {label: next(critical.point for critical in column.critical if critical.label == label)
+             for label in ("C+", "LP", "C-")}
     load = column.column("load_factor").values
     between = np.arange(first["LP"] + 1, first["C-"])
     middle = 0.5 * (load[first["LP"] - 1] + load[first["C-"] - 1])

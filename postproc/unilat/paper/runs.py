@@ -18,8 +18,8 @@ COARSE = (("0., 0., 16\n", "0., 0., 8\n"), ("0., 0., 160\n", "0., 0., 80\n"), ("
 MODULI = ("1E3", "1E4", "1E5", "1E6", "3.6E6", "1E7", "1E8")
 PAPERS_MODULUS = "3.6E6"
 
-# Name of the run: deck, changes (old, new) of its cards. A free span has 8 elements at least, whatever the deck says: meshes differ only
-# where the finer one puts more into the free part, which is a seventh of the ring.
+# Name of the run: deck, changes (old, new) of its cards. A free span has 8 elements at least, whatever the deck says: meshes
+# differ only where the finer one puts more into the free part, which is a seventh of the ring.
 RUNS: dict[str, tuple[str, tuple]] = {
     "ring": ("ring", tuple((old, new.format(n=128)) for old, new in RING)),
     "ring-coarse": ("ring", tuple((old, new.format(n=16)) for old, new in RING)),
@@ -47,17 +47,19 @@ class Runs:
 
     def make(self, jobs: int):
         """All runs anew, `jobs` at a time."""
-        decks = {name: changed_deck(os.path.join(self.root, "input", f"{deck}.inp"), changes) for name, (deck, changes) in RUNS.items()}
+        decks = {name: changed_deck(os.path.join(self.root, "input", f"{deck}.inp"), changes)
+                 for name, (deck, changes) in RUNS.items()}
         with ThreadPoolExecutor(jobs) as pool:
             list(pool.map(lambda item: self._run(*item), decks.items()))
 
     def _run(self, name: str, deck: str):
         with open(self._file(name, "inp"), "w", encoding="utf-8") as file:
             file.write(deck)
-        done = subprocess.run([self.program, "-o", self._file(name, "h5")], input=deck, capture_output=True, text=True, check=False,
-                              env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"})
+        done = subprocess.run([self.program, "-o", self._file(name, "h5")], input=deck, capture_output=True, text=True,
+                              env={**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}, check=False)
         if done.returncode:
-            raise ResultsError(f"{self._file(name, 'inp')}: exit code {done.returncode}: {(done.stderr or done.stdout).strip()[-500:]}")
+            why = (done.stderr or done.stdout).strip()[-500:]
+            raise ResultsError(f"{self._file(name, 'inp')}: exit code {done.returncode}: {why}")
 
     def _file(self, name: str, ending: str) -> str:
         return os.path.join(self.folder, f"{name}.{ending}")

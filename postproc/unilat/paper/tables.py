@@ -11,8 +11,9 @@ from ..results import Results, ResultsError
 from ..results.file import reason
 
 PIAN, STEIN, PAPER, EXACT = "Pian et al. (1967)", "Stein & Wriggers (1984)", "Silveira & Goncalves (2001)", "exact"
-# Column of the exact table for each row of Table 2, and the event of the run that is meant: on the way up, the limit point, on the way down.
-ANGLES = (("phi_34", "up", 34.0), ("phi_57", "up", 57.0), ("phi_cr", "critical", None), ("phi_62", "down", 62.0), ("phi_28", "down", 28.0))
+# Column of the exact table for each row of Table 2, and the point of the path: on the way up, the limit point, on the way down.
+ANGLES = (("phi_34", "up", 34.0), ("phi_57", "up", 57.0), ("phi_cr", "critical", None), ("phi_62", "down", 62.0),
+          ("phi_28", "down", 28.0))
 COLUMN = {"a1": "C+", "a2": "LP", "a4": "C-"}
 
 
@@ -52,11 +53,16 @@ def limit_load(results: Results) -> float:
 
 def separation_angle(results: Results, way: str, load: float | None) -> float:
     """Where contact begins, from the apex [degrees], at a load on the way up or down, or at the limit point."""
+    return min(region.angle_start for region in results.contact.regions(point_at(results, way, load)))
+
+
+def point_at(results: Results, way: str, load: float | None) -> int:
+    """Number of the point where *LOCATE has put this load, on the way up or down; or of the limit point."""
     limit = next(critical.point for critical in results.critical if critical.label == "LP")
-    point = limit if way == "critical" else next(
-        critical.point for critical in results.critical if critical.label == "UZ" and abs(critical.load_factor - load) < 1e-6 * load
-        and (critical.point < limit) == (way == "up"))
-    return min(region.angle_start for region in results.contact.regions(point))
+    if way == "critical":
+        return limit
+    return next(critical.point for critical in results.critical if critical.label == "UZ"
+                and abs(critical.load_factor - load) < 1e-6 * load and (critical.point < limit) == (way == "up"))
 
 
 def with_bar(fine: float, coarse: float, digits: int = 6) -> str:
@@ -66,12 +72,14 @@ def with_bar(fine: float, coarse: float, digits: int = 6) -> str:
 
 def table_1(runs, sources: Sources) -> str:
     """Critical load of the ring."""
-    rows = [("who", "p R^3/EI"), *((by, sources.print_of("Table 1", by, "critical load")["load"]) for by in (PIAN, STEIN, PAPER)),
+    told = {by: sources.print_of("Table 1", by, "critical load")["load"] for by in (PIAN, STEIN, PAPER, EXACT)}
+    rows = [("who", "p R^3/EI"), *((by, told[by]) for by in (PIAN, STEIN, PAPER)),
             ("unilat, rigid cavity", with_bar(limit_load(runs["ring"]), limit_load(runs["ring-coarse"]), 8)),
-            ("exact, rigid cavity", f"{float(sources.print_of('Table 1', EXACT, 'critical load')['load']):.8f}"),
+            ("exact, rigid cavity", f"{float(told[EXACT]):.8f}"),
             ("unilat, the paper's foundation", with_bar(limit_load(runs["medium-3.6E6"]), limit_load(runs["medium-coarse"]))),
             ("exact, the paper's foundation", f"{sources.critical[3.6e6]:.8f}"),
-            ("unilat, the paper's element and loop", with_bar(limit_load(runs["ring-ul2"]), limit_load(runs["ring-ul2-coarse"]), 4))]
+            ("unilat, the paper's element and loop",
+             with_bar(limit_load(runs["ring-ul2"]), limit_load(runs["ring-ul2-coarse"]), 4))]
     return "Table 1: critical load of the ring in a rigid cavity\n" + laid_out(rows)
 
 
@@ -94,7 +102,8 @@ def table_column(runs, sources: Sources) -> str:
         row = sources.print_of("Fig. 9", PAPER, point)
         fine, coarse = (next(critical.load_factor for critical in runs[run].critical if critical.label == label)
                         for run in ("column", "column-coarse"))
-        rows.append((f"{point}: {row['remark']}", row["load"], with_bar(fine, coarse, 9), f"{float(sources.print_of('Fig. 9', EXACT, point)['load']):.9f}"))
+        exact = float(sources.print_of("Fig. 9", EXACT, point)["load"])
+        rows.append((f"{point}: {row['remark']}", row["load"], with_bar(fine, coarse, 9), f"{exact:.9f}"))
     return "Figs. 9 to 11: loads of the column\n" + laid_out(rows)
 
 

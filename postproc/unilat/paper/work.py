@@ -10,8 +10,8 @@ from .runs import RUNS, Runs
 from .tables import Sources, table_1, table_2, table_column
 
 DESCRIPTION = """\
-Silveira & Goncalves, Structural Engineering and Mechanics 12 (2001) 35-50: Tables 1 and 2 and Figs. 5, 6, 9, 10 and 11, computed from
-the example decks and put beside the numbers that the paper prints and the exact ones."""
+Silveira & Goncalves, Structural Engineering and Mechanics 12 (2001) 35-50: Tables 1 and 2 and Figs. 5, 6, 9, 10 and 11, computed
+from the example decks and put beside the numbers that the paper prints and the exact ones."""
 
 
 def main(argv=None) -> int:
@@ -19,7 +19,8 @@ def main(argv=None) -> int:
     parser.add_argument("--root", required=True, help="the repository")
     parser.add_argument("--program", required=True, help="unilat")
     parser.add_argument("--folder", required=True, help="where results, tables and pictures go")
-    parser.add_argument("-j", type=int, default=len(os.sched_getaffinity(0)), dest="jobs", help="runs at a time (default: all cores)")
+    parser.add_argument("-j", type=int, default=len(os.sched_getaffinity(0)), dest="jobs",
+                        help="runs at a time (default: all cores)")
     parser.add_argument("--no-figures", action="store_true", help="tables alone")
     args = parser.parse_args(argv)
     runs = Runs(args.root, args.program, args.folder)

@@ -91,9 +91,10 @@ class Film:
         wide, tall = (self.limits[1] - self.limits[0]) * unit
         beside = tall > 0.3 * wide          # a flat structure lies above its path
         part = args.width / 2.0
-        height = float(np.clip(part * tall / wide, 0.6 * part, 1.4 * part)) if beside else args.width * tall / wide + 0.45 * args.width
+        below = 0.45 * args.width
+        height = float(np.clip(part * tall / wide, 0.6 * part, 1.4 * part)) if beside else args.width * tall / wide + below
         self.figure = style.new_figure(args.width, height + 12.0, args.dpi, constrained_layout=True)
-        shares = {} if beside else {"height_ratios": (args.width * tall / wide, 0.45 * args.width)}
+        shares = {} if beside else {"height_ratios": (args.width * tall / wide, below)}
         self.left, right = self.figure.subplots(1, 2) if beside else self.figure.subplots(2, 1, gridspec_kw=shares)
         self.x, self.y = (options.numbers(path, name) for name in (args.x or next(iter(path.monitors), "point"), args.y))
         path_curves.draw_path(right, path, self.x.values, self.y.values, style.look(0),

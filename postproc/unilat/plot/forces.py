@@ -19,10 +19,10 @@ from .obstacle_drawing import draw_obstacle
 DESCRIPTION = """\
 Draw section forces at chosen points of the path; the deck must have asked for *FIELD OUTPUT with SECTION FORCES. Over the arc
 length (stress-free, along the chords of the elements), one panel each, for structures of one rod; on the deformed structure, of
-one point (the last stored one), for others. N is positive in tension, Q acts along the left normal of the cut that faces the second node, M is positive
-where it turns the rod to the left. On the structure N and Q are drawn to the left of the elements when they are positive, M on the
-side in tension; the largest values are written. The file holds values at both ends of each element; between they are joined by
-straight lines."""
+one point (the last stored one), for others. N is positive in tension, Q acts along the left normal of the cut that faces the
+second node, M is positive where it turns the rod to the left. On the structure N and Q are drawn to the left of the elements
+when they are positive, M on the side in tension; the largest values are written. The file holds values at both ends of each
+element; between they are joined by straight lines."""
 
 EXAMPLES = """\
 examples:

@@ -62,8 +62,8 @@ def main(argv=None) -> int:
         points = choose(path, args, path.points_with(field), what)
         chains = choose_contacts(path, args)
         columns += [(path, points, chain) for chain in chains]
-        titles += [", ".join(([name] if len(paths) > 1 else []) + ([captions.escape(chain.obstacle_name)] if len(chains) > 1 else []))
-                   for chain in chains]
+        titles += [", ".join(([name] if len(paths) > 1 else []) +
+                             ([captions.escape(chain.obstacle_name)] if len(chains) > 1 else [])) for chain in chains]
         caption, texts = names(path, points, args)
         handles.append((caption, [Line2D([], [], color=shade(k, len(points)), label=text) for k, text in enumerate(texts)]))
 

@@ -51,7 +51,7 @@ def _write_csv(filename: str, sweep: Sweep, folder: RunFolder, version: str, row
         table = csv.writer(file, lineterminator="\n")
         table.writerow(["run", *sweep.values[0], *sweep.gather, "points", "code", "message"])
         for number, (values, row) in enumerate(zip(sweep.values, rows), start=1):
-            table.writerow([number, *values.values(), *(row[name] for name in sweep.gather), row["points"], row["code"], row["message"]])
+            table.writerow([number, *values.values(), *(row[name] for name in (*sweep.gather, "points", "code", "message"))])
     os.replace(f"{filename}.part", filename)
 
 
@@ -75,7 +75,8 @@ def _write_hdf5(filename: str, sweep: Sweep, folder: RunFolder, version: str, ro
         path.attrs["description"] = "the paths of all runs below each other; run: whose point it is"
         _put(path, "run", np.concatenate([np.full(results.n_points, number) for number, results in paths] or [np.zeros(0, int)]))
         if paths:
-            for name in ("load_factor", "arc_length", "negative_pivots", "label", *paths[0][1].monitors):
+            wanted = ("load_factor", "arc_length", "negative_pivots", "label", *paths[0][1].monitors)
+            for name in [name for name in wanted if all(name in results.path or name in results.monitors for _, results in paths)]:
                 columns = [results.column(name) for _, results in paths]
                 item = _put(path, name, np.concatenate([column.values for column in columns]))
                 item.attrs["units"], item.attrs["description"] = columns[0].units, columns[0].description

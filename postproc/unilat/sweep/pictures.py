@@ -40,7 +40,8 @@ def draw(sweep: Sweep, folder: str) -> list[str]:
                 axes.set(**{f"{axis}scale": picture[f"{axis}_scale"]})
         if "title" in picture:
             axes.set_title(picture["title"])
-        output = os.path.join(folder, picture.get("file") or f"{sweep.name}_{picture['kind']}{'' if number == 1 else f'-{number}'}.png")
+        usual = f"{sweep.name}_{picture['kind']}{'' if number == 1 else f'-{number}'}.png"
+        output = os.path.join(folder, picture.get("file", usual))
         figure.savefig(output)
         written.append(output)
     return written
@@ -80,7 +81,8 @@ def draw_line(axes, table: dict, picture: dict):
         curves = np.array([np.quantile(y[(x == place) & np.isfinite(y)], SHARES) for place in places]).reshape(-1, 3).T
         several = any(np.sum((x == place) & np.isfinite(y)) > 1 for place in places)
         look = style.look(k)
-        axes.plot(places, curves[1], marker=".", markersize=4, label=None if group is None else f"{named(over)} = {_short(group)}", **look)
+        name = None if group is None else f"{named(over)} = {_short(group)}"
+        axes.plot(places, curves[1], marker=".", markersize=4, label=name, **look)
         if several:
             axes.fill_between(places, curves[0], curves[2], alpha=0.15, linewidth=0, color=look["color"],
                               label="5 to 95 % of the runs" if k == len(groups) - 1 else None)
@@ -116,7 +118,8 @@ def draw_scatter(axes, table: dict, picture: dict):
     x, y = (np.asarray(table[picture[key]], dtype=float) for key in "xy")
     there = np.isfinite(x) & np.isfinite(y)
     if "value" in picture:
-        drawn = axes.scatter(x[there], y[there], c=np.asarray(table[picture["value"]], dtype=float)[there], s=9, cmap=PALETTE, zorder=3)
+        colour = np.asarray(table[picture["value"]], dtype=float)[there]
+        drawn = axes.scatter(x[there], y[there], c=colour, s=9, cmap=PALETTE, zorder=3)
         axes.figure.colorbar(drawn, ax=axes, label=picture.get("label", named(picture["value"])))
     else:
         axes.scatter(x[there], y[there], s=9, color=style.COLOURS[0], alpha=0.7, linewidths=0, zorder=3)
@@ -134,7 +137,8 @@ def draw_histogram(axes, table: dict, picture: dict):
     low = float(np.quantile(there, SHARES[0]))
     mean = float(np.mean(there))
     axes.axvline(mean, color=style.INK, linewidth=1.0, label=f"mean {mean:.4g}, deviation {np.std(there):.2g}", zorder=3)
-    axes.axvline(low, color=style.CONTACT, linewidth=1.0, linestyle=(0, (4.5, 1.8)), label=f"5 % of the runs are below {low:.4g}", zorder=3)
+    axes.axvline(low, color=style.CONTACT, linewidth=1.0, linestyle=(0, (4.5, 1.8)), zorder=3,
+                 label=f"5 % of the runs are below {low:.4g}")
     axes.margins(x=0.03)
     axes.set_ylim(top=1.25 * axes.get_ylim()[1])        # room for the legend
     axes.legend(loc="upper left")
@@ -146,8 +150,8 @@ def draw_histogram(axes, table: dict, picture: dict):
 def without(axes, number: int):
     """Says how many runs are not in the picture."""
     if number:
-        axes.text(0.99, 0.985, f"{number} run{'s' if number > 1 else ''} without a value", transform=axes.transAxes, ha="right", va="top",
-                  fontsize=7.5, color=style.CONTACT)
+        axes.text(0.99, 0.985, f"{number} run{'s' if number > 1 else ''} without a value", transform=axes.transAxes,
+                  ha="right", va="top", fontsize=7.5, color=style.CONTACT)
 
 
 def label(axes, picture: dict, x: str, y: str | None):

@@ -13,7 +13,7 @@ WIDTH = 30      # characters of the bar
 
 
 def run_pool(folder: RunFolder, decks: dict[str, str], n: int, timeout: float | None, progress: Progress):
-    """Runs decks (by key), n at a time. Whatever interrupts it, finished runs stay; those under way are told to end and waited for."""
+    """Runs decks (by key), n at a time. Whatever interrupts it, finished runs stay."""
     with ThreadPoolExecutor(n) as pool:     # each thread only waits for its own process
         left = iter(decks.items())
         under_way = {pool.submit(folder.run, key, deck, timeout) for key, deck in itertools.islice(left, n)}
@@ -44,7 +44,8 @@ class Progress:
             if now - self.shown > 0.1 or done == self.total:
                 self.shown = now
                 full = WIDTH * done // max(self.total, 1)
-                self.stream.write(f"\r[{'#' * full}{'.' * (WIDTH - full)}] {self._told(now)}\033[K" + ("\n" if done == self.total else ""))
+                end = "\n" if done == self.total else ""
+                self.stream.write(f"\r[{'#' * full}{'.' * (WIDTH - full)}] {self._told(now)}\033[K{end}")
                 self.stream.flush()
         elif 10 * done // max(self.total, 1) > self.tenth:
             self.tenth = 10 * done // max(self.total, 1)

@@ -44,5 +44,5 @@ def read_quantity(word, filename: str) -> Quantity:
     how, _, name = word.partition(" ") if isinstance(word, str) else ("", "", "")
     if how in ALONG and name.strip():
         return Quantity(word, None, 0, how, name.strip())
-    raise ResultsError(f"{filename}: [gather]: '{word}' is neither a label ({', '.join(LABELS)}) with a number and .quantity behind, "
-                       f"nor {', '.join(ALONG)} and a quantity")
+    raise ResultsError(f"{filename}: [gather]: '{word}' is neither a label ({', '.join(LABELS)}) with a number and .quantity "
+                       f"behind, nor {', '.join(ALONG)} and a quantity")

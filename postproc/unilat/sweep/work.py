@@ -43,16 +43,15 @@ def main(argv=None) -> int:
     parser.add_argument("file", metavar="SWEEP.toml")
     parser.add_argument("--folder", metavar="DIR", help="where everything goes (default: NAME-sweep in the current folder)")
     parser.add_argument("--program", metavar="FILE", help="unilat (default: the variable UNILAT, else on the PATH)")
-    parser.add_argument("-j", type=whole, default=len(os.sched_getaffinity(0)), metavar="N", help="runs at a time (default: all cores); "
-                        "with --slurm: of a task, which gets as many cores (default there 1)", dest="jobs")
+    parser.add_argument("-j", type=whole, metavar="N", dest="jobs", help="runs at a time (default: all cores); with --slurm: of a "
+                        "task, which gets as many cores (default there 1)")
     parser.add_argument("--retry", action="store_true", help="repeat runs that were not complete, too")
     parser.add_argument("--slurm", action="store_true", help="as a job array of a cluster")
     parser.add_argument("--tasks", type=whole, metavar="M", help=f"array tasks (default: one for {slurm.RUNS_A_TASK} runs)")
     parser.add_argument("--sbatch", default="", metavar="OPTIONS", help="options for sbatch, such as \"--time=10\"")
     parser.add_argument("--slice", type=part, metavar="K/M", help=argparse.SUPPRESS)      # what a task of the array runs
     args = parser.parse_args(argv)
-    if args.slurm and "-j" not in (argv or sys.argv):
-        args.jobs = 1
+    args.jobs = args.jobs or (1 if args.slurm else len(os.sched_getaffinity(0)))
     sweep = read_sweep(args.file)
     folder = RunFolder(args.folder or f"{sweep.name}-sweep", find_program(args.program))
     keys = [folder.key(deck) for deck in sweep.decks]
