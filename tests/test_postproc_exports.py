@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import importlib
 import io
 import json
 import re
@@ -17,7 +18,7 @@ sys.path[:0] = [str(Path(__file__).resolve().parent)]
 
 import make_branch_file  # noqa: E402
 import make_result_file as make  # noqa: E402
-from postproc_runner import command_line, draw  # noqa: E402
+from postproc_runner import POSTPROC, command_line, draw  # noqa: E402
 from unilat import tables  # noqa: E402
 from unilat.results import ResultsError, read_results  # noqa: E402
 from unilat.results.rod_shape import Shape  # noqa: E402
@@ -287,7 +288,7 @@ def test_a_missing_package_is_one_sentence(files, tmp_path, package, name, code)
         f"        if name.split('.')[0] == '{package}':\n"
         "            raise ModuleNotFoundError(f\"No module named '{name}'\", name=name)\n"
         "sys.meta_path.insert(0, Gone())\n")
-    done = command_line(tmp_path, name, files / "ring.h5", PYTHONPATH=f"{tmp_path}:{Path(__file__).parent.parent / 'postproc'}")
+    done = command_line(tmp_path, name, files / "ring.h5", PYTHONPATH=f"{tmp_path}:{POSTPROC}")
     assert done.returncode == code, done.stderr
     if code:
         also = "; csv, vtk and html do without" if package == "matplotlib" else ""
@@ -299,3 +300,16 @@ def test_usage_lists_the_commands(tmp_path):
     for arguments, code in (([], 2), (["--help"], 0)):
         done = command_line(tmp_path, *arguments)
         assert done.returncode == code and "\n   animate " in done.stdout
+
+
+def test_the_package_is_whole():
+    """The version is that of the program, every folder with modules is a package, commands and other files are named."""
+    text = (POSTPROC / "pyproject.toml").read_text()
+    program = re.search(r"project\(unilat VERSION ([0-9.]+)", (POSTPROC.parent / "CMakeLists.txt").read_text()).group(1)
+    assert re.search(r'^version = "(.*)"$', text, re.MULTILINE).group(1) == program
+    modules = [path for path in (POSTPROC / "unilat").rglob("*.py") if "__pycache__" not in path.parts]
+    assert all((path.parent / "__init__.py").exists() for path in modules)
+    for module, function in re.findall(r'= "(unilat[a-z_.]*):([a-z_]+)"', text):
+        assert callable(getattr(importlib.import_module(module), function))
+    others = [path for path in (POSTPROC / "unilat").rglob("*") if path.is_file() and path.suffix not in (".py", ".pyc")]
+    assert others and all(f'"{path.name}"' in text for path in others)

@@ -6,6 +6,7 @@ UNILAT names the program.
 from __future__ import annotations
 
 import csv
+import io
 import os
 import signal
 import statistics
@@ -24,6 +25,7 @@ sys.path[:0] = [str(TESTS), str(TESTS.parent / "postproc")]
 from postproc_runner import POSTPROC, drawn_share  # noqa: E402
 from unilat.results import ResultsError  # noqa: E402
 from unilat.sweep.deck_text import filled, parameters  # noqa: E402
+from unilat.sweep.pool import WIDTH, Progress  # noqa: E402
 from unilat.sweep.quantities import read_quantity  # noqa: E402
 from unilat.sweep.sampling import samples  # noqa: E402
 
@@ -272,6 +274,26 @@ def test_interrupted_by_hand(folder):
     assert running.returncode == 130 and "Traceback" not in said and "run it again" in said
 
 
+class Screen(io.StringIO):
+    """A terminal."""
+
+    def isatty(self):
+        return True
+
+
+def test_the_bar_on_a_terminal_and_the_lines_elsewhere():
+    screen, log = Screen(), io.StringIO()
+    for stream in (screen, log):
+        progress = Progress(40, stream)
+        for number in range(40):
+            progress.add(1 if number == 3 else 0)
+    bars = screen.getvalue().split("\r")
+    assert bars[-1].startswith(f"[{'#' * WIDTH}] 40 of 40 runs, 1 not complete, ") and bars[-1].endswith("\n")
+    assert screen.getvalue().count("\n") == 1
+    lines = log.getvalue().splitlines()
+    assert len(lines) == 10 and lines[0].startswith("4 of 40 runs, 1 not complete, ") and lines[-1].startswith("40 of 40")
+
+
 # What is gathered
 
 
@@ -290,6 +312,8 @@ def test_words_of_quantities():
     (("turns = [0.25, 0.5]", "turns = [0.25, 0.5]\nlost = [1]"), "parameter 'lost' is not in strip.inp: no ${lost}"),
     (("[latin]", "[latin"), "strip.toml: "), (("limit = \"LP\"", "limit = \"LPX\""), "'LPX' is neither a label"),
     (('limit = "LP"', 'limit = "LP"\n[[picture]]\nkind = "line"\nx = "lost"\ny = "limit"'), "no parameter or gathered quantity"),
+    (("limit = \"LP\"", "code = \"LP\""), "'code' is a column of every sweep"),
+    (("limit = \"LP\"", "EI = \"LP\""), "'EI' is a parameter and in [gather]"),
     (("EI = { from = 1.0, to = 10.0, scale = \"log\" }", ""), "[latin]: no parameters")])
 def test_wrong_sweep_files_are_one_line_before_anything_runs(folder, change, message):
     assert change[0] in SWEEP

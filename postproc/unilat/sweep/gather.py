@@ -10,7 +10,7 @@ import os
 import h5py
 import numpy as np
 
-from ..results import Results, ResultsError, read_results
+from ..results import ResultsError, read_results
 from .run_folder import RunFolder
 from .sweep_file import Sweep
 
@@ -34,7 +34,9 @@ def gather(sweep: Sweep, folder: RunFolder, keys: list[str]) -> str:
             except ResultsError as problem:
                 raise ResultsError(f"run {number}: {problem}") from problem
             version = f"{results.program} {results.version}"
-            paths.append((number, results))
+            wanted = ("load_factor", "arc_length", "negative_pivots", "label", *results.monitors)
+            paths.append((number, {name: results.column(name) for name in wanted
+                                   if name in results.path or name in results.monitors}, list(results.monitors)))
             critical += [(number, point) for point in results.critical]
         rows.append(row)
     stem = os.path.join(folder.folder, sweep.name)
@@ -56,7 +58,8 @@ def _write_csv(filename: str, sweep: Sweep, folder: RunFolder, version: str, row
 
 
 def _write_hdf5(filename: str, sweep: Sweep, folder: RunFolder, version: str, rows: list[dict],
-                paths: list[tuple[int, Results]], critical: list, keys: list[str]):
+                paths: list[tuple], critical: list, keys: list[str]):
+    """`paths`: number of the run, columns of its path by name, names of its monitors. `critical`: number of the run, point."""
     with h5py.File(f"{filename}.part", "w") as file:
         for name, text in (("program", "unilat-sweep"), ("title", sweep.title), ("sweep", sweep.text), ("deck", sweep.deck),
                            ("deck_name", sweep.deck_name), ("unilat", version), ("program_sha256", folder.program_hash),
@@ -73,11 +76,11 @@ def _write_hdf5(filename: str, sweep: Sweep, folder: RunFolder, version: str, ro
         _put(runs, "key", keys)
         path = file.create_group("path", track_order=True)
         path.attrs["description"] = "the paths of all runs below each other; run: whose point it is"
-        _put(path, "run", np.concatenate([np.full(results.n_points, number) for number, results in paths] or [np.zeros(0, int)]))
+        _put(path, "run", np.concatenate([np.full(len(columns["load_factor"].values), number) for number, columns, _ in paths]
+                                         or [np.zeros(0, int)]))
         if paths:
-            wanted = ("load_factor", "arc_length", "negative_pivots", "label", *paths[0][1].monitors)
-            for name in [name for name in wanted if all(name in results.path or name in results.monitors for _, results in paths)]:
-                columns = [results.column(name) for _, results in paths]
+            for name in [name for name in paths[0][1] if all(name in columns for _, columns, _ in paths)]:
+                columns = [columns[name] for _, columns, _ in paths]
                 item = _put(path, name, np.concatenate([column.values for column in columns]))
                 item.attrs["units"], item.attrs["description"] = columns[0].units, columns[0].description
         points = file.create_group("critical", track_order=True)
@@ -85,7 +88,7 @@ def _write_hdf5(filename: str, sweep: Sweep, folder: RunFolder, version: str, ro
         _put(points, "run", np.array([number for number, _ in critical], dtype=int))
         for name in ("label", "point", "load_factor"):
             _put(points, name, [getattr(point, name) for _, point in critical])
-        for name in paths[0][1].monitors if paths else ():
+        for name in paths[0][2] if paths else ():
             _put(points, name, np.array([point.monitors.get(name, np.nan) for _, point in critical], dtype=float))
     os.replace(f"{filename}.part", filename)
 

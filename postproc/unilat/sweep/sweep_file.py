@@ -12,6 +12,7 @@ from .sampling import GROUPS, samples
 
 KNOWN = {"title", "deck", "timeout", "gather", "picture", *GROUPS}
 DEFAULT = {"limit_load": "LP"}
+OWN_COLUMNS = {"run", "points", "code", "message", "seconds", "key"}
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,9 @@ def read_sweep(filename: str) -> Sweep:
     clash = set(gather) & set(values[0])
     if clash:
         raise ResultsError(f"{filename}: '{min(clash)}' is a parameter and in [gather]")
+    taken = OWN_COLUMNS & (set(gather) | set(values[0]))
+    if taken:
+        raise ResultsError(f"{filename}: '{min(taken)}' is a column of every sweep; choose another name")
     return Sweep(os.path.splitext(os.path.basename(filename))[0], content.get("title", ""), text, os.path.basename(deck_name), deck,
                  values, {name: word for word in GROUPS for name in content.get(word, {}) if name in values[0]},
                  [filled(deck, each, deck_name) for each in values], gather, _pictures(content, filename, gather, values[0]),
