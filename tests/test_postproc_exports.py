@@ -213,6 +213,15 @@ def test_page_with_a_slider(files, tmp_path):
     assert data["note"] == "" and data["frames"][LIMIT - 1]["contact"]
 
 
+def test_the_page_of_half_a_ring_shows_the_whole(files, tmp_path):
+    output = tmp_path / "ring.html"
+    assert draw("html", files / "ring.h5", "--mirror", "x=0", "-o", output) == 0
+    data = page_data(output)
+    left, right = (np.array(curve) for curve in data["frames"][LIMIT - 1]["rods"])
+    np.testing.assert_array_equal(left * (-1, 1), right)
+    assert data["limits"][1][0] > 0.99 / data["step"] and len(data["home"]) == 2
+
+
 def test_the_page_says_that_the_run_stopped_and_that_scales_differ(files, tmp_path):
     output = tmp_path / "column.html"
     assert draw("html", files / "column.h5", "--stretch-y", 5, "-o", output) == 0

@@ -10,8 +10,9 @@ import os
 import numpy as np
 
 from ..chosen_points import branch_number
-from ..options import Parser
+from ..options import Parser, positive
 from ..results import Path, Results, ResultsError, read_results
+from ..results.mirror import mirror_line, mirrored
 from ..results.obstacle_surface import strokes, surfaces
 from ..results.rod_shape import Shape, contact_pieces, join
 
@@ -22,7 +23,7 @@ DISPLACEMENT."""
 
 EXAMPLES = """\
 examples:
-  unilat-plot html ring.h5                          writes ring.html
+  unilat-plot html ring.h5 --mirror x=0             writes ring.html
   unilat-plot html column.h5 --x midspan --stretch-y 5
 """
 
@@ -35,7 +36,8 @@ def main(argv=None) -> int:
     parser.add_argument("--branch", type=branch_number, default=0, metavar="K", help="branch K instead of the path of the steps")
     parser.add_argument("--x", metavar="NAME", help="quantity along x of the path (default: the first monitor, else point)")
     parser.add_argument("--y", metavar="NAME", default="load_factor", help="quantity along y (default load_factor)")
-    parser.add_argument("--stretch-y", type=float, default=1.0, metavar="F",
+    parser.add_argument("--mirror", type=mirror_line, metavar="x=X|y=Y", help="add the mirror image over this line")
+    parser.add_argument("--stretch-y", type=positive, default=1.0, metavar="F",
                         help="draw shapes with y F times larger (default 1: equal scales); the page says so")
     parser.add_argument("-o", "--output", metavar="FILE", help="default: named after the result file, in the current folder")
     args = parser.parse_args(argv)
@@ -62,7 +64,7 @@ def page_data(results: Results, path: Path, args) -> dict:
     points = path.points_with("displacement")
     shapes = {int(point): Shape(path.mesh, path.field("displacement", point)) for point in points}
     home = Shape(path.mesh)
-    everything = np.concatenate([curve for shape in (home, *shapes.values()) for curve in shape.curves()])
+    everything = np.concatenate([curve for shape in (home, *shapes.values()) for curve in mirrored(shape.curves(), args.mirror)])
     low, high = everything.min(axis=0), everything.max(axis=0)
     margin = 0.05 * np.max((high - low) * (1.0, args.stretch_y)) / np.array((1.0, args.stretch_y))
     limits = np.array((low - margin, high + margin))
@@ -85,8 +87,9 @@ def page_data(results: Results, path: Path, args) -> dict:
     frames = []
     for point, shape in shapes.items():
         pieces, spots = contact_pieces(path, point, shape)
-        frames.append({"point": point, "rods": rounded(shape.curves()), "contact": rounded(join(pieces, shape)),
-                       "spots": rounded([spots])[0] if len(spots) else [],
+        spots = [spot for each in mirrored([spots], args.mirror) for spot in each]
+        frames.append({"point": point, "rods": rounded(mirrored(shape.curves(), args.mirror)),
+                       "contact": rounded(mirrored(join(pieces, shape), args.mirror)), "spots": rounded(spots),
                        "obstacles": drawn_obstacles(point) if moving else None})
     columns = [path.column(name) for name in path.column_names()]
     columns = [column for column in columns if column.values.dtype.kind in "biuf"]
@@ -96,7 +99,7 @@ def page_data(results: Results, path: Path, args) -> dict:
     labels = path.path["label"].values if "label" in path.path else np.full(path.n_points, "")
     status = "" if results.complete else f"The run did not come to its end: {results.status}."
     scale = "" if args.stretch_y == 1.0 else f"y is drawn {args.stretch_y:g} times larger than x."
-    return {"step": step, "stretch": args.stretch_y, "limits": rounded(limits), "home": rounded(home.curves()),
+    return {"step": step, "stretch": args.stretch_y, "limits": rounded(limits), "home": rounded(mirrored(home.curves(), args.mirror)),
             "obstacles": drawn_obstacles(int(points[0])), "frames": frames, "x": x, "y": y, "note": f"{status} {scale}".strip(),
             "labels": [str(label) for label in labels], "stable": [bool(value == 0) for value in pivots],
             "columns": {column.name: {"units": column.units, "values": [float(value) if np.isfinite(value) else None

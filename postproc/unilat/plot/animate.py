@@ -10,10 +10,11 @@ from matplotlib import animation
 from .. import captions, options
 from ..chosen_points import branch_number
 from ..results import Path, ResultsError
+from ..results.mirror import mirror_line, mirrored
 from ..results.rod_shape import Shape, contact_curves
 from . import path_curves, style
 from .obstacle_drawing import draw_obstacle
-from .shape import mirror_line, mirrored, with_displacement
+from .shape import with_displacement
 
 DESCRIPTION = """\
 Write a film of the deformed shape beside the path on which a dot moves: a GIF, which needs nothing but matplotlib, or an MP4, which

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
-
 import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator, MultipleLocator
@@ -11,6 +9,7 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 from .. import options
 from ..chosen_points import add_points, choose, names, shade
 from ..results import Path, ResultsError
+from ..results.mirror import mirror_line, mirrored
 from ..results.rod_shape import Shape, contact_curves
 from . import style
 from .obstacle_drawing import draw_obstacle
@@ -126,17 +125,6 @@ class Picture:
         return mirrored(curves, self.args.mirror)
 
 
-def mirrored(curves: list[np.ndarray], line: tuple[int, float] | None) -> list[np.ndarray]:
-    """The curves, and their images over the line x (0) or y (1) = value."""
-    if line is None:
-        return list(curves)
-    axis, at = line
-    images = [curve.copy() for curve in curves]
-    for image in images:
-        image[:, axis] = 2.0 * at - image[:, axis]
-    return list(curves) + images
-
-
 def with_displacement(path: Path) -> np.ndarray:
     return path.points_with("displacement") if "displacement" in path.field_names else np.zeros(0, dtype=int)
 
@@ -215,11 +203,3 @@ def scale_notes(args) -> list[str]:
     """What is not drawn to the same scale as the rest."""
     return ([f"y is drawn {args.stretch_y:g} times larger"] if args.stretch_y != 1.0 else []) + \
         ([f"displacements times {args.scale:g}"] if args.scale != 1.0 else [])
-
-
-def mirror_line(text: str) -> tuple[int, float]:
-    axis, _, at = text.replace(" ", "").partition("=")
-    try:
-        return "xy".index(axis.lower() or "?"), float(at)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"'{text}' is not a line such as x=0 or y=1.5") from None
