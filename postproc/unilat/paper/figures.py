@@ -76,13 +76,20 @@ def figure_6(runs, sources: Sources, output: str) -> str:
     axes.set_ylim(0.0, 95.0)
     axes.set_xlabel("$v/R$")
     axes.set_ylabel("$pR^3/EI$")
-    handles = [Line2D([], [], label=f"$kR^4/EI$ = {modulus.replace('E', ' E')}", **style.look(k))
+    handles = [Line2D([], [], label=f"$kR^4/EI$ = {powers(modulus)}", **style.look(k))
                for k, modulus in enumerate(MODULI)]
     handles += [Line2D([], [], label="rigid", **style.look(len(MODULI))),
                 Line2D([], [], marker=marker, color=colour, markerfacecolor="white", linestyle="none", markersize=4.5,
-                       label=f"paper, 3.6 E6: {paper:g}")]
+                       label=f"paper, {powers(PAPERS_MODULUS)}: {paper:g}")]
     axes.legend(handles=handles, loc="upper right")
     return saved(figure, output)
+
+
+def powers(number: str) -> str:
+    """3.6E6 as it is printed."""
+    factor, exponent = number.split("E")
+    before = "" if factor == "1" else rf"{factor} \times "
+    return f"${before}10^{exponent}$"
 
 
 def figure_9(runs, sources: Sources, output: str) -> str:

@@ -10,10 +10,10 @@ from ..results import Results, ResultsError, read_results
 
 LOADS = "LOAD, 34., 57., 62., 28."
 FULL_OUTPUT = ("*FIELD OUTPUT, EVERY=5", "*FIELD OUTPUT")
-CLOSE_POINTS = ("1., 1E-9, 0.02", "1., 1E-9, 0.0005")
-RING = (CLOSE_POINTS, ("TYPE=GE4", "TYPE=GE8"), ("1, 2, 0., 0., 160, 6.", "1, 2, 0., 0., {n}"))
+# Points so close that the curves of the figures look smooth.
+RING = (("1., 1E-9, 0.02", "1., 1E-9, 0.0005"), ("TYPE=GE4", "TYPE=GE8"), ("1, 2, 0., 0., 160, 6.", "1, 2, 0., 0., {n}"))
 COLUMN = (("TYPE=GE6", "TYPE=GE8"), ("1, 2, 40", "1, 2, {n}"), ("2, 3, 40", "2, 3, {n}"), FULL_OUTPUT)
-MEDIUM = (CLOSE_POINTS, ("MODULUS=1E8", "MODULUS={k}"), ("*STOP\n", f"*LOCATE\n{LOADS}\n*STOP\n"))
+MEDIUM = (("1., 1E-9, 0.02", "1., 1E-9, 0.003"), ("MODULUS=1E8", "MODULUS={k}"), ("*STOP\n", f"*LOCATE\n{LOADS}\n*STOP\n"))
 COARSE = (("0., 0., 16\n", "0., 0., 8\n"), ("0., 0., 160\n", "0., 0., 80\n"), ("0., 0., 64\n", "0., 0., 32\n"))
 MODULI = ("1E3", "1E4", "1E5", "1E6", "3.6E6", "1E7", "1E8")
 PAPERS_MODULUS = "3.6E6"
