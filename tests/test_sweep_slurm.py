@@ -18,7 +18,7 @@ TESTS = Path(__file__).resolve().parent
 sys.path[:0] = [str(TESTS), str(TESTS.parent / "postproc")]
 
 from slurm_machine import SlurmMachine, why_not  # noqa: E402
-from test_sweep import DECK, SWEEP, N, command, environment, folder, slow_program, sweep  # noqa: E402,F401
+from test_sweep import N, command, environment, folder, slow_program, sweep  # noqa: E402,F401
 
 pytestmark = pytest.mark.skipif(bool(why_not()), reason=why_not())
 

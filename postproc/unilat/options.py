@@ -64,6 +64,13 @@ def load(args, points: bool = True) -> list[Results]:
     return everything
 
 
+def tell_unfinished(everything: list[Results]):
+    """Says which files are of runs that did not come to their end."""
+    for results in everything:
+        if not results.complete:
+            print(f"note: {results.filename} has {results.n_points} points, status: {results.status or 'unknown'}")
+
+
 def numbers(results: Path | LimitCurve, name: str) -> Column:
     """A quantity that can be drawn."""
     column = results.column(name)

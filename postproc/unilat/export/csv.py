@@ -7,7 +7,7 @@ import os
 import sys
 
 from ..chosen_points import branch_number
-from ..options import Parser
+from ..options import Parser, tell_unfinished
 from ..results import Column, Results, ResultsError, read_results
 from ..tables import TABLES, table
 
@@ -44,6 +44,7 @@ def main(argv=None) -> int:
     except OSError as problem:
         raise ResultsError(f"{output}: cannot be written: {problem.strerror or problem}") from problem
     print(f"wrote {output} ({len(columns[0].values)} rows)")
+    tell_unfinished([results])
     return 0
 
 

@@ -10,7 +10,7 @@ import os
 import numpy as np
 
 from ..chosen_points import branch_number
-from ..options import Parser, positive
+from ..options import Parser, positive, tell_unfinished
 from ..results import Path, Results, ResultsError, read_results
 from ..results.mirror import mirror_line, mirrored
 from ..results.obstacle_surface import strokes, surfaces
@@ -54,6 +54,7 @@ def main(argv=None) -> int:
     except OSError as problem:
         raise ResultsError(f"{output}: cannot be written: {problem.strerror or problem}") from problem
     print(f"wrote {output} ({len(data['frames'])} shapes, {os.path.getsize(output) // 1024} kB)")
+    tell_unfinished([results])
     return 0
 
 

@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 
 from ..chosen_points import branch_number, count
-from ..options import Parser
+from ..options import Parser, tell_unfinished
 from ..results import Path, ResultsError, read_results
 from ..results.obstacle_surface import surfaces
 from ..results.rod_shape import Shape, contact_pieces
@@ -36,7 +36,8 @@ def main(argv=None) -> int:
     parser.add_argument("--pieces", type=count, default=8, metavar="N", help="straight pieces an element (default 8)")
     parser.add_argument("-o", "--output", metavar="FILE", help="default: named after the result file, in the current folder")
     args = parser.parse_args(argv)
-    path = read_results(args.file).path_number(args.branch)
+    results = read_results(args.file)
+    path = results.path_number(args.branch)
     stem = os.path.splitext(args.output or os.path.basename(args.file))[0]
     stem += f"-branch-{args.branch}" if args.branch and not args.output else ""
     if "displacement" not in path.field_names or path.points_with("displacement").size == 0:
@@ -47,6 +48,7 @@ def main(argv=None) -> int:
     if path.obstacles:
         write_obstacles(f"{stem}-obstacles.vtkhdf", path, points, limits)
         print(f"wrote {stem}-obstacles.vtkhdf")
+    tell_unfinished([results])
     return 0
 
 

@@ -61,6 +61,7 @@ def main(argv=None) -> int:
     except OSError as problem:
         raise ResultsError(f"{output}: cannot be written: {problem.strerror or problem}") from problem
     print(f"wrote {output} ({len(points)} frames)")
+    options.tell_unfinished([results])
     return 0
 
 

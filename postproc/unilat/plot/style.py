@@ -136,9 +136,7 @@ def save(figure, args, everything: list[Results], ending: str) -> int:
     except OSError as problem:
         raise ResultsError(f"{output}: cannot be written: {problem.strerror or problem}") from problem
     print(f"wrote {output}")
-    for results in everything:
-        if not results.complete:
-            print(f"note: {results.filename} has {results.n_points} points, status: {results.status or 'unknown'}")
+    options.tell_unfinished(everything)
     return 0
 
 
