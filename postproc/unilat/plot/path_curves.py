@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..options import LABELS, Parser, mark_list
-from ..results import Column, Critical, Path, Results
+from ..results import Column, Critical, Path
 
 MARKERS = {"LP": "o", "BP": "D", "TP": "p", "C+": "^", "C-": "v", "UZ": "x", "EP": "s"}
 UNSTABLE = (0, (4.5, 1.8))

@@ -37,8 +37,7 @@ import h5py
 import numpy as np
 
 from .file import ResultsError, dataset, one_line, open_file, scalar, text
-from .types import (FIELD_NAMES, Branch, Buckling, Column, Contact, Critical, LimitCurve, Mesh, Obstacle, Path,
-                          Region, Results)
+from .types import FIELD_NAMES, Branch, Buckling, Column, Contact, Critical, LimitCurve, Mesh, Obstacle, Results
 
 
 def read_results(filename: str | os.PathLike) -> Results:

@@ -90,9 +90,12 @@ def make_runs(folder: RunFolder, sweep: Sweep, decks: dict[str, str], args):
     job = slurm.submit(os.path.abspath(folder.folder), sweep.name, again, tasks, args.jobs, args.sbatch)
     print(f"Slurm job array {job}: {tasks} tasks; log files in {folder.folder}", flush=True)
 
+    codes: dict[str, int] = {}
+
     def look() -> tuple[int, int]:
-        done = folder.finished() & missing.keys()
-        return len(done), sum(bool(folder.record(key).code) for key in done)
+        for key in (folder.finished() & missing.keys()) - codes.keys():
+            codes[key] = folder.record(key).code
+        return len(codes), sum(code != 0 for code in codes.values())
 
     slurm.wait_for(job, look, progress)
 
