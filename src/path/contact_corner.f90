@@ -2,8 +2,8 @@
 !>
 !> Past a limit point the LCP of an increment may have no solution: along the tangent a contact has to open, but the path
 !> without it leaves in a direction with a negative component on that tangent, so no increment of given length exists.
-!> So the corner itself is found, the contact set held, the first offending reaction or gap brought to zero; the set is changed there, and the new tangent is pointed
-!> where the reaction grows, or the gap opens, instead of along the old one.
+!> So the corner itself is found, the contact set held, the first offending reaction or gap brought to zero; the set is
+!> changed there, and the new tangent is pointed where the reaction grows, or the gap opens, instead of along the old one.
 module contact_corner
    use kinds, only: wp
    use problem, only: problem_t

@@ -2,7 +2,8 @@
 !>
 !>   (K + dl K') x = 0,   K' the stress stiffness of the step's loads
 !>
-!> K is the tangent of the state: supports and active contacts hold. The eigenvalues 1/dl of -K^-1 K' of largest size are found by block_krylov, whatever the sign of K: the state
+!> K is the tangent of the state: supports and active contacts hold. The eigenvalues 1/dl of -K^-1 K' of largest size are
+!> found by block_krylov, whatever the sign of K: the state
 !> may be past its first critical load. The closer the state to a critical one, the better the estimate.
 module linear_buckling
    use kinds, only: wp
