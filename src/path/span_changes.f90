@@ -3,7 +3,7 @@
 module span_changes
    use kinds, only: wp
    use model, only: step_t, method_load
-   use problem, only: problem_t
+   use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: linearise
@@ -57,7 +57,7 @@ contains
       type(system_t) :: system
       type(heading_t) :: heading
       real(wp) :: scale, fraction, at, rate, length, increment
-      logical :: shorter, found, lies, looked_ahead, shallow, divides, standing
+      logical :: shorter, found, lies, looked_ahead, shallow, divides, standing, violated, merges
       character(:), allocatable :: why
       character(2) :: label
       integer :: k, first
@@ -68,7 +68,9 @@ contains
       earlier = run%state
       if (stuck) earlier = run%trail(1)%from
       before = run_span_tests(problem, earlier, scale)
-      changed = any(after%value < -test_slack(after%kind))
+      violated = any(after%value < -test_slack(after%kind))
+      changed = violated
+      if (.not. changed) call look_for_flat(changed)
       there = after
       first = 0
       looked_ahead = .false.
@@ -91,6 +93,11 @@ contains
       lies = .false.
       standing = .false.
       if (first == 0) call pass_flat_span()
+      if (.not. (lies .or. violated .or. first > 0)) then
+         changed = .false.
+         call linearise(problem, trial, run%state, run%system, timers)
+         return
+      end if
       if (.not. lies) then
          call locate_first(found)
          if (.not. found) return
@@ -112,6 +119,8 @@ contains
       end if
       label = '  '
       if (first > 0) label = change_label(after(first))
+      merges = .false.
+      if (first == 0) merges = size(find_span_regions(laid, start)) < size(find_span_regions(problem, place))
       divides = .false.
       if (first > 0 .and. .not. lies) then
          if (opens_line(there(first))) then
@@ -259,6 +268,28 @@ contains
          end do
       end subroutine locate_first
 
+      !> True where the gap of some free span is gone, though no test may tell: what is left of the span, too short for its ends to
+      !> be told apart, may stay as it is.
+      subroutine look_for_flat(any_flat)
+         logical, intent(out) :: any_flat
+         real(wp) :: gap, from
+         integer :: c, side
+         any_flat = .false.
+         do c = 1, problem%candidates%n
+            do side = 1, 2
+               if (.not. beside_free_span(problem, c, side)) cycle
+               from = span_gap(problem, earlier, c, side)
+               gap = span_gap(problem, trial, c, side)
+               any_flat = any_flat .or. flattened(from, gap)
+            end do
+         end do
+      end subroutine look_for_flat
+
+      pure logical function flattened(from, to)
+         real(wp), intent(in) :: from, to        ! gaps at both ends of the increment
+         flattened = from > rounding_gap(problem) .and. to <= rounding_gap(problem)
+      end function flattened
+
       !> A free span whose gap is gone somewhere on the way lies down there. Where exactly the increments of the old set cannot
       !> tell, for the place of its point is neutral; the line will.
       subroutine pass_flat_span()
@@ -272,7 +303,7 @@ contains
                if (.not. beside_free_span(problem, c, side)) cycle
                from = span_gap(problem, run%state, c, side)
                gap = span_gap(problem, trial, c, side)
-               if (.not. (from > 0.0_wp .and. gap < 0.0_wp)) cycle
+               if (.not. flattened(from, gap)) cycle
                division = new_division(problem, run, trial, ahead, .false.)
                bracket = new_bracket((1.0_wp - 0.5_wp * vanished) * from, gap - 0.5_wp * vanished * from)
                do try = 1, max_tries
@@ -300,11 +331,25 @@ contains
          there = after
       end subroutine pass_flat_span
 
-      !> Goes on with the line of a span that has lain down.
+      !> Goes on with the line of a span that has lain down. Where contacts have merged by that its first point is an event.
       subroutine take_line()
+         type(state_t) :: before
+         before = carried(problem, run%state, laid)
+         call hold_touches(laid, before%active)
          problem = laid
-         run%state = start
          run%system = system
+         if (merges) then
+            run%state = before
+            run%heading = heading_at(problem, system, displacement_between(problem, before, start), &
+               & start%load_factor - before%load_factor)
+            run%probe = new_probe(problem, before, system, run%heading%load)
+            call forget_mesh(run)
+            report = increment_t(converged=.true.)
+            call accept(problem, step, run, start, heading_of(problem, run, start), 'C+', report, .false., recorder, shorter, &
+               & finished, outcome, timers)
+            if (finished .or. allocated(outcome%why)) return
+         end if
+         run%state = start
          run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
          run%probe = new_probe(problem, run%state, run%system, run%heading%load)
          call forget_mesh(run)

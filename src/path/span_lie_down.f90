@@ -152,7 +152,7 @@ contains
       end associate
    end function span_gap
 
-   !> The touches with a line from a point contact to the end of the free span on one side, and what touches there.
+   !> The touches with a line from a contact to the end of the free span on one side, and what touches there.
    function laid_down(problem, state, candidate, side) result(touch)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -170,9 +170,9 @@ contains
          if (side == 2 .and. touch(c)%at(1) <= span(2) .and. touch(c)%at(1) > span(1)) other = c
       end do
       touch(k)%line = .true.
-      touch(k)%at = span
+      touch(k)%at = [min(span(1), touch(k)%at(1)), max(span(2), touch(k)%at(2))]
       if (other == 0) return
-      touch(k)%at = [min(span(1), touch(other)%at(1)), max(span(2), touch(other)%at(2))]
+      touch(k)%at = [min(touch(k)%at(1), touch(other)%at(1)), max(touch(k)%at(2), touch(other)%at(2))]
       touch = [touch(:other - 1), touch(other + 1:)]
    end function laid_down
 end module span_lie_down
