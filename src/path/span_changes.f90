@@ -12,6 +12,7 @@ module span_changes
    use span_regions, only: beginning_region, find_span_regions
    use span_tests, only: span_test_t, run_span_tests, test_slack, test_gap, test_force, test_curvature, test_pressure, test_closing
    use span_set, only: change_set, begin_touch, touched_at, test_words
+   use touchdown_points, only: stands
    use held_openings, only: find_flat_point, held_load, first_length, longest_length
    use span_opening, only: open_line
    use span_lie_down, only: lie_down, beside_free_span, span_gap, vanished
@@ -119,6 +120,12 @@ contains
       end if
       label = '  '
       if (first > 0) label = change_label(after(first))
+      if (first > 0 .and. .not. lies) then
+         ! Contact that begins where a clamp stands.
+         if (there(first)%kind == test_curvature) then
+            if (stands(problem, place, there(first)%candidate)) label = 'C+'
+         end if
+      end if
       merges = .false.
       if (first == 0) merges = size(find_span_regions(laid, start)) < size(find_span_regions(problem, place))
       divides = .false.

@@ -17,6 +17,7 @@ module span_start
    use path_continuity, only: heading_at
    use path_events, only: new_probe
    use corrector, only: increment_t, correct
+   use conforming_span, only: rod_angle
    use obstacle_geometry, only: obstacle_gap
    use timing, only: timers_t
    implicit none
@@ -213,7 +214,7 @@ contains
 
    !> Runs of nodes in contact: one or two make a point, more a line, on each stretch that they go over one of its own. A few open
    !> nodes between others are those of the waves that forces at nodes make; a support that stands on the obstacle takes its
-   !> force, but is in contact.
+   !> force, but is in contact, and so is a clamp along it even by itself: contact may spread from there.
    function nodal_touches(problem, state, most) result(touch)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -221,15 +222,19 @@ contains
       type(touch_t), allocatable :: touch(:)
       logical, dimension(problem%candidates%n) :: active, done, told
       integer :: run(problem%candidates%n)
-      real(wp) :: gap, normal(2), bend
+      real(wp), parameter :: along = 1.0e-9_wp ! sine of the angle between a rod and its obstacle
+      real(wp) :: gap, normal(2), bend, angle
       integer :: c, n, at
       allocate (touch(0))
       active = state%active
       do c = 1, problem%candidates%n
          associate (near => problem%candidates%neighbour(:, c))
-            if (active(c) .or. .not. any(state%active(pack(near, near > 0)))) cycle
+            if (active(c)) cycle
             call candidate_gap(problem, state, c, gap, normal, bend)
-            if (.not. may_react(problem, c, normal)) active(c) = gap <= 1.0e-9_wp * problem%size
+            if (may_react(problem, c, normal)) cycle
+            angle = rod_angle(problem, state, c)
+            if (any(state%active(pack(near, near > 0))) .or. (problem%model%fixed(3, problem%candidates%node(c)) .and. &
+               & abs(dot_product(normal, [cos(angle), sin(angle)])) <= along)) active(c) = gap <= 1.0e-9_wp * problem%size
          end associate
       end do
       told = active
