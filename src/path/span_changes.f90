@@ -93,7 +93,15 @@ contains
       end if
       lies = .false.
       standing = .false.
-      if (first == 0) call pass_flat_span()
+      if (first == 0 .and. violated) then
+         call pass_flat_span()
+      else if (first == 0) then
+         ! What is left of the span lies on the obstacle already.
+         call lie_down(problem, run%state, trial, held_load(run), laid, start, system, rate, lies, timers)
+         place = run%state
+         heading = run%heading
+         standing = .true.
+      end if
       if (.not. (lies .or. violated .or. first > 0)) then
          changed = .false.
          call linearise(problem, trial, run%state, run%system, timers)
@@ -120,7 +128,7 @@ contains
       end if
       label = '  '
       if (first > 0) label = change_label(after(first))
-      if (first > 0 .and. .not. lies) then
+      if (first > 0 .and. .not. (lies .or. standing)) then
          ! Contact that begins where a clamp stands.
          if (there(first)%kind == test_curvature) then
             if (stands(problem, place, there(first)%candidate)) label = 'C+'
