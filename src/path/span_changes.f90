@@ -15,7 +15,7 @@ module span_changes
    use touchdown_points, only: stands
    use held_openings, only: find_flat_point, held_load, first_length, longest_length
    use span_opening, only: open_line
-   use span_lie_down, only: lie_down, beside_free_span, span_gap, vanished
+   use span_lie_down, only: lie_down, beside_free_span, span_gap
    use path_control, only: control_t, path_length, displacement_between
    use path_continuity, only: heading_t, heading_at, between, relate, same_path
    use path_events, only: event_t, new_probe, detect_events
@@ -93,15 +93,7 @@ contains
       end if
       lies = .false.
       standing = .false.
-      if (first == 0 .and. violated) then
-         call pass_flat_span()
-      else if (first == 0) then
-         ! What is left of the span lies on the obstacle already.
-         call lie_down(problem, run%state, trial, held_load(run), laid, start, system, rate, lies, timers)
-         place = run%state
-         heading = run%heading
-         standing = .true.
-      end if
+      if (first == 0) call pass_flat_span()
       if (.not. (lies .or. violated .or. first > 0)) then
          changed = .false.
          call linearise(problem, trial, run%state, run%system, timers)
@@ -305,63 +297,38 @@ contains
          flattened = from > rounding_gap(problem) .and. to <= rounding_gap(problem)
       end function flattened
 
-      !> A free span whose gap is gone somewhere on the way lies down there. Where exactly the increments of the old set cannot
-      !> tell, for the place of its point is neutral; the line will.
+      !> A free span whose gap is gone at the end of the increment has lain down on the way. Where exactly the increments of the old
+      !> set cannot tell, for the place of its point is neutral; the line does.
       subroutine pass_flat_span()
-         type(division_t) :: division
-         type(bracket_t) :: bracket
-         real(wp) :: gap, from
-         logical :: low_moved
-         integer :: c, side, try
-         do c = 1, problem%candidates%n
-            do side = 1, 2
-               if (.not. beside_free_span(problem, c, side)) cycle
-               from = span_gap(problem, run%state, c, side)
-               gap = span_gap(problem, trial, c, side)
-               if (.not. flattened(from, gap)) cycle
-               division = new_division(problem, run, trial, ahead, .false.)
-               bracket = new_bracket((1.0_wp - 0.5_wp * vanished) * from, gap - 0.5_wp * vanished * from)
-               do try = 1, max_tries
-                  fraction = bracket_guess(bracket)
-                  call point_within(problem, run, trial, ahead, division, fraction, .false., .true., place, report, timers)
-                  if (.not. report%converged) exit
-                  gap = span_gap(problem, place, c, side)
-                  if (gap > 0.0_wp .and. gap <= vanished * from) then
-                     there = run_span_tests(problem, place, scale)
-                     ! Another change may come first; the tests of this span are all gone, as far as the place is known.
-                     if (any(there%value < -max(10.0_wp * test_slack(after%kind), vanished * before%value))) exit
-                     call lie_down(problem, run%state, place, held_load(run), laid, start, system, rate, lies, timers)
-                     exit
-                  end if
-                  call bracket_update(bracket, fraction, gap - 0.5_wp * vanished * from, low_moved)
-                  ! What touches somewhere inside is not gone all along.
-                  if (bracket%high - bracket%low <= 0.1_wp * vanished) exit
-               end do
-               if (.not. lies) cycle
-               heading = heading_of(problem, run, place)
-               return
-            end do
-         end do
+         logical :: any_flat
          place = run%state
-         there = after
+         call look_for_flat(any_flat)
+         if (.not. any_flat) return
+         call lie_down(problem, run%state, trial, held_load(run), laid, start, system, rate, lies, timers)
+         ! Another change may come first.
+         if (lies .and. violated) &
+            & lies = (start%load_factor - run%state%load_factor) * (start%load_factor - trial%load_factor) <= 0.0_wp
+         standing = lies
+         if (lies) heading = run%heading
       end subroutine pass_flat_span
 
-      !> Goes on with the line of a span that has lain down. Where contacts have merged by that its first point is an event.
+      !> Goes on with the line of a span that has lain down. Its first point is one of the path where the
+      !> increment came to it, an event where contacts have merged by that.
       subroutine take_line()
          type(state_t) :: before
          before = carried(problem, run%state, laid)
          call hold_touches(laid, before%active)
          problem = laid
          run%system = system
-         if (merges) then
+         if (standing) then
             run%state = before
             run%heading = heading_at(problem, system, displacement_between(problem, before, start), &
                & start%load_factor - before%load_factor)
             run%probe = new_probe(problem, before, system, run%heading%load)
             call forget_mesh(run)
             report = increment_t(converged=.true.)
-            call accept(problem, step, run, start, heading_of(problem, run, start), 'C+', report, .false., recorder, shorter, &
-               & finished, outcome, timers)
+            call accept(problem, step, run, start, heading_of(problem, run, start), merge('C+', '  ', merges), report, .false., &
+               & recorder, shorter, finished, outcome, timers)
             if (finished .or. allocated(outcome%why)) return
          end if
          run%state = start
