@@ -1,7 +1,4 @@
-"""Known failures of contact points that live at nodes: what contact spans are to mend. Whoever mends one takes its mark away.
-
-Each run stops early and says so today, which test_decks_path.py asks for where it once did not.
-"""
+"""What contact points that lived at nodes could not follow: strips between walls, liners, tubes, fine rings."""
 import pathlib
 
 import numpy as np
@@ -9,7 +6,6 @@ import pytest
 
 import deck_runner as dr
 from test_decks_path import LINER, PINNED, TUBE, liner
-
 
 WALLS = """*HEADING
 {title}

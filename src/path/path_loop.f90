@@ -15,6 +15,7 @@ module path_loop
    use path_run, only: run_t
    use first_contact, only: presume_contact
    use span_start, only: prepare_spans
+   use span_problem, only: hold_touches
    use step_control, only: start_control
    use path_events, only: new_probe
    use path_acceptance, only: record, note_trouble, outcome_t
@@ -49,6 +50,8 @@ contains
       call prepare_spans(problem)
       outcome%spans = any(problem%deck%contact%along)
       run%state = new_state(problem)
+      call hold_touches(problem, run%state%active)
+      run%touches = size(problem%touch)
       run%system = new_system(problem)
       steps: do k = 1, size(problem%model%step)
          problem%step = k
@@ -194,6 +197,8 @@ contains
       call prepare_spans(fresh)
       problem = fresh
       run%state = new_state(problem)
+      call hold_touches(problem, run%state%active)
+      run%touches = size(problem%touch)
       run%system = new_system(problem)
 
    contains

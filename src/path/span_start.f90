@@ -17,6 +17,8 @@ module span_start
    use path_continuity, only: heading_at
    use path_events, only: new_probe
    use corrector, only: increment_t, correct
+   use conforming_span, only: rod_angle
+   use rod_geometry, only: geometry_t, new_geometry
    use obstacle_geometry, only: obstacle_gap
    use timing, only: timers_t
    implicit none
@@ -24,6 +26,7 @@ module span_start
    public :: prepare_spans, enter_spans
 
    integer, parameter :: open_nodes(3) = [1, 4, 16]
+   real(wp), parameter :: along = 1.0e-9_wp !! sine of the angle between a rod and its obstacle
    integer, parameter :: max_rounds = 20 !! corrections of what the nodes say
    integer, parameter :: max_tries = 30  !! increments with contact at nodes
 
@@ -33,7 +36,7 @@ contains
    !> out what does. Unchanged where the deck has no contact that spans describe.
    subroutine prepare_spans(problem)
       type(problem_t), intent(inout) :: problem      !! of the deck
-      type(touch_t) :: none(0)
+      type(touch_t), allocatable :: clamp(:)
       real(wp) :: gap, normal(2), bend
       logical :: touches
       integer :: k, i
@@ -44,22 +47,57 @@ contains
       end do
       problem%chain_start = chain_starts(problem)
       touches = .false.
+      allocate (clamp(0))
       do k = 1, size(problem%deck%contact)
          associate (contact => problem%deck%contact(k))
             if (.not. contact%along) cycle
             do i = 1, size(contact%node)
                call obstacle_gap(problem%deck%obstacle(contact%obstacle), problem%deck%mesh%x(:, contact%node(i)), gap, normal, &
                   & bend)
-               touches = touches .or. gap + contact%gap + problem%overlap(k) <= 1.0e-10_wp * problem%size
+               if (gap + contact%gap + problem%overlap(k) > 1.0e-10_wp * problem%size) cycle
+               if (clamped_along(problem, k, contact%node(i), normal)) then
+                  clamp = [clamp, touch_at_end(problem, k, contact%node(i), size(clamp) + 1)]
+               else
+                  touches = .true.
+               end if
             end do
          end associate
       end do
       if (touches) then
          problem = new_sampled_problem(problem)
       else
-         problem = new_span_problem(problem, none)
+         problem = new_span_problem(problem, clamp)
       end if
    end subroutine prepare_spans
+
+   !> True for the end of a rod that a support clamps along the obstacle: contact may spread from there, but does not carry
+   !> anything yet.
+   logical function clamped_along(problem, contact, node, normal) result(clamped)
+      type(problem_t), intent(in) :: problem         !! of the deck
+      integer, intent(in) :: contact, node
+      real(wp), intent(in) :: normal(2)              !! of the obstacle there
+      type(geometry_t) :: home
+      real(wp) :: angle
+      integer :: e, side
+      clamped = problem%model%fixed(3, node) .and. count(problem%beside(:, node) > 0) == 1 .and. &
+         & all(problem%model%fixed(1:2, node) .or. abs(normal) <= along)
+      if (.not. clamped) return
+      side = merge(1, 2, problem%beside(2, node) > 0)
+      e = problem%beside(3 - side, node)
+      home = new_geometry(problem%model, problem%tableau)
+      angle = home%element(e)%end_angle(side)
+      clamped = problem%covered(problem%stretch(e), contact) .and. abs(dot_product(normal, [cos(angle), sin(angle)])) <= along
+   end function clamped_along
+
+   !> A point contact at such an end.
+   type(touch_t) function touch_at_end(problem, contact, node, number) result(touch)
+      type(problem_t), intent(in) :: problem         !! of the deck
+      integer, intent(in) :: contact, node, number
+      touch%contact = contact
+      touch%number = number
+      touch%stretch = problem%stretch(maxval(problem%beside(:, node)))
+      if (problem%beside(1, node) > 0) touch%at = problem%layout%stretch(touch%stretch)%length
+   end function touch_at_end
 
    !> Takes a converged state of contact at nodes for one of contact spans, and the run with it. What the nodes say is corrected
    !> until all tests of the spans hold; where that fails the run goes on with contact at nodes, and tries again later.
@@ -209,7 +247,7 @@ contains
 
    !> Runs of nodes in contact: one or two make a point, more a line, on each stretch that they go over one of its own. A few open
    !> nodes between others are those of the waves that forces at nodes make; a support that stands on the obstacle takes its
-   !> force, but is in contact.
+   !> force, but is in contact, and so is a clamp along it even by itself: contact may spread from there.
    function nodal_touches(problem, state, most) result(touch)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -217,16 +255,19 @@ contains
       type(touch_t), allocatable :: touch(:)
       logical, dimension(problem%candidates%n) :: active, done, told
       integer :: run(problem%candidates%n)
-      real(wp) :: gap, normal(2), bend
+      real(wp) :: gap, normal(2), bend, angle
       integer :: c, n, at
       allocate (touch(0))
       active = state%active .and. problem%deck%contact(problem%candidates%contact)%along
       do c = 1, problem%candidates%n
          if (.not. problem%deck%contact(problem%candidates%contact(c))%along) cycle
          associate (near => problem%candidates%neighbour(:, c))
-            if (active(c) .or. .not. any(state%active(pack(near, near > 0)))) cycle
+            if (active(c)) cycle
             call candidate_gap(problem, state, c, gap, normal, bend)
-            if (.not. may_react(problem, c, normal)) active(c) = gap <= 1.0e-9_wp * problem%size
+            if (may_react(problem, c, normal)) cycle
+            angle = rod_angle(problem, state, c)
+            if (any(state%active(pack(near, near > 0))) .or. (problem%model%fixed(3, problem%candidates%node(c)) .and. &
+               & abs(dot_product(normal, [cos(angle), sin(angle)])) <= along)) active(c) = gap <= 1.0e-9_wp * problem%size
          end associate
       end do
       told = active
