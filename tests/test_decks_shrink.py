@@ -130,8 +130,8 @@ def least_lobe(unknown):
     return fit(roots[0]), roots[0], np.polynomial.Polynomial.fit(at, hoop, 6)(roots[0])
 
 
-def shrink(elements, heat):
-    text = dr.changed(dr.example("ring-shrink"), ("1, 2, 0., 0., 160", f"1, 2, 0., 0., {elements}"),
+def shrink(elements, heat, kind="GE4"):
+    text = dr.changed(dr.example("ring-shrink"), ("1, 2, 0., 0., 40", f"1, 2, 0., 0., {elements}"), ("TYPE=GE8", f"TYPE={kind}"),
                       ("v, BELOW, 0.04", "v, BELOW, 0.07"))
     if heat:
         text = dr.changed(text, ("120000., 1.", "120000., 1., , , 1."), ("*CONTACT INTERFERENCE\nCAVITY, 1E-5", "*TEMPERATURE\nRING, 1E-5"),
@@ -151,6 +151,7 @@ def test_least_lobe_of_a_ring(heat):
         error.append(least / exact - 1)
     dr.assert_mean_order(error, 4, below=0.5, above=0.7)
     assert abs(error[1]) < 5e-5
+    dr.assert_close(shrink(40, heat, "GE8")[1], exact, relative=1e-7)
     dr.assert_close(monitors["hoop"], hoop, relative=1e-4)
     dr.assert_close(monitors["v"], v, relative=1e-4)
     # The finger lets go where the free lobe passes by it, and the first force is the only other.

@@ -124,3 +124,69 @@ def test_clamped_column_between_walls_that_are_near():
         wave = 2.0 * np.pi / np.sqrt(c.load_factor)
         ends = [branch.contact.start[c.point - 1, 0], 1.0 - branch.contact.end[c.point - 1, 0]]
         dr.assert_close(ends, np.full(2, wave), absolute=1e-6)
+
+
+BOTH = """*HEADING
+One beam falls on a drum, another one lies on springs
+*NODE
+1, 0., 0.
+2, 2., 0.
+11, 0., 5.
+12, 2., 5.
+*LINE, ELSET=ONE, NSET=ONE, TYPE=GE8
+1, 2, 12
+*LINE, ELSET=TWO, NSET=TWO, TYPE=GE8
+11, 12, 12
+*BEAM SECTION, ELSET=ONE, SECTION=STIFFNESS
+1e6, 1.
+*BEAM SECTION, ELSET=TWO, SECTION=STIFFNESS
+1e6, 1.
+*BOUNDARY
+1, ENCASTRE
+11, 1
+*OBSTACLE, NAME=DRUM, TYPE=CIRCLE, SIDE=OUTSIDE
+1., -1.55, 1.5
+*OBSTACLE, NAME=BED, TYPE=LINE, FOUNDATION=WINKLER, MODULUS=50.
+0., 5., 2., 5.
+*CONTACT, OBSTACLE=DRUM, NSET=ONE
+*CONTACT, OBSTACLE=BED, NSET=TWO
+*MONITOR, NAME=one
+2, U2
+*MONITOR, NAME=two
+12, U2
+*MONITOR, NAME=drum, OBSTACLE=DRUM
+RN
+*MONITOR, NAME=bed, OBSTACLE=BED
+RN
+*STEP
+*STATIC, METHOD=LOAD
+0.1
+*DLOAD
+{loads}
+*CLOAD
+12, 2, 3.
+*END STEP
+"""
+
+
+def test_spans_beside_a_foundation():
+    """Two beams that know nothing of each other: each as it is with the other one out of reach of its obstacle."""
+    text = BOTH.format(loads="ONE, PY, -3.\nTWO, PY, -4.")
+    both = dr.run_deck(text)
+    one = dr.run_deck(dr.changed(text, ("*CONTACT, OBSTACLE=BED, NSET=TWO\n", ""), ("\n11, 1\n", "\n11, ENCASTRE\n"),
+                                 ("*MONITOR, NAME=bed, OBSTACLE=BED\nRN\n", "")))
+    two = dr.run_deck(dr.changed(text, ("*CONTACT, OBSTACLE=DRUM, NSET=ONE\n", ""), ("*MONITOR, NAME=drum, OBSTACLE=DRUM\nRN\n", "")))
+    assert "points and lines anywhere along the rod" in both.stdout and "do not get on" not in both.stdout
+    assert both.results.contact.regions(both.results.n_points)[0].start > 0.5
+    for name, alone in (("one", one), ("drum", one), ("two", two), ("bed", two)):
+        dr.assert_close(both.column(name)[-1], alone.column(name)[-1], relative=1e-7)
+        assert abs(both.column(name)[-1]) > 1e-3
+
+
+def test_a_stop_inside_a_line_contact():
+    """A strip pressed on a table, with a stop beside it that is never reached: nothing changes."""
+    text = dr.example("pipe-lift")
+    alone = dr.run_deck(text)
+    stopped = dr.run_deck(dr.changed(text, ("*MONITOR, NAME=height", "*GAP, NAME=LID, DIRECTION=-90\n1, 100.\n*MONITOR, NAME=height")))
+    assert "do not get on" not in stopped.stdout
+    dr.assert_close(stopped.column("load_factor")[-1], alone.column("load_factor")[-1], relative=1e-7)

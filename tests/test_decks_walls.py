@@ -204,6 +204,16 @@ def test_an_imperfect_column_jumps(amplitude):
     dr.assert_close([load_between(s, amplitude) for s in start], run.column("load_factor")[rows], relative=1e-4)
 
 
+def test_a_point_divides_where_a_support_holds_its_rotation():
+    """By symmetry nothing changes; but there the rod has a breakpoint, and each point leaves it on its own side."""
+    text = dr.changed(dr.example("column-walls"), ("1, 2, 40", "1, 2, 10"), ("2, 3, 40", "2, 3, 10"), ("TYPE=GE4", "TYPE=GE8"),
+                      ("1e-8, 1\n", "1e-8, 1\n1e-7, 3\n"), ("LOAD, ABOVE, 20.", "midspan, BELOW, -0.00009"),
+                      ("*BRANCH, NAME=HUMP, SIDE=MINUS\nmidspan, BELOW, -0.00009\n", ""))
+    free, held = dr.run_deck(text), dr.run_deck(dr.changed(text, ("1, PINNED", "1, PINNED\n2, 6")))
+    assert "do not get on" not in held.stdout and [c.note for c in held.labelled("C-")] == ["a contact region splits"]
+    dr.assert_close(held.load("LP"), free.load("LP"), relative=1e-6)
+
+
 def test_what_is_lost_goes_with_the_root_of_the_imperfection():
     """As at every unsymmetric bifurcation (Koiter)."""
     lost = [16.0 - hinged(40, f"1e-8, 1\n{a}, 3", stop="midspan, BELOW, -0.00009", branch=False).load("LP") for a in (1e-7, 1e-8)]

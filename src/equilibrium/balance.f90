@@ -136,6 +136,7 @@ contains
          end do
          beside = beside_contacts()
          do c = 1, size(problem%deck%contact)
+            if (.not. problem%deck%contact(c)%spans) cycle
             associate (node => problem%deck%contact(c)%node)
                if (allocated(gaps)) deallocate (gaps, place)
                allocate (gaps(size(node)), place(2, size(node)))
