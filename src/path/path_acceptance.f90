@@ -23,6 +23,8 @@ module path_acceptance
    use event_location, only: locate
    use sliding_nodes, only: rehome_nodes
    use point_report, only: report_point
+   use error_bar, only: error_bars_t
+   use error_report, only: bars_at_event, bars_at_point
    use point_checks, only: check_point
    use path_record, only: recorder_t, point_t, critical_t
    use run_accuracy, only: accuracy_t, place_t
@@ -50,7 +52,7 @@ contains
    !> Detects what happened up to a converged trial point, locates it, puts it in order, records it and the point, and goes
    !> there. `shorter` instead, and nothing recorded, when an event was not located and the caller can cut the increment.
    subroutine accept(problem, step, run, trial, ahead, label, report, can_cut, recorder, shorter, finished, outcome, timers, &
-      & touching, divides)
+      & touching, divides, test)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the trial on entry and on return, else anywhere
@@ -66,18 +68,22 @@ contains
       type(timers_t), intent(inout) :: timers
       logical, intent(in), optional :: touching(:) !! (candidates) what is about to carry force at a C+
       logical, intent(in), optional :: divides   !! at a C-: of the contact a part stays on both sides
+      integer, intent(in), optional :: test      !! of contact spans, that is zero there: its number in run_span_tests
       type(sighting_t), allocatable :: seen(:)
       type(system_t), allocatable :: at_trial    ! what is looked at on the way changes nothing of it
       type(probe_t) :: probe
       logical, allocatable :: told(:)
       integer, allocatable :: order(:)
-      integer :: i, unseen
+      type(error_bars_t), allocatable :: bars
+      integer :: i, unseen, sought
       logical :: splits
 
       finished = .false.
       shorter = .false.
       splits = .false.
       if (present(divides)) splits = divides
+      sought = 0
+      if (present(test)) sought = test
       probe = probe_at(problem, run, trial, ahead)
       call count_released(problem, trial, run%system, probe%free_pivots, probe%weak, timers)
       if (run%fresh) then
@@ -101,7 +107,8 @@ contains
       end do
       if (allocated(at_trial)) run%system = at_trial
       finished = stop_met(step, run%probe, probe)
-      call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers, touching)
+      call bars_at_point(problem, step, run, trial, ahead, label, finished, sought, bars, timers)
+      call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers, touching, bars)
       if (allocated(outcome%why)) return
       do i = 1, size(seen)
          if (told(i) .or. seen(i)%located) cycle
@@ -114,12 +121,12 @@ contains
          call keep_landmark(problem, run, seen(i)%event%label, trial, trial, 1.0_wp, &
             & run%arc_length + path_length(problem, run%state, trial), probe%negative_pivots, 0)
       end do
-      if (label == 'C+') call announce(problem, run, new_critical(label, 'contact gained'), trial, probe, .true., recorder, &
+      if (label == 'C+') call announce(problem, run, new_critical(label, 'contact gained', bars), trial, probe, .true., recorder, &
          & outcome, timers)
       if (label == 'C-') call announce(problem, run, new_critical(label, trim(merge('a contact region splits', &
-         & 'contact lost           ', splits))), trial, probe, .true., recorder, outcome, timers)
-      if (finished) call announce(problem, run, new_critical('EP', 'end of the step'), trial, probe, .true., recorder, outcome, &
-         & timers)
+         & 'contact lost           ', splits)), bars), trial, probe, .true., recorder, outcome, timers)
+      if (finished) call announce(problem, run, new_critical('EP', 'end of the step', bars), trial, probe, .true., &
+         & recorder, outcome, timers)
       if (allocated(outcome%why)) return
       unseen = 0
       do i = 1, size(seen)
@@ -329,14 +336,16 @@ contains
       type(state_t) :: released
       type(system_t) :: other
       real(wp) :: arc_length
+      type(error_bars_t), allocatable :: bars
       logical :: weak
       finished = .false.
       associate (event => sighting%event, place => sighting%place)
-         critical = new_critical(event%label, event%note)
          call linearise(problem, place, place, run%system, timers)
+         call bars_at_event(problem, step, run, trial, event, place, sighting%heading, bars, timers)
+         critical = new_critical(event%label, event%note, bars)
          if (any(event%kind == [event_bifurcation, event_limit])) run%system%negative_pivots = pivots
          call record(problem, run, place, event%label, sighting%report, recorder, outcome, timers, first_touch(problem, event, &
-            & place))
+            & place), bars)
          if (allocated(outcome%why)) return
          call count_up(timers, counter_located)
          probe = new_probe(problem, place, run%system, sighting%heading%load)
@@ -362,8 +371,8 @@ contains
          if (allocated(outcome%why)) return
          if (any(event%kind == [event_bifurcation, event_limit])) then
             finished = is_home(problem, run, place)
-            if (finished) call announce(problem, run, new_critical('EP', 'back on the path it left, at a bifurcation'), place, &
-               & probe, .true., recorder, outcome, timers)
+            if (finished) call announce(problem, run, new_critical('EP', 'back on the path it left, at a bifurcation', bars), &
+               & place, probe, .true., recorder, outcome, timers)
          else if (event%kind == event_stop) then
             finished = .true.
             call go_to(problem, run, place, sighting%heading, probe)
@@ -471,15 +480,18 @@ contains
    end subroutine find_null_vectors
 
    !> A critical point with its words. (gfortran 12 loses the length of a deferred-length component in a constructor.)
-   function new_critical(label, note) result(critical)
+   function new_critical(label, note, bars) result(critical)
       character(*), intent(in) :: label, note
+      type(error_bars_t), allocatable, intent(in), optional :: bars
       type(critical_t) :: critical
       critical%label = label
       critical%note = note
+      if (.not. present(bars)) return
+      if (allocated(bars)) critical%bars = bars
    end function new_critical
 
    !> Hands a converged point to the recorder and to the independent measures.
-   subroutine record(problem, run, state, label, report, recorder, outcome, timers, touching)
+   subroutine record(problem, run, state, label, report, recorder, outcome, timers, touching, bars)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       type(state_t), intent(in) :: state
@@ -489,6 +501,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
       logical, intent(in), optional :: touching(:) !! (candidates) shown as contact, though without force yet
+      type(error_bars_t), allocatable, intent(in), optional :: bars
       type(point_t) :: point
       type(state_t) :: shown
       type(error_t), allocatable :: error
@@ -496,6 +509,9 @@ contains
       shown = state
       if (present(touching)) shown%active = state%active .or. touching
       point = report_point(problem, shown, run%system, run%points, label)
+      if (present(bars)) then
+         if (allocated(bars)) point%bars = bars
+      end if
       point%iterations = report%iterations
       point%residual = max(report%residual, run%system%force_residual)
       point%lcp_size = report%lcp_size

@@ -120,7 +120,7 @@ contains
       ! Two changes at once, of which the first has its point: where contact only spreads Newton's method has yet to follow.
       if (.not. (standing .and. label == '  ')) &
          & call accept(problem, step, run, place, heading, label, report, looked_ahead, recorder, shorter, finished, outcome, &
-         & timers, divides=divides)
+         & timers, divides=divides, test=first)
       run%control%increment = increment
       if (allocated(run%beginning)) deallocate (run%beginning)
       if (shorter) then

@@ -1,0 +1,91 @@
+!> Which points of a run have their discretisation errors told, and of what kind they are.
+module error_report
+   use kinds, only: wp
+   use model, only: step_t, method_load, method_displacement, quantity_displacement
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use path_control, only: control_t, path_length
+   use path_continuity, only: heading_t
+   use path_events, only: event_t, event_contact, event_release, event_value_reached, event_stop
+   use path_run, only: run_t
+   use error_bar, only: error_bars_t, no_error_bars
+   use path_errors, only: point_errors, event_errors
+   use located_zero, only: zero_t, new_zero
+   use timing, only: timers_t, timing_start, timing_stop, phase_accuracy
+   implicit none
+   private
+   public :: bars_at_event, bars_at_point
+
+   character(*), parameter :: inside_elements = 'contact at nodes and with foundations begins and ends inside elements'
+
+contains
+
+   !> Bars of an event of the path that was located between the run's last point and a trial.
+   subroutine bars_at_event(problem, step, run, trial, event, place, heading, bars, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(in) :: run             !! its system is factored at the place
+      type(state_t), intent(in) :: trial
+      type(event_t), intent(in) :: event
+      type(state_t), intent(in) :: place
+      type(heading_t), intent(in) :: heading     !! tangent there
+      type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck does not want them
+      type(timers_t), intent(inout) :: timers
+      type(timers_t) :: own                      ! the work is not the path's
+      type(zero_t) :: zero
+      type(control_t) :: control
+      if (.not. step%error_bars) return
+      allocate (bars)
+      call timing_start(timers, phase_accuracy)
+      if (any(event%kind == [event_contact, event_release])) then
+         bars = no_error_bars(size(problem%model%monitor), inside_elements)
+      else if (any(event%kind == [event_value_reached, event_stop]) .and. can_be_held(problem, event%monitor)) then
+         control%method = method_load
+         if (event%monitor > 0) control%method = method_displacement
+         control%monitor = event%monitor
+         call point_errors(problem, place, run%system, control, heading, bars, own)
+      else
+         call new_zero(problem, event, place, run%system, zero, own)
+         call event_errors(problem, place, run%system, zero, heading, path_length(problem, run%state, trial), bars, own)
+      end if
+      call timing_stop(timers, phase_accuracy)
+   end subroutine bars_at_event
+
+   !> True for the load factor, and for monitors that an increment can prescribe.
+   pure logical function can_be_held(problem, monitor)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: monitor             !! 0: the load factor
+      can_be_held = monitor == 0
+      if (monitor > 0) can_be_held = problem%deck%monitor(monitor)%quantity == quantity_displacement
+   end function can_be_held
+
+   !> Bars of an accepted point: of one where a test of contact spans is zero, or of any, which the control holds.
+   subroutine bars_at_point(problem, step, run, place, heading, label, finished, test, bars, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(in) :: run             !! its system is factored there; its state is the last point
+      type(state_t), intent(in) :: place
+      type(heading_t), intent(in) :: heading     !! tangent there
+      character(*), intent(in) :: label          !! C+ and C- are told in the table of critical points
+      logical, intent(in) :: finished            !! and so is the end
+      integer, intent(in) :: test                !! number of the test in run_span_tests; 0: none
+      type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck does not want them
+      type(timers_t), intent(inout) :: timers
+      type(timers_t) :: own                      ! the work is not the path's
+      type(zero_t) :: zero
+      if (.not. (step%error_bars .and. (label /= '' .or. finished .or. step%bars_everywhere))) return
+      allocate (bars)
+      call timing_start(timers, phase_accuracy)
+      zero%test = test
+      if (label /= '' .and. .not. problem%spans) then
+         bars = no_error_bars(size(problem%model%monitor), inside_elements)
+      else if (label /= '' .and. test == 0) then
+         bars = no_error_bars(size(problem%model%monitor), 'a whole span lies down here')
+      else if (test > 0) then
+         call event_errors(problem, place, run%system, zero, heading, path_length(problem, run%state, place), bars, own)
+      else
+         call point_errors(problem, place, run%system, run%control, heading, bars, own)
+      end if
+      call timing_stop(timers, phase_accuracy)
+   end subroutine bars_at_point
+end module error_report

@@ -1,0 +1,186 @@
+!> Discretisation errors at points of the path: of the load factor and the monitors, what the control prescribes held; and at
+!> located events, where the finer problem has the event elsewhere.
+module path_errors
+   use kinds, only: wp
+   use model, only: method_linearised, method_load
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t
+   use path_control, only: control_t, metric, is_arc_length
+   use path_continuity, only: heading_t
+   use path_events, only: event_limit
+   use monitors, only: monitor_values
+   use tangent_rounding, only: path_stiffness
+   use error_bar, only: error_bars_t, new_error_bar, no_error_bars
+   use accuracy_limits, only: why_not_told
+   use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point
+   use element_shares, only: shares_t, find_shares
+   use located_zero, only: zero_t, zero_value, mode_rounding
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: point_errors, event_errors
+
+   real(wp), parameter :: small_part = 1.0e-3_wp !! of an increment, over which slopes along the path are taken
+   character(*), parameter :: no_convergence = 'elements of a higher order do not converge from here', &
+      & not_known = 'sums of contact forces have no estimate'
+
+contains
+
+   !> Errors at a point of the path, held by its control: at the given load, at the given monitor, or normal to the path.
+   subroutine point_errors(problem, state, system, control, heading, bars, timers)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state         !! converged
+      type(system_t), intent(in) :: system       !! factored there
+      type(control_t), intent(in) :: control
+      type(heading_t), intent(in) :: heading     !! tangent there
+      type(error_bars_t), intent(out) :: bars
+      type(timers_t), intent(inout) :: timers
+      type(finer_path_t) :: path
+      type(finer_point_t) :: point
+      type(shares_t) :: shares
+      real(wp), allocatable :: value(:), unseen(:)
+      bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state))
+      if (bars%why /= '') return
+      call begin(problem, state, system, holding(problem, control, heading), heading, path, point, shares, value, timers)
+      if (point%ok) call next_point(path, 0.0_wp, point, timers)
+      if (.not. point%ok) then
+         bars%why = no_convergence
+         return
+      end if
+      unseen = point%value - value - shares%sum
+      call set_bars(shares%known, point%value - value, unseen, shares%size, shares%rounding, bars)
+   end subroutine point_errors
+
+   !> Errors of a located event. The finer problem has it further along its path by what its function is at this point, over the
+   !> function's slope.
+   subroutine event_errors(problem, state, system, zero, heading, length, bars, timers)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state         !! where it was located
+      type(system_t), intent(in) :: system       !! factored there
+      type(zero_t), intent(in) :: zero           !! what vanishes there
+      type(heading_t), intent(in) :: heading     !! tangent there
+      real(wp), intent(in) :: length             !! arc length of the increment around it
+      type(error_bars_t), intent(out) :: bars
+      type(timers_t), intent(inout) :: timers
+      type(control_t) :: control
+      type(finer_path_t) :: path
+      type(finer_point_t) :: first, ahead, near
+      type(shares_t) :: shares
+      real(wp), allocatable :: value(:), rate(:), final(:), unseen(:), sizes(:), rounding(:)
+      real(wp) :: f, f_ahead, slope, way, more
+      bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state))
+      if (bars%why /= '') return
+      control%method = method_linearised
+      if (.not. metric(problem, heading%u, heading%u) > 0.0_wp .or. .not. length > 0.0_wp) then
+         bars%why = 'nothing moves there'
+         return
+      end if
+      call begin(problem, state, system, holding(problem, control, heading), heading, path, first, shares, value, timers)
+      if (first%ok) call next_point(path, 0.0_wp, first, timers)
+      ahead = first
+      if (first%ok) call next_point(path, small_part * length, ahead, timers)
+      if (.not. ahead%ok) then
+         bars%why = no_convergence
+         return
+      end if
+      f = value_at(first)
+      f_ahead = value_at(ahead)
+      slope = (f_ahead - f) / (small_part * length)
+      rate = (ahead%value - first%value) / (small_part * length)
+      if (.not. abs(slope) > 0.0_wp) then
+         bars%why = 'what is zero at this point is not to be had from elements of a higher order'
+         return
+      end if
+      way = -f / slope
+      near = first
+      call next_point(path, way, near, timers)
+      if (.not. near%ok) then
+         bars%why = no_convergence
+         return
+      end if
+      ! The rest of the way by its tangent.
+      more = -value_at(near) / slope
+      rate(1) = near%heading%load
+      final = near%value + more * rate
+      unseen = abs(first%value - value - shares%sum) + abs(more * rate)
+      sizes = shares%size + abs(near%value - first%value)
+      rounding = shares%rounding + abs(rate) * location_rounding() / abs(slope)
+      if (is_limit()) rounding(1) = shares%rounding(1) + 0.5_wp * location_rounding()**2 / abs(slope)
+      call set_bars(shares%known, final - value, unseen, sizes, rounding, bars)
+
+   contains
+
+      !> The event's function on the finer path.
+      real(wp) function value_at(point)
+         type(finer_point_t), intent(in) :: point
+         value_at = zero_value(path%problem, zero, point%state, point%system, point%heading%load, timers)
+      end function value_at
+
+      logical function is_limit()
+         is_limit = .false.
+         if (allocated(zero%event)) is_limit = zero%event%kind == event_limit
+      end function is_limit
+
+      !> What rounding of the tangent does to the function: the load's slope along the path, or an eigenvalue.
+      real(wp) function location_rounding() result(error)
+         real(wp) :: stiffness, rounding, work
+         error = 0.0_wp
+         if (is_limit()) then
+            call path_stiffness(problem, state, system, stiffness, rounding)
+            work = abs(dot_product(system%tangent, system%load) * heading%load)
+            if (work > 0.0_wp) error = rounding / work
+         else if (allocated(zero%mode)) then
+            error = mode_rounding(problem, system, zero%mode)
+         end if
+      end function location_rounding
+   end subroutine event_errors
+
+   !> What holds a point of an arc-length path: the plane normal to it. Load and monitor are held as they are.
+   function holding(problem, control, heading) result(held)
+      type(problem_t), intent(in) :: problem
+      type(control_t), intent(in) :: control
+      type(heading_t), intent(in) :: heading
+      type(control_t) :: held
+      held%method = control%method
+      held%monitor = control%monitor
+      if (.not. is_arc_length(control%method)) return
+      held%method = method_load
+      if (.not. metric(problem, heading%u, heading%u) > 0.0_wp) return
+      held%method = method_linearised
+      held%tangent = heading%u
+   end function holding
+
+   !> The finer problem linearised at the point, and the elements' shares of the errors there.
+   subroutine begin(problem, state, system, control, heading, path, point, shares, value, timers)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      type(control_t), intent(in) :: control
+      type(heading_t), intent(in) :: heading
+      type(finer_path_t), intent(out) :: path
+      type(finer_point_t), intent(out) :: point
+      type(shares_t), intent(out) :: shares
+      real(wp), allocatable, intent(out) :: value(:) !! load factor, monitors
+      type(timers_t), intent(inout) :: timers
+      type(system_t) :: here
+      path = new_finer_path(problem, state, control, heading)
+      call start_point(path, point, timers)
+      value = [state%load_factor, monitor_values(problem, state, system)]
+      here = system
+      call find_shares(problem, state, here, point%system, control, shares, timers)
+   end subroutine begin
+
+   !> Bars from estimates.
+   subroutine set_bars(known, correction, unseen, sizes, rounding, bars)
+      logical, intent(in) :: known(:)
+      real(wp), intent(in) :: correction(:), unseen(:), sizes(:), rounding(:)
+      type(error_bars_t), intent(inout) :: bars
+      integer :: m
+      if (known(1)) bars%load = new_error_bar(correction(1), unseen(1), sizes(1), rounding(1))
+      do m = 1, size(bars%monitor)
+         if (known(m + 1)) bars%monitor(m) = new_error_bar(correction(m + 1), unseen(m + 1), sizes(m + 1), rounding(m + 1))
+      end do
+      if (.not. all(known)) bars%why = not_known
+   end subroutine set_bars
+end module path_errors
