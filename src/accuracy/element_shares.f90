@@ -14,7 +14,7 @@ module element_shares
    use bordered_system, only: solve_effective
    use band_matrix, only: band_times
    use path_control, only: control_t, control_row
-   use monitor_rows, only: monitor_row_t, monitor_row
+   use monitor_rows, only: monitor_row_t, monitor_row, watched_displacement
    use small_dense, only: solve_small
    use timing, only: timers_t
    implicit none
@@ -25,6 +25,7 @@ module element_shares
       real(wp), allocatable :: sum(:)            !! (1 + monitors) linear estimate of the error: exact less computed
       real(wp), allocatable :: size(:)           !! (1 + monitors) sum of the sizes of all shares
       real(wp), allocatable :: rounding(:)       !! (1 + monitors) what rounding of displacements and resultants may do
+      real(wp), allocatable :: inside(:)         !! (1 + monitors) of the sum, what a monitor inside an element errs there
       logical, allocatable :: known(:)           !! (1 + monitors) false: not a number that this knows of
    end type shares_t
 
@@ -42,55 +43,90 @@ module element_shares
 contains
 
    !> Shares of all elements at a point.
-   subroutine find_shares(problem, state, system, finer, control, shares, timers)
+   subroutine find_shares(problem, state, system, finer, start, at_start, control, left, mode, shares, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system    !! factored there; its path row changes
-      type(system_t), intent(in) :: finer        !! of the finer problem, assembled there
+      type(problem_t), intent(in) :: finer       !! the finer problem,
+      type(state_t), intent(in) :: start         !! the same point of it
+      type(system_t), intent(in) :: at_start     !! and its system, assembled there
       type(control_t), intent(in) :: control     !! what is held
+      real(wp), intent(in) :: left               !! from what is held to what was asked for
+      real(wp), intent(in) :: mode(:)            !! (n) bifurcation: null vector of length 1, else of size 0. Nothing that counts is
+      !! along it, but rounding over a vanishing eigenvalue
       type(shares_t), intent(out) :: shares
       type(timers_t), intent(inout) :: timers
       type(functional_t) :: functional
-      real(wp) :: force(6, problem%model%mesh%n_elements), w(system%n), load(problem%model%mesh%n_elements), &
+      type(monitor_row_t) :: inside
+      real(wp) :: force(6, problem%model%mesh%n_elements), w(system%n), tangent(system%n), load(problem%model%mesh%n_elements), &
          & share(problem%model%mesh%n_elements), none(system%n_slides), shift(system%n_slides), rhs, along, &
-         & along_load, load_rounding
+         & along_load, load_rounding, rest, change
       integer :: e, m, n
       n = 1 + size(problem%model%monitor)
-      allocate (shares%sum(n), shares%size(n), shares%rounding(n), source=0.0_wp)
+      allocate (shares%sum(n), shares%size(n), shares%rounding(n), shares%inside(n), source=0.0_wp)
       allocate (shares%known(n), source=.false.)
       none = 0.0_wp
       do e = 1, size(load)
-         force(:, e) = unbalanced(problem, system, finer, e)
+         force(:, e) = unbalanced(problem, system, at_start, e)
       end do
       call control_row(problem, control, state, state, system, rhs, timers)
       call solve_effective(problem, system, merge(0.0_wp, system%path_row, system%fixed), none, w, shift, timers)
-      along = dot_product(system%path_row, system%column(:, 1)) + system%path_corner
+      tangent = system%column(:, 1)
+      call leave_out(w)
+      call leave_out(tangent)
+      along = dot_product(system%path_row, tangent) + system%path_corner
       if (.not. abs(along) > 0.0_wp) return
       w = w / along
       do e = 1, size(load)
          load(e) = dot_product(nodal(w, e), force(:, e))
       end do
       shares%known(1) = .true.
-      shares%sum(1) = sum(load)
-      shares%size(1) = sum(abs(load))
+      ! What Newton's method has left, and what the control has, is not the elements'.
+      rest = dot_product(w, merge(0.0_wp, system%residual, system%fixed)) + left / along
+      shares%sum(1) = sum(load) + rest
+      shares%size(1) = sum(abs(load)) + abs(rest)
       load_rounding = rounding_of(w)
       shares%rounding(1) = rounding_factor * load_rounding
       do m = 2, n
          call new_functional(problem, state, system, m - 1, functional)
          if (.not. functional%known) cycle
          call solve_effective(problem, system, merge(0.0_wp, functional%by_unknown, system%fixed), none, w, shift, timers)
-         along_load = dot_product(functional%by_unknown, system%column(:, 1)) + functional%by_load
+         call leave_out(w)
+         along_load = dot_product(functional%by_unknown, tangent) + functional%by_load
          w = functional%by_force - w
+         change = dot_product(w, merge(0.0_wp, system%residual, system%fixed)) + along_load * rest + &
+            & dot_product(functional%by_force, system%residual - system%raw)
          do e = 1, size(load)
             share(e) = dot_product(nodal(w, e), force(:, e)) + along_load * load(e)
          end do
          shares%known(m) = .true.
-         shares%sum(m) = sum(share)
-         shares%size(m) = sum(abs(share))
+         if (problem%deck%monitor(m - 1)%quantity == quantity_displacement) then
+            ! A monitor between the nodes has an error of its own.
+            call monitor_row(finer, start, at_start, m - 1, inside)
+            shares%inside(m) = inside%defect + watched_displacement(finer, start, m - 1) - &
+               & watched_displacement(problem, state, m - 1)
+            change = change + shares%inside(m)
+         end if
+         shares%sum(m) = sum(share) + change
+         shares%size(m) = sum(abs(share)) + abs(change)
          shares%rounding(m) = rounding_factor * (rounding_of(w) + abs(along_load) * load_rounding)
       end do
 
    contains
+
+      !> Takes the null vector out of a solution.
+      pure subroutine leave_out(x)
+         real(wp), intent(inout) :: x(:)
+         real(wp) :: part
+         integer :: node, d
+         if (size(mode) == 0) return
+         part = 0.0_wp
+         do node = 1, size(problem%weight)
+            d = dof(problem, node, 1)
+            part = part + problem%weight(node) * dot_product(mode(d:d + 1), x(d:d + 1))
+         end do
+         x = x - part * mode
+      end subroutine leave_out
 
       !> The unknowns of an element's nodes.
       pure function nodal(x, e) result(local)

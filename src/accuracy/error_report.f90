@@ -4,17 +4,20 @@ module error_report
    use model, only: step_t, method_load, method_displacement, quantity_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
+   use monitor_rows, only: watched_displacement
    use path_control, only: control_t, path_length
-   use path_continuity, only: heading_t
+   use path_continuity, only: heading_t, heading_at
+   use monitors, only: monitor_rate
+   use span_tests, only: span_test_t, run_span_tests, test_force
    use path_events, only: event_t, event_contact, event_release, event_value_reached, event_stop
    use path_run, only: run_t
-   use error_bar, only: error_bars_t, no_error_bars
+   use error_bar, only: error_bars_t, no_error_bars, moved_error_bar
    use path_errors, only: point_errors, event_errors
    use located_zero, only: zero_t, new_zero
    use timing, only: timers_t, timing_start, timing_stop, phase_accuracy
    implicit none
    private
-   public :: bars_at_event, bars_at_point
+   public :: bars_at_event, bars_at_point, bars_at_touch
 
    character(*), parameter :: inside_elements = 'contact at nodes and with foundations begins and ends inside elements'
 
@@ -34,6 +37,7 @@ contains
       type(timers_t) :: own                      ! the work is not the path's
       type(zero_t) :: zero
       type(control_t) :: control
+      real(wp) :: left
       if (.not. step%error_bars) return
       allocate (bars)
       call timing_start(timers, phase_accuracy)
@@ -43,7 +47,9 @@ contains
          control%method = method_load
          if (event%monitor > 0) control%method = method_displacement
          control%monitor = event%monitor
-         call point_errors(problem, place, run%system, control, heading, bars, own)
+         left = event%value - place%load_factor
+         if (event%monitor > 0) left = event%value - watched_displacement(problem, place, event%monitor)
+         call point_errors(problem, place, run%system, control, heading, bars, own, left)
       else
          call new_zero(problem, event, place, run%system, zero, own)
          call event_errors(problem, place, run%system, zero, heading, path_length(problem, run%state, trial), bars, own)
@@ -88,4 +94,45 @@ contains
       end if
       call timing_stop(timers, phase_accuracy)
    end subroutine bars_at_point
+
+   !> Bars of a point where contact begins. The gap of a free span is known as well as its elements' polynomials only; where the
+   !> force of the new contact vanishes the nodes tell.
+   subroutine bars_at_touch(problem, step, run, place, heading, begun, touched, bars, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(in) :: run             !! its system is factored at the place
+      type(state_t), intent(in) :: place
+      type(heading_t), intent(in) :: heading     !! tangent there
+      type(problem_t), intent(in) :: begun       !! the problem with the new contact
+      type(run_t), intent(in) :: touched         !! at the same load, where the contact carries nothing yet; its system is
+      !! factored there
+      type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck does not want them, or a node touches first
+      type(timers_t), intent(inout) :: timers
+      type(timers_t) :: own
+      type(span_test_t), allocatable :: tests(:)
+      type(error_bars_t) :: held, moved
+      type(zero_t) :: zero
+      type(control_t) :: control
+      integer :: k, m
+      if (.not. step%error_bars) return
+      call timing_start(timers, phase_accuracy)
+      tests = run_span_tests(begun, touched%state, touched%system%force_scale)
+      do k = 1, size(tests)
+         if (tests(k)%kind /= test_force) cycle
+         if (begun%touch(tests(k)%touch)%number /= touched%touches) cycle
+         if (begun%candidates%moves(tests(k)%candidate)) zero%test = k
+      end do
+      if (zero%test > 0) then
+         allocate (bars)
+         call event_errors(begun, touched%state, touched%system, zero, heading_at(begun, touched%system, 0.0_wp * touched%state%u, &
+            & heading%load), path_length(problem, run%state, place), moved, own)
+         control%method = method_load
+         call point_errors(problem, place, run%system, control, heading, held, own)
+         bars = moved
+         do m = 1, size(bars%monitor)
+            bars%monitor(m) = moved_error_bar(held%monitor(m), moved%load, monitor_rate(problem, m, place, run%system))
+         end do
+      end if
+      call timing_stop(timers, phase_accuracy)
+   end subroutine bars_at_touch
 end module error_report

@@ -8,7 +8,7 @@ module located_zero
    use linear_system, only: system_t
    use path_events, only: event_t, new_probe, event_value, event_bifurcation
    use span_tests, only: span_test_t, run_span_tests
-   use tangent_modes, only: modes_t, lowest_modes
+   use tangent_modes, only: modes_t, lowest_modes, mode_tolerance
    use timing, only: timers_t
    implicit none
    private
@@ -18,6 +18,7 @@ module located_zero
    type :: zero_t
       type(event_t), allocatable :: event
       real(wp), allocatable :: mode(:)           !! (unknowns) bifurcation: null vector, node axes
+      real(wp) :: next = 0.0_wp                  !! bifurcation: size of the next eigenvalue
       integer :: test = 0                        !! number of the test in run_span_tests
    end type zero_t
 
@@ -40,6 +41,7 @@ contains
       call lowest_modes(problem, state, system, eigenvalues_looked_at, modes, error, timers)
       ! Next to a singular tangent the iteration may not settle, and has the mode all the same.
       if (modes%n > 0) zero%mode = modes%x(:, 1)
+      if (modes%n > 1) zero%next = abs(modes%mu(2))
    end subroutine new_zero
 
    !> Its function at a converged point; not a number where it is not to be had.
@@ -92,21 +94,23 @@ contains
       end do
    end function eigenvalue_of
 
-   !> What rounding of the tangent does to the eigenvalue of a mode of unit length.
-   pure real(wp) function mode_rounding(problem, system, mode) result(rounding)
+   !> What rounding does to the eigenvalue of a bifurcation's null vector: that of the mode's displacements on the forces that it
+   !> makes in the elements (its products are taken from the elements' own deformations, see tangent_modes), and what the
+   !> iteration leaves of other modes.
+   pure real(wp) function mode_rounding(problem, system, zero) result(rounding)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! assembled where the mode is
-      real(wp), intent(in) :: mode(:)            !! (unknowns) node axes
+      type(zero_t), intent(in) :: zero           !! with its mode
       real(wp) :: local(6)
       integer :: e, i, d
       rounding = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
          do i = 1, 2
             d = dof(problem, problem%model%mesh%node(i, e), 1)
-            local(3 * i - 2:3 * i) = abs(mode(d:d + 2))
+            local(3 * i - 2:3 * i) = zero%mode(d:d + 2)
          end do
-         rounding = rounding + dot_product(local, matmul(abs(system%ek(:, :, e)), local))**2
+         rounding = rounding + sum((local * matmul(system%ek(:, :, e), local))**2)
       end do
-      rounding = epsilon(rounding) * sqrt(rounding)
+      rounding = epsilon(rounding) * sqrt(rounding) + mode_tolerance**2 * zero%next
    end function mode_rounding
 end module located_zero

@@ -2,7 +2,7 @@
 !> located events, where the finer problem has the event elsewhere.
 module path_errors
    use kinds, only: wp
-   use model, only: method_linearised, method_load
+   use model, only: method_linearised, method_load, method_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
@@ -11,7 +11,7 @@ module path_errors
    use path_events, only: event_limit
    use monitors, only: monitor_values
    use tangent_rounding, only: path_stiffness
-   use error_bar, only: error_bars_t, new_error_bar, no_error_bars
+   use error_bar, only: error_bar_t, error_bars_t, new_error_bar, no_error_bars
    use accuracy_limits, only: why_not_told
    use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point
    use element_shares, only: shares_t, find_shares
@@ -22,13 +22,14 @@ module path_errors
    public :: point_errors, event_errors
 
    real(wp), parameter :: small_part = 1.0e-3_wp !! of an increment, over which slopes along the path are taken
+   real(wp), parameter :: no_mode(0) = [real(wp) ::]
    character(*), parameter :: no_convergence = 'elements of a higher order do not converge from here', &
       & not_known = 'sums of contact forces have no estimate'
 
 contains
 
    !> Errors at a point of the path, held by its control: at the given load, at the given monitor, or normal to the path.
-   subroutine point_errors(problem, state, system, control, heading, bars, timers)
+   subroutine point_errors(problem, state, system, control, heading, bars, timers, left)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
       type(system_t), intent(in) :: system       !! factored there
@@ -36,20 +37,30 @@ contains
       type(heading_t), intent(in) :: heading     !! tangent there
       type(error_bars_t), intent(out) :: bars
       type(timers_t), intent(inout) :: timers
+      real(wp), intent(in), optional :: left     !! from what is held to what was asked for
       type(finer_path_t) :: path
       type(finer_point_t) :: point
       type(shares_t) :: shares
+      type(error_bar_t) :: given
       real(wp), allocatable :: value(:), unseen(:)
+      real(wp) :: increment
       bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state))
       if (bars%why /= '') return
-      call begin(problem, state, system, holding(problem, control, heading), heading, path, point, shares, value, timers)
-      if (point%ok) call next_point(path, 0.0_wp, point, timers)
+      increment = 0.0_wp
+      if (present(left)) increment = left
+      call begin(problem, state, system, holding(problem, control, heading), increment, heading, no_mode, path, point, shares, &
+         & value, timers)
+      if (point%ok) call next_point(path, increment, point, timers)
       if (.not. point%ok) then
          bars%why = no_convergence
          return
       end if
       unseen = point%value - value - shares%sum
-      call set_bars(shares%known, point%value - value, unseen, shares%size, shares%rounding, bars)
+      call set_bars(shares, point%value - value, unseen, shares%size, shares%rounding, bars)
+      ! What is held is what it is held at.
+      given = new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
+      if (path%control%method == method_load) bars%load = given
+      if (path%control%method == method_displacement) bars%monitor(path%control%monitor) = given
    end subroutine point_errors
 
    !> Errors of a located event. The finer problem has it further along its path by what its function is at this point, over the
@@ -67,7 +78,7 @@ contains
       type(finer_path_t) :: path
       type(finer_point_t) :: first, ahead, near
       type(shares_t) :: shares
-      real(wp), allocatable :: value(:), rate(:), final(:), unseen(:), sizes(:), rounding(:)
+      real(wp), allocatable :: mode(:), value(:), rate(:), final(:), unseen(:), sizes(:), rounding(:)
       real(wp) :: f, f_ahead, slope, way, more
       bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state))
       if (bars%why /= '') return
@@ -76,7 +87,10 @@ contains
          bars%why = 'nothing moves there'
          return
       end if
-      call begin(problem, state, system, holding(problem, control, heading), heading, path, first, shares, value, timers)
+      mode = no_mode
+      if (allocated(zero%mode)) mode = zero%mode
+      call begin(problem, state, system, holding(problem, control, heading), 0.0_wp, heading, mode, path, first, shares, value, &
+         & timers)
       if (first%ok) call next_point(path, 0.0_wp, first, timers)
       ahead = first
       if (first%ok) call next_point(path, small_part * length, ahead, timers)
@@ -107,7 +121,7 @@ contains
       sizes = shares%size + abs(near%value - first%value)
       rounding = shares%rounding + abs(rate) * location_rounding() / abs(slope)
       if (is_limit()) rounding(1) = shares%rounding(1) + 0.5_wp * location_rounding()**2 / abs(slope)
-      call set_bars(shares%known, final - value, unseen, sizes, rounding, bars)
+      call set_bars(shares, final - value, unseen, sizes, rounding, bars)
 
    contains
 
@@ -131,7 +145,7 @@ contains
             work = abs(dot_product(system%tangent, system%load) * heading%load)
             if (work > 0.0_wp) error = rounding / work
          else if (allocated(zero%mode)) then
-            error = mode_rounding(problem, system, zero%mode)
+            error = mode_rounding(problem, system, zero)
          end if
       end function location_rounding
    end subroutine event_errors
@@ -152,11 +166,12 @@ contains
    end function holding
 
    !> The finer problem linearised at the point, and the elements' shares of the errors there.
-   subroutine begin(problem, state, system, control, heading, path, point, shares, value, timers)
+   subroutine begin(problem, state, system, control, left, heading, mode, path, point, shares, value, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
       type(control_t), intent(in) :: control
+      real(wp), intent(in) :: left, mode(:)      !! as in find_shares
       type(heading_t), intent(in) :: heading
       type(finer_path_t), intent(out) :: path
       type(finer_point_t), intent(out) :: point
@@ -168,19 +183,22 @@ contains
       call start_point(path, point, timers)
       value = [state%load_factor, monitor_values(problem, state, system)]
       here = system
-      call find_shares(problem, state, here, point%system, control, shares, timers)
+      call find_shares(problem, state, here, path%problem, point%state, point%system, control, left, mode, shares, timers)
    end subroutine begin
 
-   !> Bars from estimates.
-   subroutine set_bars(known, correction, unseen, sizes, rounding, bars)
-      logical, intent(in) :: known(:)
+   !> Bars from estimates. What is taken from the polynomial inside an element errs by one order more in the finer one only, not
+   !> by two, so that as much again may be missing.
+   subroutine set_bars(shares, correction, unseen, sizes, rounding, bars)
+      type(shares_t), intent(in) :: shares
       real(wp), intent(in) :: correction(:), unseen(:), sizes(:), rounding(:)
       type(error_bars_t), intent(inout) :: bars
       integer :: m
-      if (known(1)) bars%load = new_error_bar(correction(1), unseen(1), sizes(1), rounding(1))
+      if (shares%known(1)) bars%load = new_error_bar(correction(1), unseen(1), sizes(1), rounding(1))
       do m = 1, size(bars%monitor)
-         if (known(m + 1)) bars%monitor(m) = new_error_bar(correction(m + 1), unseen(m + 1), sizes(m + 1), rounding(m + 1))
+         if (.not. shares%known(m + 1)) cycle
+         bars%monitor(m) = new_error_bar(correction(m + 1), unseen(m + 1), sizes(m + 1), rounding(m + 1))
+         bars%monitor(m)%bar = bars%monitor(m)%bar + abs(shares%inside(m + 1))
       end do
-      if (.not. all(known)) bars%why = not_known
+      if (.not. all(shares%known)) bars%why = not_known
    end subroutine set_bars
 end module path_errors

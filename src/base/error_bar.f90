@@ -9,7 +9,7 @@ module error_bar
    use kinds, only: wp
    implicit none
    private
-   public :: error_bar_t, error_bars_t, new_error_bar, no_error_bars, largest_unseen
+   public :: error_bar_t, error_bars_t, new_error_bar, no_error_bars, moved_error_bar, largest_unseen
 
    !> One number. All in its unit.
    type :: error_bar_t
@@ -49,6 +49,19 @@ contains
          error%bar = at_least * (shares + abs(unseen)) + rounding
       end if
    end function new_error_bar
+
+   !> The bar of a number that is known where another one, its argument, is held, and of that argument.
+   elemental function moved_error_bar(held, argument, rate) result(error)
+      type(error_bar_t), intent(in) :: held
+      type(error_bar_t), intent(in) :: argument
+      real(wp), intent(in) :: rate            !! of the number by its argument
+      type(error_bar_t) :: error
+      error%told = held%told .and. argument%told .and. ieee_is_finite(rate)
+      if (.not. error%told) return
+      error%bounded = held%bounded .and. argument%bounded
+      error%correction = held%correction + rate * argument%correction
+      error%bar = held%bar + abs(rate) * argument%bar
+   end function moved_error_bar
 
    !> Nothing told.
    pure function no_error_bars(monitors, why) result(bars)

@@ -52,7 +52,7 @@ contains
    !> Detects what happened up to a converged trial point, locates it, puts it in order, records it and the point, and goes
    !> there. `shorter` instead, and nothing recorded, when an event was not located and the caller can cut the increment.
    subroutine accept(problem, step, run, trial, ahead, label, report, can_cut, recorder, shorter, finished, outcome, timers, &
-      & touching, divides, test)
+      & touching, divides, bars)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the trial on entry and on return, else anywhere
@@ -68,22 +68,20 @@ contains
       type(timers_t), intent(inout) :: timers
       logical, intent(in), optional :: touching(:) !! (candidates) what is about to carry force at a C+
       logical, intent(in), optional :: divides   !! at a C-: of the contact a part stays on both sides
-      integer, intent(in), optional :: test      !! of contact spans, that is zero there: its number in run_span_tests
+      type(error_bars_t), allocatable, intent(in), optional :: bars !! at a change of contact spans
       type(sighting_t), allocatable :: seen(:)
       type(system_t), allocatable :: at_trial    ! what is looked at on the way changes nothing of it
       type(probe_t) :: probe
       logical, allocatable :: told(:)
       integer, allocatable :: order(:)
-      type(error_bars_t), allocatable :: bars
-      integer :: i, unseen, sought
+      type(error_bars_t), allocatable :: shown_bars
+      integer :: i, unseen
       logical :: splits
 
       finished = .false.
       shorter = .false.
       splits = .false.
       if (present(divides)) splits = divides
-      sought = 0
-      if (present(test)) sought = test
       probe = probe_at(problem, run, trial, ahead)
       call count_released(problem, trial, run%system, probe%free_pivots, probe%weak, timers)
       if (run%fresh) then
@@ -107,8 +105,13 @@ contains
       end do
       if (allocated(at_trial)) run%system = at_trial
       finished = stop_met(step, run%probe, probe)
-      call bars_at_point(problem, step, run, trial, ahead, label, finished, sought, bars, timers)
-      call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers, touching, bars)
+      if (present(bars)) then
+         if (allocated(bars)) shown_bars = bars
+      end if
+      if (.not. allocated(shown_bars)) &
+         & call bars_at_point(problem, step, run, trial, ahead, label, finished, 0, shown_bars, timers)
+      call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers, touching, &
+         & shown_bars)
       if (allocated(outcome%why)) return
       do i = 1, size(seen)
          if (told(i) .or. seen(i)%located) cycle
@@ -121,11 +124,11 @@ contains
          call keep_landmark(problem, run, seen(i)%event%label, trial, trial, 1.0_wp, &
             & run%arc_length + path_length(problem, run%state, trial), probe%negative_pivots, 0)
       end do
-      if (label == 'C+') call announce(problem, run, new_critical(label, 'contact gained', bars), trial, probe, .true., recorder, &
-         & outcome, timers)
+      if (label == 'C+') call announce(problem, run, new_critical(label, 'contact gained', shown_bars), trial, probe, .true., &
+         & recorder, outcome, timers)
       if (label == 'C-') call announce(problem, run, new_critical(label, trim(merge('a contact region splits', &
-         & 'contact lost           ', splits)), bars), trial, probe, .true., recorder, outcome, timers)
-      if (finished) call announce(problem, run, new_critical('EP', 'end of the step', bars), trial, probe, .true., &
+         & 'contact lost           ', splits)), shown_bars), trial, probe, .true., recorder, outcome, timers)
+      if (finished) call announce(problem, run, new_critical('EP', 'end of the step', shown_bars), trial, probe, .true., &
          & recorder, outcome, timers)
       if (allocated(outcome%why)) return
       unseen = 0
