@@ -23,6 +23,8 @@ contains
       if (any(problem%opening > 0)) why = 'a contact span has just begun to open'
       do c = 1, problem%candidates%n
          if (problem%candidates%touch(c) > 0 .or. .not. state%active(c)) cycle
+         ! Stops stand at nodes that the deck names.
+         if (problem%model%obstacle(problem%candidates%obstacle(c))%at_nodes) cycle
          if (size(problem%model%contact(problem%candidates%contact(c))%node) > 1) why = 'contact is at the nodes of the mesh'
       end do
       do c = 1, problem%ground%chain%n

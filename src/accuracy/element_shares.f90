@@ -14,6 +14,7 @@ module element_shares
    use bordered_system, only: solve_effective
    use band_matrix, only: band_times
    use path_control, only: control_t, control_row
+   use finer_path, only: leave_out
    use monitor_rows, only: monitor_row_t, monitor_row, watched_displacement
    use small_dense, only: solve_small
    use timing, only: timers_t
@@ -72,8 +73,8 @@ contains
       call control_row(problem, control, state, state, system, rhs, timers)
       call solve_effective(problem, system, merge(0.0_wp, system%path_row, system%fixed), none, w, shift, timers)
       tangent = system%column(:, 1)
-      call leave_out(w)
-      call leave_out(tangent)
+      if (size(mode) > 0) call leave_out(problem, mode, w)
+      if (size(mode) > 0) call leave_out(problem, mode, tangent)
       along = dot_product(system%path_row, tangent) + system%path_corner
       if (.not. abs(along) > 0.0_wp) return
       w = w / along
@@ -91,7 +92,7 @@ contains
          call new_functional(problem, state, system, m - 1, functional)
          if (.not. functional%known) cycle
          call solve_effective(problem, system, merge(0.0_wp, functional%by_unknown, system%fixed), none, w, shift, timers)
-         call leave_out(w)
+         if (size(mode) > 0) call leave_out(problem, mode, w)
          along_load = dot_product(functional%by_unknown, tangent) + functional%by_load
          w = functional%by_force - w
          change = dot_product(w, merge(0.0_wp, system%residual, system%fixed)) + along_load * rest + &
@@ -113,20 +114,6 @@ contains
       end do
 
    contains
-
-      !> Takes the null vector out of a solution.
-      pure subroutine leave_out(x)
-         real(wp), intent(inout) :: x(:)
-         real(wp) :: part
-         integer :: node, d
-         if (size(mode) == 0) return
-         part = 0.0_wp
-         do node = 1, size(problem%weight)
-            d = dof(problem, node, 1)
-            part = part + problem%weight(node) * dot_product(mode(d:d + 1), x(d:d + 1))
-         end do
-         x = x - part * mode
-      end subroutine leave_out
 
       !> The unknowns of an element's nodes.
       pure function nodal(x, e) result(local)

@@ -14,10 +14,12 @@ module error_report
    use error_bar, only: error_bars_t, no_error_bars, moved_error_bar
    use path_errors, only: point_errors, event_errors
    use located_zero, only: zero_t, new_zero
+   use run_accuracy, only: accuracy_t, place_t, note_worst
+   use columns, only: whole, brief, scientific
    use timing, only: timers_t, timing_start, timing_stop, phase_accuracy
    implicit none
    private
-   public :: bars_at_event, bars_at_point, bars_at_touch
+   public :: bars_at_event, bars_at_point, bars_at_touch, note_load, note_bar
 
    character(*), parameter :: inside_elements = 'contact at nodes and with foundations begins and ends inside elements'
 
@@ -135,4 +137,32 @@ contains
       end if
       call timing_stop(timers, phase_accuracy)
    end subroutine bars_at_touch
+
+   !> Keeps the largest load of a step, which error bars are measured against.
+   pure subroutine note_load(step, load_factor, accuracy)
+      integer, intent(in) :: step                !! its number
+      real(wp), intent(in) :: load_factor
+      type(accuracy_t), intent(inout) :: accuracy
+      if (step /= accuracy%load_step) accuracy%load = 0.0_wp
+      accuracy%load_step = step
+      accuracy%load = max(accuracy%load, abs(load_factor))
+   end subroutine note_load
+
+   !> Keeps the widest bar of a critical load, and words where one is wider than the deck allows.
+   subroutine note_bar(bars, label, at, widest, accuracy)
+      type(error_bars_t), intent(in) :: bars
+      character(*), intent(in) :: label
+      type(place_t), intent(in) :: at
+      real(wp), intent(in) :: widest             !! over the load
+      type(accuracy_t), intent(inout) :: accuracy
+      real(wp) :: ratio
+      if (.not. bars%load%told .or. .not. accuracy%load > 0.0_wp) return
+      ratio = bars%load%bar / accuracy%load
+      call note_worst(accuracy%error_bar, ratio, at)
+      if (ratio <= widest .or. allocated(accuracy%bar_words)) return
+      accuracy%bar_words = 'the mesh is too coarse for what was asked: the load factor of '//label//' at point '// &
+         & whole(at%point)//' is '//brief(at%load_factor)//trim(merge(' +- ', ', > ', bars%load%bounded))//' '// &
+         & scientific(bars%load%bar, 2)//', and WIDEST on *ACCURACY allows '//brief(widest)// &
+         & ' of it; give more elements or a higher order'
+   end subroutine note_bar
 end module error_report

@@ -1,7 +1,7 @@
 !> Points of the path that the finer problem has, next to a point of the problem's own path.
 module finer_path
    use kinds, only: wp
-   use problem, only: problem_t
+   use problem, only: problem_t, dof
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise, apply_increment
@@ -14,13 +14,15 @@ module finer_path
    use timing, only: timers_t
    implicit none
    private
-   public :: finer_path_t, finer_point_t, new_finer_path, start_point, next_point
+   public :: finer_path_t, finer_point_t, new_finer_path, start_point, next_point, leave_out
 
    type :: finer_path_t
       type(problem_t) :: problem
       type(state_t) :: base                      !! the problem's own point
       type(control_t) :: control                 !! what tells points apart: its increment counts from the base
       type(heading_t) :: heading                 !! tangent of the problem's own path
+      real(wp), allocatable :: mode(:)           !! (unknowns) at a bifurcation: null vector of length 1, node axes; the path has
+      !! nothing along it
    end type finer_path_t
 
    type :: finer_point_t
@@ -83,6 +85,7 @@ contains
             call solve_contact_step(problem, point%state, point%system, rhs, .true., step, timers)
             point%ok = step%ok
             if (.not. point%ok) return
+            if (allocated(path%mode)) call leave_out(problem, path%mode, step%x)
             before = point%state
             call apply_increment(problem, point%system, step%x, step%y, point%state)
             point%state%reaction = step%reaction
@@ -95,4 +98,19 @@ contains
          point%heading = heading_at(problem, point%system, path%heading%u, path%heading%load)
       end associate
    end subroutine next_point
+
+   !> Takes a null vector out of a solution: over a vanishing eigenvalue rounding is any share of it.
+   pure subroutine leave_out(problem, mode, x)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: mode(:)            !! (unknowns) length 1 in the metric, node axes
+      real(wp), intent(inout) :: x(:)            !! (unknowns)
+      real(wp) :: part
+      integer :: node, d
+      part = 0.0_wp
+      do node = 1, size(problem%weight)
+         d = dof(problem, node, 1)
+         part = part + problem%weight(node) * dot_product(mode(d:d + 1), x(d:d + 1))
+      end do
+      x = x - part * mode
+   end subroutine leave_out
 end module finer_path

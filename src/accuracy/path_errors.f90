@@ -56,7 +56,7 @@ contains
          return
       end if
       unseen = point%value - value - shares%sum
-      call set_bars(shares, point%value - value, unseen, shares%size, shares%rounding, bars)
+      call set_bars(shares, value, point%value - value, unseen, shares%size, shares%rounding, bars)
       ! What is held is what it is held at.
       given = new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
       if (path%control%method == method_load) bars%load = given
@@ -121,7 +121,7 @@ contains
       sizes = shares%size + abs(near%value - first%value)
       rounding = shares%rounding + abs(rate) * location_rounding() / abs(slope)
       if (is_limit()) rounding(1) = shares%rounding(1) + 0.5_wp * location_rounding()**2 / abs(slope)
-      call set_bars(shares, final - value, unseen, sizes, rounding, bars)
+      call set_bars(shares, value, final - value, unseen, sizes, rounding, bars)
 
    contains
 
@@ -180,6 +180,7 @@ contains
       type(timers_t), intent(inout) :: timers
       type(system_t) :: here
       path = new_finer_path(problem, state, control, heading)
+      if (size(mode) > 0) path%mode = mode
       call start_point(path, point, timers)
       value = [state%load_factor, monitor_values(problem, state, system)]
       here = system
@@ -188,15 +189,17 @@ contains
 
    !> Bars from estimates. What is taken from the polynomial inside an element errs by one order more in the finer one only, not
    !> by two, so that as much again may be missing.
-   subroutine set_bars(shares, correction, unseen, sizes, rounding, bars)
+   subroutine set_bars(shares, value, correction, unseen, sizes, rounding, bars)
       type(shares_t), intent(in) :: shares
-      real(wp), intent(in) :: correction(:), unseen(:), sizes(:), rounding(:)
+      real(wp), intent(in) :: value(:), correction(:), unseen(:), sizes(:), rounding(:)
       type(error_bars_t), intent(inout) :: bars
+      real(wp) :: noise(size(value))
       integer :: m
-      if (shares%known(1)) bars%load = new_error_bar(correction(1), unseen(1), sizes(1), rounding(1))
+      noise = rounding + 4.0_wp * epsilon(noise) * abs(value)
+      if (shares%known(1)) bars%load = new_error_bar(correction(1), unseen(1), sizes(1), noise(1))
       do m = 1, size(bars%monitor)
          if (.not. shares%known(m + 1)) cycle
-         bars%monitor(m) = new_error_bar(correction(m + 1), unseen(m + 1), sizes(m + 1), rounding(m + 1))
+         bars%monitor(m) = new_error_bar(correction(m + 1), unseen(m + 1), sizes(m + 1), noise(m + 1))
          bars%monitor(m)%bar = bars%monitor(m)%bar + abs(shares%inside(m + 1))
       end do
       if (.not. all(shares%known)) bars%why = not_known

@@ -24,7 +24,7 @@ module path_acceptance
    use sliding_nodes, only: rehome_nodes
    use point_report, only: report_point
    use error_bar, only: error_bars_t
-   use error_report, only: bars_at_event, bars_at_point
+   use error_report, only: bars_at_event, bars_at_point, note_load, note_bar
    use point_checks, only: check_point
    use path_record, only: recorder_t, point_t, critical_t
    use run_accuracy, only: accuracy_t, place_t
@@ -453,6 +453,8 @@ contains
       full%load_factor = state%load_factor
       full%located = exact
       full%monitor = values%monitor
+      if (allocated(full%bars)) call note_bar(full%bars, full%label, place_t(run%branch, problem%step, run%points, &
+         & state%load_factor), problem%model%step(problem%step)%widest_bar, outcome%accuracy)
       call recorder%critical(full, timers, error)
       if (allocated(error)) outcome%why = error%message
    end subroutine announce
@@ -527,6 +529,7 @@ contains
       if (allocated(run%beginning) .and. label == 'C+') point%region = [point%region, run%beginning]
       call check_point(problem, state, run%system, place_t(run%branch, problem%step, run%points, state%load_factor), point, &
          & outcome%accuracy)
+      call note_load(problem%step, state%load_factor, outcome%accuracy)
       call count_up(timers, counter_points)
       call recorder%point(point, timers, error)
       if (allocated(error)) outcome%why = error%message
