@@ -183,7 +183,7 @@ contains
             row%cell(5)%text = 'given'
          else if (load%told) then
             row%cell(5)%text = trim(merge('+-', '> ', load%bounded))//' '//scientific(load%bar, 2)
-            row%cell(6)%text = significant(critical%load_factor + load%correction, corrected_digits)
+            if (load%bounded) row%cell(6)%text = significant(critical%load_factor + load%correction, corrected_digits)
          else
             row%cell(5)%text = 'no estimate'
             if (allocated(critical%bars%why)) row%unbarred = critical%bars%why
