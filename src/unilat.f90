@@ -69,6 +69,7 @@ program unilat
    call follow_deck(spans=.true.)
    ! What contact spans cannot follow nodes may, as well as the deck's mesh can.
    if (begins_again('with contact at the nodes of the deck')) call follow_deck(spans=.false.)
+   if (allocated(outcome%accuracy%bar_words)) call note_failure(outcome%accuracy%bar_words)
 
    ! ---- the end ----
    status = 'complete'
@@ -98,12 +99,19 @@ contains
       call timing_stop(timers, phase_output)
       call follow_path(path_problem, spans, recorder, outcome, timers)
       status = failed_checks(outcome%accuracy)
-      if (status /= '') then
-         outcome%complete = .false.
-         if (allocated(outcome%why)) status = outcome%why//'; '//status
-         outcome%why = status
-      end if
+      if (status /= '') call note_failure(status)
    end subroutine follow_deck
+
+   !> The run has come to its end, but not to what the deck asks for.
+   subroutine note_failure(words)
+      character(*), intent(in) :: words
+      outcome%complete = .false.
+      if (allocated(outcome%why)) then
+         outcome%why = outcome%why//'; '//words
+      else
+         outcome%why = words
+      end if
+   end subroutine note_failure
 
    !> True where contact spans have not got on; says so, and closes the results.
    logical function begins_again(how)

@@ -44,7 +44,7 @@ module element_shares
 contains
 
    !> Shares of all elements at a point.
-   subroutine find_shares(problem, state, system, finer, start, at_start, control, left, mode, shares, timers)
+   subroutine find_shares(problem, state, system, finer, start, at_start, control, modes, shares, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system    !! factored there; its path row changes
@@ -52,9 +52,8 @@ contains
       type(state_t), intent(in) :: start         !! the same point of it
       type(system_t), intent(in) :: at_start     !! and its system, assembled there
       type(control_t), intent(in) :: control     !! what is held
-      real(wp), intent(in) :: left               !! from what is held to what was asked for
-      real(wp), intent(in) :: mode(:)            !! (n) bifurcation: null vector of length 1, else of size 0. Nothing that counts is
-      !! along it, but rounding over a vanishing eigenvalue
+      real(wp), intent(in) :: modes(:, :)        !! (n, multiplicity) bifurcation: null vectors, else none. Nothing that counts
+      !! is along them, but rounding over a vanishing eigenvalue
       type(shares_t), intent(out) :: shares
       type(timers_t), intent(inout) :: timers
       type(functional_t) :: functional
@@ -73,8 +72,8 @@ contains
       call control_row(problem, control, state, state, system, rhs, timers)
       call solve_effective(problem, system, merge(0.0_wp, system%path_row, system%fixed), none, w, shift, timers)
       tangent = system%column(:, 1)
-      if (size(mode) > 0) call leave_out(problem, mode, w)
-      if (size(mode) > 0) call leave_out(problem, mode, tangent)
+      call leave_out(problem, modes, w)
+      call leave_out(problem, modes, tangent)
       along = dot_product(system%path_row, tangent) + system%path_corner
       if (.not. abs(along) > 0.0_wp) return
       w = w / along
@@ -82,8 +81,8 @@ contains
          load(e) = dot_product(nodal(w, e), force(:, e))
       end do
       shares%known(1) = .true.
-      ! What Newton's method has left, and what the control has, is not the elements'.
-      rest = dot_product(w, merge(0.0_wp, system%residual, system%fixed)) + left / along
+      ! What Newton's method has left is not the elements'.
+      rest = dot_product(w, merge(0.0_wp, system%residual, system%fixed))
       shares%sum(1) = sum(load) + rest
       shares%size(1) = sum(abs(load)) + abs(rest)
       load_rounding = rounding_of(w)
@@ -92,7 +91,7 @@ contains
          call new_functional(problem, state, system, m - 1, functional)
          if (.not. functional%known) cycle
          call solve_effective(problem, system, merge(0.0_wp, functional%by_unknown, system%fixed), none, w, shift, timers)
-         if (size(mode) > 0) call leave_out(problem, mode, w)
+         call leave_out(problem, modes, w)
          along_load = dot_product(functional%by_unknown, tangent) + functional%by_load
          w = functional%by_force - w
          change = dot_product(w, merge(0.0_wp, system%residual, system%fixed)) + along_load * rest + &

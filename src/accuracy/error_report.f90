@@ -4,7 +4,6 @@ module error_report
    use model, only: step_t, method_load, method_displacement, quantity_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
-   use monitor_rows, only: watched_displacement
    use path_control, only: control_t, path_length
    use path_continuity, only: heading_t, heading_at
    use monitors, only: monitor_rate
@@ -39,7 +38,6 @@ contains
       type(timers_t) :: own                      ! the work is not the path's
       type(zero_t) :: zero
       type(control_t) :: control
-      real(wp) :: left
       if (.not. step%error_bars) return
       allocate (bars)
       call timing_start(timers, phase_accuracy)
@@ -49,9 +47,7 @@ contains
          control%method = method_load
          if (event%monitor > 0) control%method = method_displacement
          control%monitor = event%monitor
-         left = event%value - place%load_factor
-         if (event%monitor > 0) left = event%value - watched_displacement(problem, place, event%monitor)
-         call point_errors(problem, place, run%system, control, heading, bars, own, left)
+         call point_errors(problem, place, run%system, control, heading, bars, own)
       else
          call new_zero(problem, event, place, run%system, zero, own)
          call event_errors(problem, place, run%system, zero, heading, path_length(problem, run%state, trial), bars, own)
@@ -156,6 +152,8 @@ contains
       real(wp), intent(in) :: widest             !! over the load
       type(accuracy_t), intent(inout) :: accuracy
       real(wp) :: ratio
+      ! What is only looked for decides nothing.
+      if (any(label == ['UZ', 'TP'])) return
       if (.not. bars%load%told .or. .not. accuracy%load > 0.0_wp) return
       ratio = bars%load%bar / accuracy%load
       call note_worst(accuracy%error_bar, ratio, at)

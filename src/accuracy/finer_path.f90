@@ -14,15 +14,15 @@ module finer_path
    use timing, only: timers_t
    implicit none
    private
-   public :: finer_path_t, finer_point_t, new_finer_path, start_point, next_point, leave_out
+   public :: finer_path_t, finer_point_t, new_finer_path, start_point, next_point, leave_out, likeness
 
    type :: finer_path_t
       type(problem_t) :: problem
       type(state_t) :: base                      !! the problem's own point
       type(control_t) :: control                 !! what tells points apart: its increment counts from the base
       type(heading_t) :: heading                 !! tangent of the problem's own path
-      real(wp), allocatable :: mode(:)           !! (unknowns) at a bifurcation: null vector of length 1, node axes; the path has
-      !! nothing along it
+      real(wp), allocatable :: modes(:, :)       !! (unknowns, multiplicity) at a bifurcation: null vectors, along which the path
+      !! does not go
    end type finer_path_t
 
    type :: finer_point_t
@@ -85,7 +85,7 @@ contains
             call solve_contact_step(problem, point%state, point%system, rhs, .true., step, timers)
             point%ok = step%ok
             if (.not. point%ok) return
-            if (allocated(path%mode)) call leave_out(problem, path%mode, step%x)
+            call leave_out(problem, path%modes, step%x)
             before = point%state
             call apply_increment(problem, point%system, step%x, step%y, point%state)
             point%state%reaction = step%reaction
@@ -99,18 +99,26 @@ contains
       end associate
    end subroutine next_point
 
-   !> Takes a null vector out of a solution: over a vanishing eigenvalue rounding is any share of it.
-   pure subroutine leave_out(problem, mode, x)
+   !> Takes null vectors out of a solution: over a vanishing eigenvalue rounding is any share of them.
+   pure subroutine leave_out(problem, modes, x)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: mode(:)            !! (unknowns) length 1 in the metric, node axes
+      real(wp), intent(in) :: modes(:, :)        !! (unknowns, any number) orthonormal in the metric, node axes
       real(wp), intent(inout) :: x(:)            !! (unknowns)
-      real(wp) :: part
+      integer :: k
+      do k = 1, size(modes, 2)
+         x = x - likeness(problem, modes(:, k), x) * modes(:, k)
+      end do
+   end subroutine leave_out
+
+   !> The part of a vector that is a mode.
+   pure real(wp) function likeness(problem, mode, x)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: mode(:), x(:)      !! (unknowns) node axes; the mode has length 1 in the metric
       integer :: node, d
-      part = 0.0_wp
+      likeness = 0.0_wp
       do node = 1, size(problem%weight)
          d = dof(problem, node, 1)
-         part = part + problem%weight(node) * dot_product(mode(d:d + 1), x(d:d + 1))
+         likeness = likeness + problem%weight(node) * dot_product(mode(d:d + 1), x(d:d + 1))
       end do
-      x = x - part * mode
-   end subroutine leave_out
+   end function likeness
 end module finer_path

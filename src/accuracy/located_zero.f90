@@ -9,6 +9,7 @@ module located_zero
    use path_events, only: event_t, new_probe, event_value, event_bifurcation
    use span_tests, only: span_test_t, run_span_tests
    use tangent_modes, only: modes_t, lowest_modes, mode_tolerance
+   use finer_path, only: likeness
    use timing, only: timers_t
    implicit none
    private
@@ -17,12 +18,13 @@ module located_zero
    !> One event. Either an event of the path or a test of contact spans.
    type :: zero_t
       type(event_t), allocatable :: event
-      real(wp), allocatable :: mode(:)           !! (unknowns) bifurcation: null vector, node axes
+      real(wp), allocatable :: modes(:, :)       !! (unknowns, multiplicity) bifurcation: null vectors, node axes
       real(wp) :: next = 0.0_wp                  !! bifurcation: size of the next eigenvalue
       integer :: test = 0                        !! number of the test in run_span_tests
    end type zero_t
 
-   integer, parameter :: eigenvalues_looked_at = 4
+   integer, parameter :: eigenvalues_looked_at = 5
+   real(wp), parameter :: as_zero = 1.0e-4_wp !! of an eigenvalue's change over the increment: it vanishes, too
 
 contains
 
@@ -36,12 +38,14 @@ contains
       type(timers_t), intent(inout) :: timers
       type(modes_t) :: modes
       type(error_t), allocatable :: error
+      integer :: n
       zero%event = event
       if (event%kind /= event_bifurcation) return
       call lowest_modes(problem, state, system, eigenvalues_looked_at, modes, error, timers)
       ! Next to a singular tangent the iteration may not settle, and has the mode all the same.
-      if (modes%n > 0) zero%mode = modes%x(:, 1)
-      if (modes%n > 1) zero%next = abs(modes%mu(2))
+      n = max(count(abs(modes%mu) <= as_zero * event%scale), min(modes%n, 1))
+      if (n > 0) zero%modes = modes%x(:, :n)
+      if (modes%n > n) zero%next = abs(modes%mu(n + 1))
    end subroutine new_zero
 
    !> Its function at a converged point; not a number where it is not to be had.
@@ -61,36 +65,30 @@ contains
       else if (.not. allocated(zero%event)) then
          return
       else if (zero%event%kind == event_bifurcation) then
-         if (allocated(zero%mode)) value = eigenvalue_of(problem, zero%mode, state, system, timers)
+         if (allocated(zero%modes)) value = eigenvalue_of(problem, zero%modes, state, system, timers)
       else
          value = event_value(problem, zero%event, state, new_probe(problem, state, system, load_rate))
       end if
    end function zero_value
 
-   !> The eigenvalue whose mode is most like the given one.
-   function eigenvalue_of(problem, mode, state, system, timers) result(value)
+   !> Of the eigenvalues whose modes are mostly combinations of given ones the one that is nearest to zero.
+   function eigenvalue_of(problem, given, state, system, timers) result(value)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: mode(:)
+      real(wp), intent(in) :: given(:, :)
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
       type(timers_t), intent(inout) :: timers
       real(wp) :: value
       type(modes_t) :: modes
       type(error_t), allocatable :: error
-      real(wp) :: likeness, most
-      integer :: i, node, d
+      integer :: i, k
       value = ieee_value(value, ieee_quiet_nan)
       call lowest_modes(problem, state, system, eigenvalues_looked_at, modes, error, timers)
-      most = 0.0_wp
+      ! The nearest come first.
       do i = 1, modes%n
-         likeness = 0.0_wp
-         do node = 1, size(problem%weight)
-            d = dof(problem, node, 1)
-            likeness = likeness + problem%weight(node) * dot_product(mode(d:d + 1), modes%x(d:d + 1, i))
-         end do
-         if (abs(likeness) <= most) cycle
-         most = abs(likeness)
+         if (sum([(likeness(problem, given(:, k), modes%x(:, i))**2, k=1, size(given, 2))]) < 0.5_wp) cycle
          value = modes%mu(i)
+         return
       end do
    end function eigenvalue_of
 
@@ -107,7 +105,7 @@ contains
       do e = 1, problem%model%mesh%n_elements
          do i = 1, 2
             d = dof(problem, problem%model%mesh%node(i, e), 1)
-            local(3 * i - 2:3 * i) = zero%mode(d:d + 2)
+            local(3 * i - 2:3 * i) = zero%modes(d:d + 2, 1)
          end do
          rounding = rounding + sum((local * matmul(system%ek(:, :, e), local))**2)
       end do

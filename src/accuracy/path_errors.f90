@@ -1,6 +1,7 @@
 !> Discretisation errors at points of the path: of the load factor and the monitors, what the control prescribes held; and at
 !> located events, where the finer problem has the event elsewhere.
 module path_errors
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kinds, only: wp
    use model, only: method_linearised, method_load, method_displacement
    use problem, only: problem_t
@@ -8,9 +9,9 @@ module path_errors
    use linear_system, only: system_t
    use path_control, only: control_t, metric, is_arc_length
    use path_continuity, only: heading_t
-   use path_events, only: event_limit
+   use path_events, only: event_limit, event_turning
    use monitors, only: monitor_values
-   use tangent_rounding, only: path_stiffness
+   use tangent_rounding, only: path_stiffness, bending_stiffness
    use error_bar, only: error_bar_t, error_bars_t, new_error_bar, no_error_bars
    use accuracy_limits, only: why_not_told
    use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point
@@ -22,14 +23,15 @@ module path_errors
    public :: point_errors, event_errors
 
    real(wp), parameter :: small_part = 1.0e-3_wp !! of an increment, over which slopes along the path are taken
-   real(wp), parameter :: no_mode(0) = [real(wp) ::]
+   real(wp), parameter :: no_modes(0, 0) = reshape([real(wp) ::], [0, 0])
    character(*), parameter :: no_convergence = 'elements of a higher order do not converge from here', &
+      & no_function = 'what is zero at this point is not to be had from elements of a higher order', &
       & not_known = 'sums of contact forces have no estimate'
 
 contains
 
    !> Errors at a point of the path, held by its control: at the given load, at the given monitor, or normal to the path.
-   subroutine point_errors(problem, state, system, control, heading, bars, timers, left)
+   subroutine point_errors(problem, state, system, control, heading, bars, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
       type(system_t), intent(in) :: system       !! factored there
@@ -37,20 +39,16 @@ contains
       type(heading_t), intent(in) :: heading     !! tangent there
       type(error_bars_t), intent(out) :: bars
       type(timers_t), intent(inout) :: timers
-      real(wp), intent(in), optional :: left     !! from what is held to what was asked for
       type(finer_path_t) :: path
       type(finer_point_t) :: point
       type(shares_t) :: shares
       type(error_bar_t) :: given
       real(wp), allocatable :: value(:), unseen(:)
-      real(wp) :: increment
       bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state))
       if (bars%why /= '') return
-      increment = 0.0_wp
-      if (present(left)) increment = left
-      call begin(problem, state, system, holding(problem, control, heading), increment, heading, no_mode, path, point, shares, &
-         & value, timers)
-      if (point%ok) call next_point(path, increment, point, timers)
+      call begin(problem, state, system, holding(problem, control, heading, state%load_factor), heading, no_modes, path, point, &
+         & shares, value, timers)
+      if (point%ok) call next_point(path, 0.0_wp, point, timers)
       if (.not. point%ok) then
          bars%why = no_convergence
          return
@@ -78,32 +76,38 @@ contains
       type(finer_path_t) :: path
       type(finer_point_t) :: first, ahead, near
       type(shares_t) :: shares
-      real(wp), allocatable :: mode(:), value(:), rate(:), final(:), unseen(:), sizes(:), rounding(:)
-      real(wp) :: f, f_ahead, slope, way, more
+      real(wp), allocatable :: modes(:, :), value(:), rate(:), final(:), unseen(:), sizes(:), rounding(:)
+      real(wp) :: f, f_ahead, slope, way, more, unit
       bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state))
       if (bars%why /= '') return
-      control%method = method_linearised
       if (.not. metric(problem, heading%u, heading%u) > 0.0_wp .or. .not. length > 0.0_wp) then
          bars%why = 'nothing moves there'
          return
       end if
-      mode = no_mode
-      if (allocated(zero%mode)) mode = zero%mode
-      call begin(problem, state, system, holding(problem, control, heading), 0.0_wp, heading, mode, path, first, shares, value, &
-         & timers)
+      allocate (modes(size(system%residual), 0))
+      if (allocated(zero%modes)) modes = zero%modes
+      control%method = method_linearised
+      control = holding(problem, control, heading, state%load_factor)
+      ! The control's measure of a unit of arc length.
+      unit = sqrt(1.0_wp + (control%load_scale * heading%load)**2)
+      call begin(problem, state, system, control, heading, modes, path, first, shares, value, timers)
       if (first%ok) call next_point(path, 0.0_wp, first, timers)
       ahead = first
-      if (first%ok) call next_point(path, small_part * length, ahead, timers)
+      if (first%ok) call next_point(path, small_part * unit * length, ahead, timers)
       if (.not. ahead%ok) then
          bars%why = no_convergence
          return
       end if
       f = value_at(first)
       f_ahead = value_at(ahead)
-      slope = (f_ahead - f) / (small_part * length)
-      rate = (ahead%value - first%value) / (small_part * length)
+      if (.not. (ieee_is_finite(f) .and. ieee_is_finite(f_ahead))) then
+         bars%why = no_function
+         return
+      end if
+      slope = (f_ahead - f) / (small_part * unit * length)
+      rate = (ahead%value - first%value) / (small_part * unit * length)
       if (.not. abs(slope) > 0.0_wp) then
-         bars%why = 'what is zero at this point is not to be had from elements of a higher order'
+         bars%why = no_function
          return
       end if
       way = -f / slope
@@ -114,13 +118,18 @@ contains
          return
       end if
       ! The rest of the way by its tangent.
-      more = -value_at(near) / slope
-      rate(1) = near%heading%load
+      more = value_at(near)
+      if (.not. ieee_is_finite(more)) then
+         bars%why = no_function
+         return
+      end if
+      more = -more / slope
+      rate(1) = near%heading%load / unit
       final = near%value + more * rate
       unseen = abs(first%value - value - shares%sum) + abs(more * rate)
       sizes = shares%size + abs(near%value - first%value)
       rounding = shares%rounding + abs(rate) * location_rounding() / abs(slope)
-      if (is_limit()) rounding(1) = shares%rounding(1) + 0.5_wp * location_rounding()**2 / abs(slope)
+      if (is_kind(event_limit)) rounding(1) = shares%rounding(1) + 0.5_wp * location_rounding()**2 / abs(slope)
       call set_bars(shares, value, final - value, unseen, sizes, rounding, bars)
 
    contains
@@ -131,48 +140,61 @@ contains
          value_at = zero_value(path%problem, zero, point%state, point%system, point%heading%load, timers)
       end function value_at
 
-      logical function is_limit()
-         is_limit = .false.
-         if (allocated(zero%event)) is_limit = zero%event%kind == event_limit
-      end function is_limit
+      logical function is_kind(kind)
+         integer, intent(in) :: kind             !! event_...
+         is_kind = .false.
+         if (allocated(zero%event)) is_kind = zero%event%kind == kind
+      end function is_kind
 
       !> What rounding of the tangent does to the function: the load's slope along the path, or an eigenvalue.
       real(wp) function location_rounding() result(error)
          real(wp) :: stiffness, rounding, work
          error = 0.0_wp
-         if (is_limit()) then
+         if (is_kind(event_limit)) then
             call path_stiffness(problem, state, system, stiffness, rounding)
             work = abs(dot_product(system%tangent, system%load) * heading%load)
             if (work > 0.0_wp) error = rounding / work
-         else if (allocated(zero%mode)) then
+         else if (is_kind(event_turning)) then
+            ! The direction of the path is as good as the stiffness along it, beside what it turns by over the increment.
+            call path_stiffness(problem, state, system, stiffness, rounding)
+            stiffness = max(stiffness, bending_stiffness(problem))
+            error = rounding / stiffness * abs(slope) * unit * length
+         else if (allocated(zero%modes)) then
             error = mode_rounding(problem, system, zero)
          end if
       end function location_rounding
    end subroutine event_errors
 
-   !> What holds a point of an arc-length path: the plane normal to it. Load and monitor are held as they are.
-   function holding(problem, control, heading) result(held)
+   !> What holds a point of an arc-length path: the plane normal to it. Load and monitor are held as they are. A change by all of
+   !> the load counts as much as a displacement by the structure's size: where little moves the load is held, at limit points the
+   !> displacements are.
+   function holding(problem, control, heading, load_factor) result(held)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
       type(heading_t), intent(in) :: heading
+      real(wp), intent(in) :: load_factor        !! at the point
       type(control_t) :: held
+      real(wp) :: norm
       held%method = control%method
       held%monitor = control%monitor
       if (.not. is_arc_length(control%method)) return
       held%method = method_load
       if (.not. metric(problem, heading%u, heading%u) > 0.0_wp) return
       held%method = method_linearised
-      held%tangent = heading%u
+      if (abs(load_factor) > 0.0_wp) held%load_scale = 1.0_wp / abs(load_factor)
+      norm = sqrt(1.0_wp + (held%load_scale * heading%load)**2)
+      held%tangent = heading%u / norm
+      held%tangent_load = heading%load / norm
    end function holding
 
    !> The finer problem linearised at the point, and the elements' shares of the errors there.
-   subroutine begin(problem, state, system, control, left, heading, mode, path, point, shares, value, timers)
+   subroutine begin(problem, state, system, control, heading, modes, path, point, shares, value, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
       type(control_t), intent(in) :: control
-      real(wp), intent(in) :: left, mode(:)      !! as in find_shares
       type(heading_t), intent(in) :: heading
+      real(wp), intent(in) :: modes(:, :)        !! (unknowns, multiplicity) bifurcation: null vectors
       type(finer_path_t), intent(out) :: path
       type(finer_point_t), intent(out) :: point
       type(shares_t), intent(out) :: shares
@@ -180,11 +202,11 @@ contains
       type(timers_t), intent(inout) :: timers
       type(system_t) :: here
       path = new_finer_path(problem, state, control, heading)
-      if (size(mode) > 0) path%mode = mode
+      path%modes = modes
       call start_point(path, point, timers)
       value = [state%load_factor, monitor_values(problem, state, system)]
       here = system
-      call find_shares(problem, state, here, path%problem, point%state, point%system, control, left, mode, shares, timers)
+      call find_shares(problem, state, here, path%problem, point%state, point%system, control, modes, shares, timers)
    end subroutine begin
 
    !> Bars from estimates. What is taken from the polynomial inside an element errs by one order more in the finer one only, not

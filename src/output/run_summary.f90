@@ -57,7 +57,6 @@ contains
       if (text /= '') text = 'its own checks found it wrong: '//text
       if (allocated(accuracy%mesh_words)) call add(accuracy%mesh_words)
       if (allocated(accuracy%rounding_words)) call add(accuracy%rounding_words)
-      if (allocated(accuracy%bar_words)) call add(accuracy%bar_words)
 
    contains
 

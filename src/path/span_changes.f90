@@ -316,9 +316,13 @@ contains
          control%whole = place%load_factor
          better = place
          call correct(problem, place, control, .true., better, run%system, anew, timers)
-         if (.not. anew%converged) return
+         found = anew%converged
          ! Where the path turns back the load tells nothing.
-         if (path_length(problem, place, better) > near_by * path_length(problem, run%state, trial)) return
+         if (found) found = path_length(problem, place, better) <= near_by * path_length(problem, run%state, trial)
+         if (.not. found) then
+            call linearise(problem, place, run%state, run%system, timers)
+            return
+         end if
          place = better
          report%iterations = report%iterations + anew%iterations
          report%residual = anew%residual
