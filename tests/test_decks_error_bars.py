@@ -159,6 +159,22 @@ def test_monitors_at_a_given_load():
             assert 1e-9 < error <= end.monitor_errors[name] <= 10.0 * error + 1e-9, f"{kind} {name}: {error}"
 
 
+def test_sums_of_contact_forces():
+    """What the cavity pushes the half ring with, normal, in x and in y, at given loads; in y it is the ring's own weight."""
+    def ring(kind, n):
+        watched = "".join(f"*MONITOR, NAME={q}, OBSTACLE=CAVITY\n{q}\n" for q in ("RN", "RF1", "RF2"))
+        text = remeshed(dr.example("ring"), kind, n).replace("*STEP\n", watched + "*STEP\n", 1)
+        return dr.run_deck(text).labelled("UZ")
+    fine = ring("GE8", 40)
+    for kind, n in (("GE4", 5), ("GE6", 5)):
+        for end, exact in zip(ring(kind, n), fine):
+            assert end.load_factor == pytest.approx(exact.load_factor, rel=1e-9)
+            for name in ("RN", "RF1"):
+                error = abs(exact.monitors[name] - end.monitors[name])
+                assert error <= end.monitor_errors[name] + 1e-8 * abs(end.monitors[name])
+                assert np.isfinite(end.monitor_errors[name])
+
+
 # ---- what is not known, and what fails ----
 
 def test_nothing_is_told_without_reason():

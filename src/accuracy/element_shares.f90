@@ -15,6 +15,7 @@ module element_shares
    use band_matrix, only: band_times
    use path_control, only: control_t, control_row
    use finer_path, only: leave_out
+   use contact_totals, only: contact_sum, contact_sum_known, contact_sum_gradient
    use monitor_rows, only: monitor_row_t, monitor_row, watched_displacement
    use small_dense, only: solve_small
    use timing, only: timers_t
@@ -107,6 +108,10 @@ contains
                & watched_displacement(problem, state, m - 1)
             change = change + shares%inside(m)
          end if
+         if (problem%deck%monitor(m - 1)%quantity == quantity_contact) then
+            shares%inside(m) = contact_sum(finer, start, at_start, m - 1) - contact_sum(problem, state, system, m - 1)
+            change = change + shares%inside(m)
+         end if
          shares%sum(m) = sum(share) + change
          shares%size(m) = sum(abs(share)) + abs(change)
          shares%rounding(m) = rounding_factor * (rounding_of(w) + abs(along_load) * load_rounding)
@@ -178,7 +183,11 @@ contains
       allocate (functional%by_unknown(system%n), functional%by_force(system%n), source=0.0_wp)
       associate (monitor => problem%deck%monitor(m), g => functional%by_unknown)
          functional%known = monitor%quantity /= quantity_contact
-         if (.not. functional%known) return
+         if (.not. functional%known) then
+            functional%known = contact_sum_known(problem, state, m)
+            if (functional%known) call contact_sum_gradient(problem, state, system, m, g, functional%by_load, functional%by_force)
+            return
+         end if
          if (monitor%quantity == quantity_displacement) then
             call monitor_row(problem, state, system, m, row)
             functional%by_load = row%load
