@@ -50,7 +50,8 @@ contains
          call point_errors(problem, place, run%system, control, heading, bars, own)
       else
          call new_zero(problem, event, place, run%system, zero, own)
-         call event_errors(problem, place, run%system, zero, heading, path_length(problem, run%state, trial), bars, own)
+         call event_errors(problem, place, run%system, zero, heading, path_length(problem, run%state, trial), &
+            & trial%load_factor - run%state%load_factor, bars, own)
       end if
       call timing_stop(timers, phase_accuracy)
    end subroutine bars_at_event
@@ -86,7 +87,8 @@ contains
       else if (label /= '' .and. test == 0) then
          bars = no_error_bars(size(problem%model%monitor), 'a whole span lies down here')
       else if (test > 0) then
-         call event_errors(problem, place, run%system, zero, heading, path_length(problem, run%state, place), bars, own)
+         call event_errors(problem, place, run%system, zero, heading, path_length(problem, run%state, place), &
+            & place%load_factor - run%state%load_factor, bars, own)
       else
          call point_errors(problem, place, run%system, run%control, heading, bars, own)
       end if
@@ -123,7 +125,7 @@ contains
       if (zero%test > 0) then
          allocate (bars)
          call event_errors(begun, touched%state, touched%system, zero, heading_at(begun, touched%system, 0.0_wp * touched%state%u, &
-            & heading%load), path_length(problem, run%state, place), moved, own)
+            & heading%load), path_length(problem, run%state, place), place%load_factor - run%state%load_factor, moved, own)
          control%method = method_load
          call point_errors(problem, place, run%system, control, heading, held, own)
          bars = moved

@@ -63,13 +63,13 @@ contains
 
    !> Errors of a located event. The finer problem has it further along its path by what its function is at this point, over the
    !> function's slope.
-   subroutine event_errors(problem, state, system, zero, heading, length, bars, timers)
+   subroutine event_errors(problem, state, system, zero, heading, length, rise, bars, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! where it was located
       type(system_t), intent(in) :: system       !! factored there
       type(zero_t), intent(in) :: zero           !! what vanishes there
       type(heading_t), intent(in) :: heading     !! tangent there
-      real(wp), intent(in) :: length             !! arc length of the increment around it
+      real(wp), intent(in) :: length, rise       !! arc length and change of the load factor of the increment around it
       type(error_bars_t), intent(out) :: bars
       type(timers_t), intent(inout) :: timers
       type(control_t) :: control
@@ -77,10 +77,10 @@ contains
       type(finer_point_t) :: first, ahead, near
       type(shares_t) :: shares
       real(wp), allocatable :: modes(:, :), value(:), rate(:), final(:), unseen(:), sizes(:), rounding(:)
-      real(wp) :: f, f_ahead, slope, way, more, unit
+      real(wp) :: f, f_ahead, slope, way, more, unit, reach
       bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state))
       if (bars%why /= '') return
-      if (.not. metric(problem, heading%u, heading%u) > 0.0_wp .or. .not. length > 0.0_wp) then
+      if (.not. metric(problem, heading%u, heading%u) > 0.0_wp .or. .not. (length > 0.0_wp .or. abs(rise) > 0.0_wp)) then
          bars%why = 'nothing moves there'
          return
       end if
@@ -90,10 +90,12 @@ contains
       control = holding(problem, control, heading, state%load_factor)
       ! The control's measure of a unit of arc length.
       unit = sqrt(1.0_wp + (control%load_scale * heading%load)**2)
+      ! And of the increment: where nothing moves its arc length is rounding.
+      reach = sqrt(length**2 + (control%load_scale * rise)**2)
       call begin(problem, state, system, control, heading, modes, path, first, shares, value, timers)
       if (first%ok) call next_point(path, 0.0_wp, first, timers)
       ahead = first
-      if (first%ok) call next_point(path, small_part * unit * length, ahead, timers)
+      if (first%ok) call next_point(path, small_part * reach, ahead, timers)
       if (.not. ahead%ok) then
          bars%why = no_convergence
          return
@@ -104,8 +106,8 @@ contains
          bars%why = no_function
          return
       end if
-      slope = (f_ahead - f) / (small_part * unit * length)
-      rate = (ahead%value - first%value) / (small_part * unit * length)
+      slope = (f_ahead - f) / (small_part * reach)
+      rate = (ahead%value - first%value) / (small_part * reach)
       if (.not. abs(slope) > 0.0_wp) then
          bars%why = no_function
          return
@@ -158,7 +160,7 @@ contains
             ! The direction of the path is as good as the stiffness along it, beside what it turns by over the increment.
             call path_stiffness(problem, state, system, stiffness, rounding)
             stiffness = max(stiffness, bending_stiffness(problem))
-            error = rounding / stiffness * abs(slope) * unit * length
+            error = rounding / stiffness * abs(slope) * reach
          else if (allocated(zero%modes)) then
             error = mode_rounding(problem, system, zero)
          end if
