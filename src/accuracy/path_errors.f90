@@ -77,7 +77,7 @@ contains
       type(finer_point_t) :: first, ahead, near
       type(shares_t) :: shares
       real(wp), allocatable :: modes(:, :), value(:), rate(:), final(:), unseen(:), sizes(:), rounding(:)
-      real(wp) :: f, f_ahead, slope, way, more, unit, reach
+      real(wp) :: f, f_ahead, slope, way, more, reach
       bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state))
       if (bars%why /= '') return
       if (.not. metric(problem, heading%u, heading%u) > 0.0_wp .or. .not. (length > 0.0_wp .or. abs(rise) > 0.0_wp)) then
@@ -88,9 +88,7 @@ contains
       if (allocated(zero%modes)) modes = zero%modes
       control%method = method_linearised
       control = holding(problem, control, heading, state%load_factor)
-      ! The control's measure of a unit of arc length.
-      unit = sqrt(1.0_wp + (control%load_scale * heading%load)**2)
-      ! And of the increment: where nothing moves its arc length is rounding.
+      ! The control's measure of the increment: where nothing moves its arc length is rounding.
       reach = sqrt(length**2 + (control%load_scale * rise)**2)
       call begin(problem, state, system, control, heading, modes, path, first, shares, value, timers)
       if (first%ok) call next_point(path, 0.0_wp, first, timers)
@@ -126,7 +124,8 @@ contains
          return
       end if
       more = -more / slope
-      rate(1) = near%heading%load / unit
+      rate(1) = near%heading%load / (metric(problem, control%tangent, near%heading%u) + &
+         & control%load_scale**2 * control%tangent_load * near%heading%load)
       final = near%value + more * rate
       unseen = abs(first%value - value - shares%sum) + abs(more * rate)
       sizes = shares%size + abs(near%value - first%value)
