@@ -14,6 +14,7 @@ program unilat
    use diagnostics, only: diagnostics_t, diagnostics_report, place_t
    use card_manual, only: write_card_manual
    use deck_summary, only: write_deck_summary
+   use contact_touch, only: choose_spans
    use model, only: model_t
    use problem, only: problem_t, new_problem
    use path_loop, only: follow_path, outcome_t
@@ -57,6 +58,7 @@ program unilat
       write (error_unit, '(a)', advance='no') diagnostics_report(diagnostics, source)
       call end_program(exit_deck_error)
    end if
+   call choose_spans(deck_model)
    call timing_stop(timers, phase_reading)
    if (options%check) then
       if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, source%name, '')
@@ -66,9 +68,12 @@ program unilat
    if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, source%name, result_file)
 
    ! ---- the path ----
-   call follow_deck(spans=.true.)
+   call follow_deck()
    ! What contact spans cannot follow nodes may, as well as the deck's mesh can.
-   if (begins_again('with contact at the nodes of the deck')) call follow_deck(spans=.false.)
+   if (begins_again()) then
+      deck_model%contact%along = .false.
+      call follow_deck()
+   end if
    if (allocated(outcome%accuracy%bar_words)) call note_failure(outcome%accuracy%bar_words)
 
    ! ---- the end ----
@@ -86,8 +91,7 @@ program unilat
 contains
 
    !> Follows the whole deck and records it.
-   subroutine follow_deck(spans)
-      logical, intent(in) :: spans             !! with contact spans where the deck allows
+   subroutine follow_deck()
       call timing_start(timers, phase_numbering)
       path_problem = new_problem(deck_model)
       call timing_stop(timers, phase_numbering)
@@ -97,7 +101,7 @@ contains
       recorder%quiet = options%quiet
       if (.not. options%quiet) call listing_open(recorder%listing, output_unit, deck_model)
       call timing_stop(timers, phase_output)
-      call follow_path(path_problem, spans, recorder, outcome, timers)
+      call follow_path(path_problem, recorder, outcome, timers)
       status = failed_checks(outcome%accuracy)
       if (status /= '') call note_failure(status)
    end subroutine follow_deck
@@ -114,9 +118,10 @@ contains
    end subroutine note_failure
 
    !> True where contact spans have not got on; says so, and closes the results.
-   logical function begins_again(how)
-      character(*), intent(in) :: how
-      begins_again = outcome%spans .and. .not. outcome%complete .and. outcome%deck_line == 0
+   logical function begins_again()
+      character(*), parameter :: how = 'with contact at the nodes of the deck'
+      begins_again = outcome%spans .and. .not. outcome%complete .and. outcome%deck_line == 0 .and. &
+         & .not. outcome%turns
       if (.not. begins_again) return
       call results_close(recorder%results, 'begun again '//how, timers, outcome%accuracy, error)
       if (.not. options%quiet) write (output_unit, '(/a)') 'Contact spans do not get on: '//outcome%why// &

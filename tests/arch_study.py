@@ -32,7 +32,7 @@ from dataclasses import dataclass, field
 from math import cos, factorial, sin
 
 import numpy as np
-from unilat_results import ResultsError, read_results
+from unilat.results import ResultsError, read_results
 
 import arch_reference
 

@@ -18,7 +18,7 @@ import tempfile
 from dataclasses import dataclass
 
 import numpy as np
-from unilat_results import Results, read_results
+from unilat.results import Results, read_results
 
 REFERENCE = pathlib.Path(__file__).parent / "reference"
 

@@ -25,7 +25,7 @@ from dataclasses import dataclass, field
 
 import contact_cases as cases
 import numpy as np
-from unilat_results import ResultsError, read_results
+from unilat.results import ResultsError, read_results
 
 
 @dataclass

@@ -168,7 +168,7 @@ contains
       real(wp), intent(in), optional :: tolerance !! relative; 1e-12 when absent, which only stored forces (GE) can meet
       type(timers_t) :: timers
       type(state_t) :: base
-      real(wp) :: x(problem%n_unknowns), y(1), row(3, size(state%u, 2)), start, target, enough
+      real(wp) :: x(problem%n_unknowns), y, row(3, size(state%u, 2)), start, target, enough
       integer :: i, iteration, e
       enough = 1.0e-12_wp
       if (present(tolerance)) enough = tolerance
@@ -185,8 +185,7 @@ contains
             ok = iteration > 1 .and. system%force_residual <= enough .and. system%defect_residual <= 1.0e-14_wp
             if (ok) exit
             call set_path_row(problem, system, row, 1.0_wp)
-            call solve_bordered(problem, system, -system%residual, system%value, target - state%load_factor, &
-               & system%path_row(1:0), x, y, ok, timers)
+            call solve_bordered(system, -system%residual, system%value, target - state%load_factor, x, y, ok, timers)
             if (.not. ok) return
             call apply_increment(problem, system, x, y, state)
             ok = .false.

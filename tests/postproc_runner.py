@@ -1,43 +1,62 @@
-"""Running the plot scripts of postproc in the tests."""
+"""Running the commands of unilat-plot in the tests."""
 
 from __future__ import annotations
 
+import os
 import struct
+import subprocess
 import sys
 import warnings
 from pathlib import Path
 
+import matplotlib
 import numpy as np
 import pytest
 
 TESTS = Path(__file__).resolve().parent
 POSTPROC = TESTS.parent / "postproc"
-sys.path[:0] = [str(POSTPROC)]
+sys.path[:0] = [str(TESTS), str(POSTPROC)]
 
-import plot_style  # noqa: E402
+from unilat import command  # noqa: E402
+from unilat.plot import style  # noqa: E402
 
 
-def draw(script, *arguments):
-    """Run a script's main as its command line would; warnings are errors. Its exit code."""
+def draw(name, *arguments):
+    """Runs a subcommand as its command line would; warnings are errors. Its exit code."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        with pytest.raises(SystemExit) as ended:
-            plot_style.run(lambda: script.main([str(a) for a in arguments]))
-    return ended.value.code
+        try:
+            return command.main([name, *(str(a) for a in arguments)])
+        except SystemExit as ended:     # the parser of arguments
+            return ended.code
 
 
 @pytest.fixture
 def axes_of(monkeypatch):
-    """Gives the axes of the picture that a script would save; it stays open until the end of the test."""
+    """Gives the axes of the picture that a subcommand would save, with the look that it has."""
     figures = []
-    monkeypatch.setattr(plot_style, "save", lambda figure, *_: figures.append(figure) or 0)
+    monkeypatch.setattr(style, "save", lambda figure, *_: figures.append(figure) or 0)
 
-    def drawn(script, *arguments):
-        assert draw(script, *arguments) == 0
+    def drawn(name, *arguments):
+        assert draw(name, *arguments) == 0
         return figures[-1].axes
 
-    yield drawn
-    plot_style.plt.close("all")
+    with matplotlib.rc_context(style.LOOK):
+        yield drawn
+
+
+def empty_axes(**options):
+    """A figure and its only axes."""
+    figure = style.new_figure(options.pop("width", 160.0), options.pop("height", 120.0), options.pop("dpi", 100.0))
+    return figure, figure.add_subplot()
+
+
+def command_line(folder, *arguments, **changes):
+    """python3 -m unilat in a folder, with no display; changes of the environment, None takes a variable away."""
+    environment = {**os.environ, "PYTHONPATH": str(POSTPROC), "DISPLAY": None, "MPLBACKEND": None, **changes}
+    return subprocess.run([sys.executable, "-B", "-m", "unilat", *map(str, arguments)], cwd=folder,
+                          env={name: value for name, value in environment.items() if value is not None},
+                          capture_output=True, text=True, check=False)
 
 
 def png_size(name):

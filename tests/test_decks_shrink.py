@@ -172,18 +172,16 @@ def test_least_lobe_is_near_that_of_a_shallow_one():
 
 
 def test_upheaval_of_a_heated_pipe():
-    """All of the path without the jack against the closed form, see input/pipe-heat.inp. Slopes reach 5e-3; the force of the
-    ground at the lift-off moves with the contact end, so the error is that of the elements of 1/13 of the half buckle."""
+    """All of the path without the jack against the closed form, see input/pipe-heat.inp. Slopes reach 5e-3."""
     run = dr.run_deck(dr.example("pipe-heat"))
     b, ea, half, q = 4.493409457909064, 1e8, 5.0, 0.1
     each = run.results.contact.obstacle_force    # GROUND, JACK; half the pipe weighs 0.5
     dr.assert_close(each[:, 1, 1], run.column("jack"), absolute=1e-12)
     loaded = run.column("step") > 1
-    end = 0.5 * 0.1 * 5 / 100                    # what the clamped end carries of its last element, which lies on the ground
-    dr.assert_close(each[loaded].sum(axis=1), np.tile([0.0, 0.5 - end], (np.count_nonzero(loaded), 1)), absolute=2e-4)
+    dr.assert_close(each[loaded].sum(axis=1), np.tile([0.0, 0.5], (np.count_nonzero(loaded), 1)), absolute=2e-4)
     free = (run.column("step") == 5) & (run.column("load_factor") > 0.0)
     thrust, height = run.column("thrust")[free], run.column("height")[free]
-    assert np.count_nonzero(free) > 15
+    assert np.count_nonzero(free) > 5
     length = 2 * b / np.sqrt(thrust)
     dr.assert_close(height, (-1 / math.cos(b) + b**2 / 2 + 1) * q * length**4 / (2 * b)**4, relative=2e-4)
     initial = thrust + ea / (2 * half) * (5 * b**3 / 6) * q**2 * length**7 / (2 * b)**7

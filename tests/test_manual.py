@@ -50,3 +50,25 @@ def test_help_is_in_the_manual():
     text = MANUAL.read_text(encoding="utf-8")
     for code, meaning in told:
         assert re.search(rf"^\| {code} \| {meaning}", text, re.MULTILINE)
+
+
+def test_what_the_page_on_the_paper_names_is_there():
+    """Decks and routines of the table "from the paper to the program"."""
+    page = MANUAL.read_text(encoding="utf-8").split("## From the paper to the program")[1].split("\n## ")[0]
+    rows = [row.split("|")[1:-1] for row in page.splitlines() if row.startswith("| ") and "routine" not in row]
+    assert len(rows) > 15
+    decks = [deck for row in rows for deck in re.findall(r"`([a-z0-9-]+\.inp)`", row[1])]
+    routines = [routine for row in rows for routine in re.findall(r"`([a-z]+/[a-z0-9_]+)`", row[3])]
+    assert decks and all((MANUAL.parent / deck).exists() for deck in decks)
+    assert all(re.search(r"`[a-z]+/", row[3]) for row in rows)
+    assert all((MANUAL.parent.parent / "src" / f"{routine}.f90").exists() for routine in routines), routines
+
+
+def test_sweep_file_of_the_manual_is_good(tmp_path):
+    import sys
+    sys.path.insert(0, str(MANUAL.parent.parent / "postproc"))
+    from unilat.sweep.sweep_file import read_sweep
+    (text,) = re.findall(r"```toml\n(.*?)```", MANUAL.read_text(encoding="utf-8"), re.DOTALL)
+    (tmp_path / "column-random.inp").write_text("*HEADING\n${gap} ${EI} ${a1} ${a2}\n")
+    (tmp_path / "a.toml").write_text(text)
+    assert len(read_sweep(str(tmp_path / "a.toml")).decks) == 3 * 5 * 200

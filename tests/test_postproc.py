@@ -17,19 +17,14 @@ POSTPROC = TESTS.parent / "postproc"
 sys.path[:0] = [str(TESTS), str(POSTPROC)]
 
 import make_result_file as make  # noqa: E402
-import plot_contact  # noqa: E402
-import plot_path  # noqa: E402
-import plot_reaction  # noqa: E402
-import plot_shape  # noqa: E402
-import plot_style  # noqa: E402
-import postproc_runner  # noqa: E402
-import rod_shape  # noqa: E402
-from label_placing import place_labels  # noqa: E402
-from postproc_runner import axes_of, drawn_share, png_size  # noqa: E402,F401
-from reference_table import read_table  # noqa: E402
-from unilat_results import Contact, Mesh, Obstacle, ResultsError, read_results  # noqa: E402
+from postproc_runner import axes_of, command_line, draw, drawn_share, empty_axes, png_size  # noqa: E402,F401
+from unilat.plot import path_curves, style  # noqa: E402
+from unilat.plot.label_placing import place_labels  # noqa: E402
+from unilat.plot.obstacle_drawing import draw_obstacle  # noqa: E402
+from unilat.results import Contact, Mesh, Obstacle, ResultsError, read_results, rod_shape  # noqa: E402
+from unilat.results.reference_table import read_table  # noqa: E402
 
-SCRIPTS = {"path": plot_path, "contact": plot_contact, "shape": plot_shape, "reaction": plot_reaction}
+COMMANDS = ("path", "contact", "shape", "reaction")
 LIMIT = 6       # the ring's limit point, counted from 1
 
 
@@ -199,7 +194,7 @@ def test_killed_run_is_cut_to_whole_points(files):
 def test_file_that_is_being_written(tmp_path):
     name = tmp_path / "open.h5"
     make.write_ring(name)
-    reader = "import sys; from unilat_results import read_results; print(read_results(sys.argv[1]).n_points)"
+    reader = "import sys; from unilat import read_results; print(read_results(sys.argv[1]).n_points)"
     with h5py.File(name, "a"):
         done = subprocess.run([sys.executable, "-B", "-c", reader, str(name)], capture_output=True, text=True,
                               check=False, env={**os.environ, "PYTHONPATH": str(POSTPROC)})
@@ -325,16 +320,12 @@ def one_region(mesh, start, end):
 
 def test_stability_changes_at_the_limit_point(files):
     """The located limit point has a negative pivot already; the part that ends there is stable all the same."""
-    stable, unstable = plot_style.stretches(read_results(files / "ring.h5"), breaks=True)
+    stable, unstable = path_curves.stretches(read_results(files / "ring.h5"), breaks=True)
     assert stable[1] and stable[0].tolist() == list(range(0, LIMIT))
     assert not unstable[1] and unstable[0].tolist() == list(range(LIMIT - 1, 15))
 
 
 # The pictures
-
-
-def draw(script, *arguments):
-    return postproc_runner.draw(SCRIPTS[script], *arguments)
 
 
 PICTURES = [
@@ -357,11 +348,11 @@ PICTURES = [
 ]
 
 
-@pytest.mark.parametrize("script, arguments", PICTURES)
-def test_picture(files, tmp_path, capsys, script, arguments):
+@pytest.mark.parametrize("name, arguments", PICTURES)
+def test_picture(files, tmp_path, capsys, name, arguments):
     arguments = [str(files / a) if a.endswith((".h5", ".csv")) else a for a in arguments]
     output = tmp_path / "picture.png"
-    assert draw(script, *arguments, "-o", output) == 0
+    assert draw(name, *arguments, "-o", output) == 0
     width, height = png_size(output)
     assert 1000 <= width <= 2200 and 200 <= height <= 2500
     assert 0.005 < drawn_share(output) < 0.5
@@ -369,12 +360,12 @@ def test_picture(files, tmp_path, capsys, script, arguments):
     assert printed.out.startswith(f"wrote {output}") and printed.err == ""
 
 
-@pytest.mark.parametrize("script", SCRIPTS)
+@pytest.mark.parametrize("name", COMMANDS)
 @pytest.mark.parametrize("kind, start", [("pdf", b"%PDF"), ("svg", b"<?xml")])
-def test_vector_formats_repeat_byte_for_byte(files, tmp_path, script, kind, start):
+def test_vector_formats_repeat_byte_for_byte(files, tmp_path, name, kind, start):
     first, second = tmp_path / f"a.{kind}", tmp_path / "b.picture"
-    assert draw(script, files / "ring.h5", "-o", first) == 0
-    assert draw(script, files / "ring.h5", "-o", second, "--format", kind) == 0
+    assert draw(name, files / "ring.h5", "-o", first) == 0
+    assert draw(name, files / "ring.h5", "-o", second, "--format", kind) == 0
     assert first.read_bytes().startswith(start) and first.read_bytes() == second.read_bytes()
 
 
@@ -387,7 +378,7 @@ def test_size_in_millimetres(files, tmp_path):
 def test_shapes_have_equal_scales(files, axes_of):
     ratios = []
     for arguments in ((files / "ring.h5",), (files / "column.h5", "--stretch-y", 10)):
-        for axes in axes_of(plot_shape, *arguments):
+        for axes in axes_of("shape", *arguments):
             box, x, y = axes.get_window_extent(), axes.get_xlim(), axes.get_ylim()
             ratios.append((box.height / (y[1] - y[0])) / (box.width / (x[1] - x[0])))
     assert ratios == pytest.approx([1.0, 10.0], rel=1e-6)
@@ -404,10 +395,9 @@ def test_shapes_have_equal_scales(files, axes_of):
               surface=np.array(((0.5, 0.1), (0.0, 0.1), (-0.2, 0.1)))), lambda tips: tips[:, 1] - 0.1)])
 def test_hatching_is_on_the_solid_side(obstacle, depth):
     """The free side of a line is on its left; strokes are 1/50 of the picture deep (the arc bends away a little)."""
-    figure, axes = plot_shape.plt.subplots()
-    plot_shape.draw_obstacle(axes, obstacle, np.array(((-1.0, -1.0), (1.0, 1.0))), 1.0)
+    figure, axes = empty_axes()
+    draw_obstacle(axes, obstacle, np.array(((-1.0, -1.0), (1.0, 1.0))), 1.0)
     strokes = np.array(axes.collections[0].get_segments())
-    plot_shape.plt.close(figure)
     np.testing.assert_allclose(depth(strokes[:, 0]), 0.0, atol=1e-4)
     np.testing.assert_allclose(depth(strokes[:, 1]), 0.04, rtol=0.03)
 
@@ -452,33 +442,27 @@ ERRORS = [
 ]
 
 
-@pytest.mark.parametrize("script, arguments, message", ERRORS)
-def test_wrong_input_is_one_line(files, monkeypatch, capsys, script, arguments, message):
+@pytest.mark.parametrize("name, arguments, message", ERRORS)
+def test_wrong_input_is_one_line(files, monkeypatch, capsys, name, arguments, message):
     monkeypatch.chdir(files)
     before = sorted(os.listdir(files))
-    assert draw(script, *arguments) == 2
+    assert draw(name, *arguments) == 2
     printed = capsys.readouterr()
     assert printed.out == "" and message in printed.err
     assert printed.err.endswith("\n") and printed.err.count("\n") == 1
     assert sorted(os.listdir(files)) == before
 
 
-@pytest.mark.parametrize("script", SCRIPTS)
-def test_command_line(files, tmp_path, script):
-    """The script by itself, with no display: help, a picture in the current folder, an error."""
-    environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "MPLBACKEND")}
-
-    def command(*arguments):
-        return subprocess.run([sys.executable, "-B", str(POSTPROC / f"plot_{script}.py"), *map(str, arguments)],
-                              cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
-
-    helped = command("--help")
-    assert helped.returncode == 0 and "examples:" in helped.stdout and f"plot_{script}.py ring.h5" in helped.stdout
-    drawn = command(files / "ring.h5")
-    assert (drawn.returncode, drawn.stdout, drawn.stderr) == (0, f"wrote ring-{script}.png\n", "")
-    assert png_size(tmp_path / f"ring-{script}.png")[0] > 1000
-    wrong = command("none.h5")
-    assert (wrong.returncode, wrong.stderr) == (2, f"plot_{script}.py: error: none.h5: no such file\n")
+@pytest.mark.parametrize("name", COMMANDS)
+def test_command_line(files, tmp_path, name):
+    """By itself, with no display: help, a picture in the current folder, an error."""
+    helped = command_line(tmp_path, name, "--help")
+    assert helped.returncode == 0 and "examples:" in helped.stdout and f"unilat-plot {name} ring.h5" in helped.stdout
+    drawn = command_line(tmp_path, name, files / "ring.h5")
+    assert (drawn.returncode, drawn.stdout, drawn.stderr) == (0, f"wrote ring-{name}.png\n", "")
+    assert png_size(tmp_path / f"ring-{name}.png")[0] > 1000
+    wrong = command_line(tmp_path, name, "none.h5")
+    assert (wrong.returncode, wrong.stderr) == (2, f"unilat-plot {name}: error: none.h5: no such file\n")
 
 
 # Curves that are told apart
@@ -486,17 +470,17 @@ def test_command_line(files, tmp_path, script):
 
 def test_twenty_curves_look_different(files, axes_of):
     """Ten colours, then the same as hollow lines, solid or dashed as before."""
-    (axes,) = axes_of(plot_path, *[files / "ring.h5"] * 12)
+    (axes,) = axes_of("path", *[files / "ring.h5"] * 12)
     seen = [(line.get_color(), len(line.get_path_effects()), line.get_linestyle()) for line in axes.get_lines()
             if line.get_linestyle() != "None"]
-    assert len(seen) == 24 and len(set(seen)) == 24 and {style for _, _, style in seen} == {"-", "--"}
+    assert len(seen) == 24 and len(set(seen)) == 24 and {dashes for _, _, dashes in seen} == {"-", "--"}
     handles = axes.get_legend().get_lines()[:12]
     assert len({(line.get_color(), len(line.get_path_effects())) for line in handles}) == 12
-    assert len(set(plot_style.COLOURS)) == 10
+    assert len(set(style.COLOURS)) == 10
 
 
 def test_labels_of_marks_close_together_do_not_overlap():
-    figure, axes = plot_shape.plt.subplots(figsize=(3.5, 2.8), dpi=200)
+    figure, axes = empty_axes(width=88.9, height=71.1, dpi=200)
     x = np.linspace(0.0, 1.0, 50)
     axes.plot(x, 1.0 - x ** 2)
     marks = [(0.1, 0.99), (0.11, 0.97), (0.12, 0.96), (0.13, 0.93)]
@@ -508,12 +492,11 @@ def test_labels_of_marks_close_together_do_not_overlap():
     assert all(axes.get_window_extent().contains(*corner) for box in boxes for corner in box.corners())
     joined = [text for text in axes.texts if not text.get_text()]
     assert joined and all(line.xy in marks for line in joined)
-    plot_shape.plt.close(figure)
 
 
 def test_a_label_is_nearest_to_its_own_mark():
     """The first mark's best place by itself, on its right, is just above the second one."""
-    figure, axes = plot_shape.plt.subplots(figsize=(3.5, 2.8), dpi=200)
+    figure, axes = empty_axes(width=88.9, height=71.1, dpi=200)
     axes.set_xlim(0.0, 1.0)
     axes.set_ylim(0.0, 1.0)
     marks = [(0.5, 0.55), (0.56, 0.5)]
@@ -522,7 +505,6 @@ def test_a_label_is_nearest_to_its_own_mark():
         box, at = text.get_window_extent(figure.canvas.get_renderer()), axes.transData.transform(marks)
         away = np.hypot(*np.maximum(np.maximum(box.min - at, at - box.max), 0.0).T)
         assert marks[int(np.argmin(away))] == text.xy
-    plot_shape.plt.close(figure)
 
 
 # What annoyed in pictures of shapes
@@ -536,7 +518,7 @@ def test_nothing_of_a_slender_picture_is_cut_off(files, tmp_path, axes_of):
         file["fields/displacement"][...] *= 1e-3
         file["obstacles/wall"].attrs["points"] = np.array(((1.0, 2e-5), (0.0, 2e-5)))
     for stretch in (1, 2000):
-        axes = axes_of(plot_shape, name, "--stretch-y", stretch)[0]
+        axes = axes_of("shape", name, "--stretch-y", stretch)[0]
         figure = axes.figure
         figure.canvas.draw()
         around = axes.get_tightbbox(figure.canvas.get_renderer())
@@ -551,7 +533,7 @@ def test_only_the_last_place_of_a_moving_obstacle_is_hatched(files, tmp_path, ax
     with h5py.File(name, "a") as file:
         file["obstacles/wall"].attrs["number"] = 1
         make.put(file, "contact/obstacle_shift", np.linspace(0.0, -0.01, 41)[:, None, None] * np.array((0.0, 1.0)), "length")
-    axes = axes_of(plot_shape, name, "--rows", "1,21,41", "--stretch-y", 10)[0]
+    axes = axes_of("shape", name, "--rows", "1,21,41", "--stretch-y", 10)[0]
     (strokes,) = axes.collections
     np.testing.assert_allclose([stroke[0, 1] for stroke in strokes.get_segments()], 0.01)
     assert [line.get_ydata()[0] for line in axes.get_lines()[:3]] == pytest.approx([0.02, 0.015, 0.01])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
@@ -17,15 +16,9 @@ sys.path[:0] = [str(TESTS), str(POSTPROC)]
 
 import make_branch_file as make  # noqa: E402
 import make_result_file  # noqa: E402
-import plot_limit_curve  # noqa: E402
-import plot_modes  # noqa: E402
-import plot_path  # noqa: E402
-import plot_shape  # noqa: E402
-import plot_style  # noqa: E402
-import postproc_runner  # noqa: E402
-from unilat_results import ResultsError, read_results  # noqa: E402
-
-SCRIPTS = {"path": plot_path, "shape": plot_shape, "limit_curve": plot_limit_curve, "modes": plot_modes}
+from postproc_runner import axes_of as pictures, command_line, draw  # noqa: E402,F401
+from unilat.plot import style  # noqa: E402
+from unilat.results import ResultsError, read_results  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -36,21 +29,9 @@ def rod(tmp_path_factory):
 
 
 @pytest.fixture
-def axes_of(rod, monkeypatch):
-    """Draws without saving; gives the axes of the picture. The figure stays open until the end of the test."""
-    figures = []
-    monkeypatch.setattr(plot_style, "save", lambda figure, *_: figures.append(figure) or 0)
-
-    def draw_axes(script, *arguments):
-        assert draw(script, rod, *arguments) == 0
-        return figures[-1].axes
-
-    yield draw_axes
-    plot_style.plt.close("all")
-
-
-def draw(script, *arguments):
-    return postproc_runner.draw(SCRIPTS[script], *arguments)
+def axes_of(rod, pictures):
+    """The axes of a picture of the rod."""
+    return lambda name, *arguments: pictures(name, rod, *arguments)
 
 
 def curves(axes, dashed):
@@ -216,7 +197,7 @@ def test_shapes_of_a_branch(axes_of):
 
 
 def test_limit_curve(axes_of):
-    (axes,) = axes_of("limit_curve")
+    (axes,) = axes_of("curve")
     (curve, rigid) = [line for line in axes.get_lines() if line.get_linestyle() != "None"]
     np.testing.assert_allclose(curve.get_xdata(), make.MODULUS[:5])
     np.testing.assert_allclose(curve.get_ydata(), make.LIMIT_LOAD[:5])
@@ -229,11 +210,11 @@ def test_limit_curve(axes_of):
 
 
 def test_limit_curve_of_few_decades_is_linear(axes_of):
-    (axes,) = axes_of("limit_curve", "--curve", "dead")
+    (axes,) = axes_of("curve", "--curve", "dead")
     assert axes.get_xscale() == "linear" and axes.get_xlabel() == "factor on the constant loads"
     np.testing.assert_array_equal(axes.get_lines()[0].get_xdata(), (1.0, 0.5, 0.0))
     assert axes.get_legend() is None
-    (axes,) = axes_of("limit_curve", "--curve", "SOIL", "--axis", "linear", "--x-scale", "0.5")
+    (axes,) = axes_of("curve", "--curve", "SOIL", "--axis", "linear", "--x-scale", "0.5")
     assert axes.get_xscale() == "linear"
     np.testing.assert_allclose(axes.get_lines()[0].get_xdata(), 0.5 * make.MODULUS[:5])
 
@@ -245,23 +226,22 @@ def test_two_decades_are_the_limit(rod, tmp_path, monkeypatch, top, scale):
     with h5py.File(name, "a") as file:
         file["limit_curve/soil/parameter"][:5] = np.linspace(100.0, top, 5)
     seen = []
-    monkeypatch.setattr(plot_style, "save", lambda figure, *_: seen.extend(figure.axes) or 0)
-    assert draw("limit_curve", name) == 0
+    monkeypatch.setattr(style, "save", lambda figure, *_: seen.extend(figure.axes) or 0)
+    assert draw("curve", name) == 0
     assert seen[0].get_xscale() == scale
-    plot_style.plt.close("all")
 
 
 def test_limit_curve_with_reference(axes_of, tmp_path):
     table = tmp_path / "exact.csv"
     table.write_text("# made up\nk,p\n100,60.5\n1e5,78\n")
-    (axes,) = axes_of("limit_curve", "--reference", table, "--ref-x", "k", "--ref-y", "p", "--ref-name", "exact",
+    (axes,) = axes_of("curve", "--reference", table, "--ref-x", "k", "--ref-y", "p", "--ref-name", "exact",
                       "--ref-y-scale", "2")
     assert markers(axes)[("o", False)] == [(100.0, 121.0)]     # the first of its points
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["rod", "rigid", "exact"]
 
 
 def test_limit_curves_are_listed(rod, capsys):
-    assert draw("limit_curve", rod, "--list") == 0
+    assert draw("curve", rod, "--list") == 0
     assert "soil                 MODULUS of ground: 6 points, limit point 1 of step 2" in capsys.readouterr().out
 
 
@@ -292,49 +272,45 @@ def test_modes_chosen(axes_of):
 # Pictures and errors
 
 
-@pytest.mark.parametrize("script, arguments", [
+@pytest.mark.parametrize("name, arguments", [
     ("path", ["--x", "mid"]), ("path", ["--points", "--mark", "all"]), ("shape", ["--branch", "1"]),
-    ("limit_curve", []), ("limit_curve", ["--curve", "dead", "--y", "mid", "--points"]), ("modes", []),
+    ("curve", []), ("curve", ["--curve", "dead", "--y", "mid", "--points"]), ("modes", []),
     ("modes", ["--columns", "3", "--width", "180", "--height", "60", "--title", "modes"])])
-def test_picture(rod, tmp_path, script, arguments):
+def test_picture(rod, tmp_path, name, arguments):
     first, second = tmp_path / "a.svg", tmp_path / "b.svg"
-    for name in (first, second, tmp_path / "c.png"):
-        assert draw(script, rod, *arguments, "-o", name) == 0
+    for output in (first, second, tmp_path / "c.png"):
+        assert draw(name, rod, *arguments, "-o", output) == 0
     assert first.read_bytes().startswith(b"<?xml") and first.read_bytes() == second.read_bytes()
     assert (tmp_path / "c.png").read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.parametrize("script, arguments, message", [
+@pytest.mark.parametrize("name, arguments, message", [
     ("path", ["rod.h5", "--branches", "2"], "invalid choice: '2'"),
     ("shape", ["rod.h5", "--branch", "4"], "no branch 4 (it has 1, 2, 3)"),
     ("shape", ["ring.h5", "--branch", "1"], "no branch 1 (it has none)"),
     ("shape", ["rod.h5", "--branch", "0"], "'0' is not the number of a branch"),
-    ("limit_curve", ["ring.h5"], "holds no limit curves (*LIMIT CURVE)"),
-    ("limit_curve", ["rod.h5", "--curve", "sail"], "no limit curve 'sail' (known: "),
-    ("limit_curve", ["rod.h5", "--curve", "soil", "--curve", "dead"], "the curves vary different parameters"),
-    ("limit_curve", ["rod.h5", "--curve", "dead", "--axis", "log"], "not all positive (use --axis linear)"),
-    ("limit_curve", ["rod.h5", "--y", "label"], "'label' is text, not numbers"),
+    ("curve", ["ring.h5"], "holds no limit curves (*LIMIT CURVE)"),
+    ("curve", ["rod.h5", "--curve", "sail"], "no limit curve 'sail' (known: "),
+    ("curve", ["rod.h5", "--curve", "soil", "--curve", "dead"], "the curves vary different parameters"),
+    ("curve", ["rod.h5", "--curve", "dead", "--axis", "log"], "not all positive (use --axis linear)"),
+    ("curve", ["rod.h5", "--y", "label"], "'label' is text, not numbers"),
     ("modes", ["ring.h5"], "holds no buckling modes (*BUCKLE)"),
     ("modes", ["rod.h5", "--step", "shake"], "no buckling step 'shake' (known: buckle)"),
     ("modes", ["rod.h5", "--modes", "1,4"], "no mode 4 (they run from 1 to 3)"),
     ("modes", ["rod.h5", "--modes", "a"], "'a' is not a list of modes"),
     ("modes", ["rod.h5", "--height", "10"], "no room for the modes")])
-def test_wrong_input_is_one_line(rod, monkeypatch, capsys, script, arguments, message):
+def test_wrong_input_is_one_line(rod, monkeypatch, capsys, name, arguments, message):
     monkeypatch.chdir(rod.parent)
     if not Path("ring.h5").exists():
         make_result_file.write_ring("ring.h5")
-    assert draw(script, *arguments) == 2
+    assert draw(name, *arguments) == 2
     printed = capsys.readouterr()
     assert printed.out == "" and message in printed.err and printed.err.count("\n") == 1
 
 
-@pytest.mark.parametrize("script", ["limit_curve", "modes"])
-def test_command_line(rod, tmp_path, script):
-    def command(*arguments):
-        return subprocess.run([sys.executable, "-B", str(POSTPROC / f"plot_{script}.py"), *map(str, arguments)],
-                              cwd=tmp_path, capture_output=True, text=True, check=False)
-
-    helped = command("--help")
+@pytest.mark.parametrize("name", ["curve", "modes"])
+def test_command_line(rod, tmp_path, name):
+    helped = command_line(tmp_path, name, "--help")
     assert helped.returncode == 0 and "examples:" in helped.stdout
-    drawn = command(rod)
-    assert (drawn.returncode, drawn.stdout, drawn.stderr) == (0, f"wrote rod-{script}.png\n", "")
+    drawn = command_line(tmp_path, name, rod)
+    assert (drawn.returncode, drawn.stdout, drawn.stderr) == (0, f"wrote rod-{name}.png\n", "")

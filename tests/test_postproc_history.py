@@ -13,9 +13,8 @@ sys.path[:0] = [str(Path(__file__).resolve().parent)]
 
 import make_result_file as make  # noqa: E402
 from postproc_runner import axes_of  # noqa: E402  (makes postproc known)
-import plot_contact  # noqa: E402
-from contact_history import ends, presses  # noqa: E402
-from unilat_results import Contact  # noqa: E402
+from unilat.results.contact_history import ends, presses  # noqa: E402
+from unilat.results import Contact  # noqa: E402
 
 
 def contact_of(points, around=0.0, force=None):
@@ -155,7 +154,7 @@ def test_no_line_from_contact_without_force(ring, axes_of):
         file["contact/reaction_total"][0] = 0.0
         file["contact/start"][0, 0] = 0.0
         file["contact/angle_start"][0, 0] = 0.0
-    (axes,) = axes_of(plot_contact, ring, "--end", "start")
+    (axes,) = axes_of("contact", ring, "--end", "start")
     curves = drawn(axes)
     np.testing.assert_allclose(min(curve[:, 0].min() for curve in curves), make.RING[1, 1])
     np.testing.assert_allclose(sorted(np.concatenate(curves)[:, 1])[0], make.RING[:, 2].min())
@@ -176,7 +175,7 @@ def split_ring(name):
 
 def test_a_split_draws_no_jump_and_keeps_the_colour(ring, axes_of):
     split_ring(ring)
-    (axes,) = axes_of(plot_contact, ring, "--end", "start", "--against", "point", "--mark", "none")
+    (axes,) = axes_of("contact", ring, "--end", "start", "--against", "point", "--mark", "none")
     colours = {}
     for line in axes.get_lines():
         colours.setdefault(line.get_color(), []).append(np.column_stack(line.get_data()))
@@ -187,10 +186,10 @@ def test_a_split_draws_no_jump_and_keeps_the_colour(ring, axes_of):
 
 def test_the_tint_covers_the_regions(ring, axes_of):
     split_ring(ring)
-    (axes,) = axes_of(plot_contact, ring, "--quantity", "arc", "--against", "point")
+    (axes,) = axes_of("contact", ring, "--quantity", "arc", "--against", "point")
     height = [np.ptp(path.vertices[:, 1]) for patch in axes.collections for path in patch.get_paths()]
     assert len(height) == 3
-    (axes,) = axes_of(plot_contact, ring, "--quantity", "arc")        # the load factor goes up and down
+    (axes,) = axes_of("contact", ring, "--quantity", "arc")        # the load factor goes up and down
     assert len(axes.collections) == 0
 
 
@@ -198,7 +197,7 @@ def test_of_steps_over_the_same_loads_the_last_is_tinted(ring, axes_of):
     with h5py.File(ring, "a") as file:
         file["path/step"][8:] = 2
         file["path/load_factor"][...] = [*np.arange(8.0), *np.arange(7.0)]
-    (axes,) = axes_of(plot_contact, ring, "--quantity", "arc")
+    (axes,) = axes_of("contact", ring, "--quantity", "arc")
     (tint,) = axes.collections
     vertices = tint.get_paths()[0].vertices
     assert (vertices[:, 0].min(), vertices[:, 0].max()) == (0.0, 6.0)
@@ -217,7 +216,7 @@ def test_several_contacts_have_their_obstacles_in_the_legend(ring, axes_of):
         make.put(contact, "chain_length", np.zeros(2), "length")
         make.put(contact, "points", np.array(("nodes", "nodes"), dtype="S11"))
         make.put(contact, "obstacle", np.array(("cavity", "cavity"), dtype="S8"))
-    (axes,) = axes_of(plot_contact, ring, "--mark", "none")
+    (axes,) = axes_of("contact", ring, "--mark", "none")
     legend = axes.get_legend()
     assert [text.get_text() for text in legend.get_texts()] == ["cavity (1)", "cavity (2)", "unstable"]
     assert len({line.get_color() for line in legend.get_lines()[:2]}) == 2
@@ -226,7 +225,7 @@ def test_several_contacts_have_their_obstacles_in_the_legend(ring, axes_of):
 def test_the_parts_of_a_split_are_tinted_from_where_the_whole_ends(ring, axes_of):
     """Point 7 is the last one of the whole: the parts reach back to it, with the outer ends that it has there."""
     split_ring(ring)
-    (axes,) = axes_of(plot_contact, ring, "--quantity", "arc", "--against", "point")
+    (axes,) = axes_of("contact", ring, "--quantity", "arc", "--against", "point")
     whole, *parts = ({tuple(vertex) for vertex in path.vertices.tolist()} for patch in axes.collections
                      for path in patch.get_paths())
     with h5py.File(ring) as file:

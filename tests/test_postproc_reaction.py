@@ -13,11 +13,11 @@ sys.path[:0] = [str(Path(__file__).resolve().parent)]
 
 import make_result_file as make  # noqa: E402
 from postproc_runner import axes_of, draw, drawn_share, png_size  # noqa: E402  (makes postproc known)
-import chosen_points  # noqa: E402
-import plot_reaction  # noqa: E402
-import plot_style  # noqa: E402
-from candidate_chain import Chain, ChainState  # noqa: E402
-from unilat_results import read_results  # noqa: E402
+from unilat import chosen_points  # noqa: E402
+from unilat.options import Parser  # noqa: E402
+from unilat.plot import reaction as reaction_plot  # noqa: E402
+from unilat.results.candidate_chain import Chain, ChainState  # noqa: E402
+from unilat.results import read_results  # noqa: E402
 
 N = 24          # elements of the half ring
 LIMIT = 6
@@ -56,7 +56,7 @@ def write_closed(name):
 @pytest.fixture
 def panels(axes_of):
     """Gives the axes of the picture without those of the legend: bars, then the quantities."""
-    return lambda *arguments: [axes for axes in axes_of(plot_reaction, *arguments) if axes.get_legend() is None]
+    return lambda *arguments: [axes for axes in axes_of("reaction", *arguments) if axes.get_legend() is None]
 
 
 def curves(axes):
@@ -95,7 +95,7 @@ def test_many_nodes_have_stems_at_the_ends_only(tmp_path, panels):
     make.write_ring(tmp_path / "fine.h5", ring=make.RING[4:7], n_elements=100)
     _, density, _ = panels(tmp_path / "fine.h5", "--label", "LP")
     (points,), (stems,) = markers(density), density.collections
-    assert len(points) > plot_reaction.MOST_STEMS
+    assert len(points) > reaction_plot.MOST_STEMS
     np.testing.assert_allclose([stem[1] for stem in stems.get_segments()], points[[0, -1]])
 
 
@@ -179,7 +179,7 @@ def test_what_is_stored_is_drawn(files, panels):
 
 
 def test_shades_and_names(files, axes_of):
-    everything = axes_of(plot_reaction, files / "distributed.h5", "--rows", "3,6,9", "--caption", "v")
+    everything = axes_of("reaction", files / "distributed.h5", "--rows", "3,6,9", "--caption", "v")
     (legend,) = (axes.get_legend() for axes in everything if axes.get_legend() is not None)
     assert legend.get_title().get_text() == "v (length)"
     assert [text.get_text() for text in legend.get_texts()] == ["0.003162", "0.03587  LP", "0.088"]
@@ -195,7 +195,7 @@ def test_shades_and_names(files, axes_of):
     ["gaps.h5", "--height", "60"]])
 def test_picture(files, tmp_path, arguments):
     arguments = [str(files / a) if a.endswith(".h5") else a for a in arguments]
-    assert draw(plot_reaction, *arguments, "-o", tmp_path / "a.png") == 0
+    assert draw("reaction", *arguments, "-o", tmp_path / "a.png") == 0
     assert png_size(tmp_path / "a.png")[0] >= 1000 and 0.005 < drawn_share(tmp_path / "a.png") < 0.5
 
 
@@ -212,7 +212,7 @@ def test_picture(files, tmp_path, arguments):
     (["nodes.h5", "--label", "BP"], "label BP: no such point")])
 def test_wrong_input_is_one_line(files, monkeypatch, capsys, arguments, message):
     monkeypatch.chdir(files)
-    assert draw(plot_reaction, *arguments) == 2
+    assert draw("reaction", *arguments) == 2
     printed = capsys.readouterr().err
     assert message in printed and printed.count("\n") == 1
 
@@ -223,7 +223,7 @@ def test_a_line_has_no_angles(files, tmp_path, capsys):
     with h5py.File(name, "a") as file:
         make.put(file, "fields/gap", np.zeros((41, 31)), "length")
         make.put(file, "contact/obstacle", np.array(("wall",), dtype="S8"))
-    assert draw(plot_reaction, name, "--against", "angle") == 2
+    assert draw("reaction", name, "--against", "angle") == 2
     assert "wall has no centre (use --against arc)" in capsys.readouterr().err
 
 
@@ -231,7 +231,7 @@ def test_a_line_has_no_angles(files, tmp_path, capsys):
 
 
 def chosen(results, *arguments):
-    parser = plot_style.Parser()
+    parser = Parser("test", "", "")
     chosen_points.add_points(parser, "curves")
     return chosen_points.choose(results, parser.parse_args(arguments), results.points_with("gap"), "gaps")
 

@@ -112,6 +112,13 @@ def test_unknown_deck_is_refused(machine):
     assert "there is no deck input/no-such-deck.inp" in text
 
 
+def test_sweeps_are_listed_and_an_unknown_one_is_refused(machine):
+    status, text = run(machine, "input/run", "--sweep", "no-such-sweep")
+    assert status == 1 and "there is no sweep input/sweeps/no-such-sweep.toml" in text
+    for path in (ROOT / "input" / "sweeps").glob("*.toml"):
+        assert f"\n   {path.stem} " in text
+
+
 def test_unknown_option_of_the_tests_is_refused(machine):
     status, text = run(machine, "tests/run", "--quick")
     assert status == 64
@@ -146,7 +153,7 @@ def test_pictures_of_what_the_results_have(machine, copied):
     status, text, pictures = run_copied(machine, copied, "*HEADING\n** plot_limit_curve: --curve soil\n"
                                         "** plot_limit_curve: --curve dead\n** plot_modes: --modes 1\nrod\n")
     assert status == 2, text
-    assert pictures == ["rod_limit_curve-2.png", "rod_limit_curve.png", "rod_modes.png", "rod_path.png", "rod_shape.png"]
+    assert pictures == ["rod_curve-2.png", "rod_curve.png", "rod_modes.png", "rod_path.png", "rod_shape.png"]
 
 
 def test_reactions_are_drawn_when_the_deck_asks_and_others_left_out_when_it_says_none(machine, copied):
@@ -157,6 +164,21 @@ def test_reactions_are_drawn_when_the_deck_asks_and_others_left_out_when_it_says
                                         "** plot_reaction: --quantity gap\nrod\n")
     assert status == 2, text
     assert pictures == ["rod_contact.png", "rod_reaction-2.png", "rod_reaction.png", "rod_shape.png"]
+
+
+def test_a_sweep_runs_in_its_results_folder(machine, copied):
+    """Every run of the false unilat stops early, with results."""
+    make_result_file.write_cantilever(machine.parent / "made.h5")
+    (copied / "input" / "sweeps" / "rods.inp").write_text("*HEADING\n${a}\n")
+    (copied / "input" / "sweeps" / "rods.toml").write_text('deck = "rods.inp"\n[grid]\na = [1, 2, 3]\n[gather]\ntip = "last tip"\n')
+    environment = {"PATH": str(machine), "HOME": str(machine), "UNILAT_BUILD_ROOT": str(machine.parent / "build"),
+                   "UNILAT_PYTHON": sys.executable}
+    done = subprocess.run([str(copied / "input/run"), "--sweep", "rods", "-j", "2"], env=environment, text=True, timeout=120,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    results = machine.parent / "build" / "results" / "rods"
+    assert done.returncode == 1 and "0 of 3 runs complete, 3 not complete" in done.stdout, done.stdout
+    assert (results / "rods.csv").read_text().splitlines()[-1].startswith("3,3,0.3,2,2,")
+    assert list(results.glob("*.png"))
 
 
 def test_no_pictures_of_what_is_empty(machine, copied):

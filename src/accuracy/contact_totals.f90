@@ -106,7 +106,7 @@ contains
       type(state_t) :: moved
       real(wp) :: pushed(3, size(problem%model%contact)), moment
       moved = state
-      call apply_increment(problem, system, x, [y], moved)
+      call apply_increment(problem, system, x, y, moved)
       call span_totals(problem, moved, [0.0_wp, 0.0_wp], pushed, moment)
       associate (monitor => problem%deck%monitor(m))
          value = monitor%factor * sum(pushed(monitor%component, :), mask=problem%model%contact%obstacle == monitor%obstacle)

@@ -60,19 +60,18 @@ contains
       type(functional_t) :: functional
       type(monitor_row_t) :: inside
       real(wp) :: force(6, problem%model%mesh%n_elements), w(system%n), tangent(system%n), load(problem%model%mesh%n_elements), &
-         & share(problem%model%mesh%n_elements), none(system%n_slides), shift(system%n_slides), rhs, along, &
+         & share(problem%model%mesh%n_elements), rhs, along, &
          & along_load, load_rounding, rest, change
       integer :: e, m, n
       n = 1 + size(problem%model%monitor)
       allocate (shares%sum(n), shares%size(n), shares%rounding(n), shares%inside(n), source=0.0_wp)
       allocate (shares%known(n), source=.false.)
-      none = 0.0_wp
       do e = 1, size(load)
          force(:, e) = unbalanced(problem, system, at_start, e)
       end do
       call control_row(problem, control, state, state, system, rhs, timers)
-      call solve_effective(problem, system, merge(0.0_wp, system%path_row, system%fixed), none, w, shift, timers)
-      tangent = system%column(:, 1)
+      call solve_effective(system, merge(0.0_wp, system%path_row, system%fixed), w, timers)
+      tangent = system%tangent
       call leave_out(problem, modes, w)
       call leave_out(problem, modes, tangent)
       along = dot_product(system%path_row, tangent) + system%path_corner
@@ -91,7 +90,7 @@ contains
       do m = 2, n
          call new_functional(problem, state, system, m - 1, functional)
          if (.not. functional%known) cycle
-         call solve_effective(problem, system, merge(0.0_wp, functional%by_unknown, system%fixed), none, w, shift, timers)
+         call solve_effective(system, merge(0.0_wp, functional%by_unknown, system%fixed), w, timers)
          call leave_out(problem, modes, w)
          along_load = dot_product(functional%by_unknown, tangent) + functional%by_load
          w = functional%by_force - w

@@ -8,7 +8,7 @@ module finer_problem
    use model, only: family_ge
    use problem, only: problem_t
    use rod_state, only: state_t
-   use rod_geometry, only: geometry_t, new_geometry, slide_nodes
+   use rod_geometry, only: geometry_t, new_geometry, shift_nodes
    use gauss_tableau, only: tableau_t, max_stages
    use ge_element, only: ge_compliance, ge_size
    use conforming_element, only: conforming_size
@@ -64,7 +64,7 @@ contains
          node = problem%model%mesh%node(2, e)
          shift(node) = state%geometry%element(e)%s(2) - problem%model%mesh%s(2, e)
       end do
-      call slide_nodes(finer%model, finer%tableau, shift, new%geometry)
+      call shift_nodes(finer%model, finer%tableau, shift, new%geometry)
       deallocate (new%z)
       allocate (new%z(maxval(finer%z_size), size(finer%z_size)), source=0.0_wp)
       do e = 1, problem%model%mesh%n_elements

@@ -2,9 +2,8 @@
 !> whose nodes only mark the way along a foundation that acts inside the elements.
 module candidates
    use kinds, only: wp
-   use model, only: model_t, family_ge
+   use model, only: model_t
    use rod_geometry, only: geometry_t
-   use reference_curve, only: curve_goes_on
    use obstacle_geometry, only: obstacle_gap
    implicit none
    private
@@ -26,7 +25,6 @@ module candidates
       real(wp), allocatable :: gap_offset(:)
       real(wp), allocatable :: overlap(:)     !! how far an obstacle that some step makes push out what begins behind it is
       !! withdrawn at the start: by the deepest penetration of the contact
-      logical, allocatable :: may_slide(:)
       logical, allocatable :: bilateral(:)    !! held by its obstacle for good: no sign counts
       integer, allocatable :: touch(:)        !! node of a contact span: which one; 0: a candidate on its own
       logical, allocatable :: follows(:)      !! its rotation is that of the obstacle
@@ -43,7 +41,7 @@ contains
       logical, intent(in) :: distributed      !! which contacts: those with distributed reactions, or the others
       type(candidates_t) :: list
       integer, allocatable :: next(:), previous(:)
-      logical, allocatable :: member(:), done(:), pinned(:), pushes_out(:)
+      logical, allocatable :: member(:), done(:), pushes_out(:)
       integer, allocatable :: order(:)
       integer :: c, e, i, node, total, first, rows
 
@@ -52,7 +50,7 @@ contains
          if (is_listed(c)) total = total + size(model%contact(c)%node)
       end do
       allocate (list%node(total), list%row(total), list%contact(total), list%obstacle(total), list%s(total), list%tributary(total))
-      allocate (list%gap_offset(total), list%may_slide(total), list%bilateral(total))
+      allocate (list%gap_offset(total), list%bilateral(total))
       allocate (list%overlap(total), source=0.0_wp)
       allocate (list%touch(total), source=0)
       allocate (list%follows(total), list%moves(total), source=.false.)
@@ -60,7 +58,6 @@ contains
       allocate (list%chain_length(size(model%contact)), source=0.0_wp)
       allocate (list%twin(total))
       if (total == 0) return
-      pinned = nodes_that_stay(model)
       allocate (pushes_out(size(model%obstacle)), source=.false.)
       do i = 1, size(model%step)
          pushes_out = pushes_out .or. abs(model%step(i)%load%resolved) > 0.0_wp
@@ -162,33 +159,9 @@ contains
                list%tributary(here) = list%tributary(here) + 0.5_wp * geometry%element(list%element(side, here))%length
             end do
             if (model%obstacle(model%contact(c)%obstacle)%at_nodes) list%tributary(here) = 1.0_wp
-            list%may_slide(here) = .false.
-            if (model%contact(c)%sliding) list%may_slide(here) = slides(here)
          end do
       end subroutine follow_chain
 
-      !> A node can slide inside its two elements when these are one smooth uniform rod.
-      logical function slides(here)
-         integer, intent(in) :: here
-         integer :: a, b, k
-         a = list%element(1, here)
-         b = list%element(2, here)
-         slides = a > 0 .and. b > 0 .and. .not. pinned(list%node(here))
-         if (.not. slides) return
-         associate (mesh => model%mesh)
-            slides = min(mesh%curve(a), mesh%curve(b)) > 0 .and. mesh%section(a) == mesh%section(b) .and. &
-               & mesh%family(a) == family_ge .and. mesh%family(b) == family_ge
-            if (slides) slides = curve_goes_on(model%curve(mesh%curve(a)), mesh%s(2, a), model%curve(mesh%curve(b)), &
-               & mesh%s(1, b))
-            do k = 1, size(model%step)
-               slides = slides .and. all(abs(model%step(k)%load%line_force(:, a) - &
-                  & model%step(k)%load%line_force(:, b)) <= 0.0_wp) .and. &
-                  & abs(model%step(k)%load%pressure(a) - model%step(k)%load%pressure(b)) <= 0.0_wp .and. &
-                  & abs(model%step(k)%load%strain(a) - model%step(k)%load%strain(b)) <= 0.0_wp .and. &
-                  & abs(model%step(k)%load%curvature(a) - model%step(k)%load%curvature(b)) <= 0.0_wp
-            end do
-         end associate
-      end function slides
    end function new_candidates
 
    !> Room for more candidates, each on its own, held by its obstacle.
@@ -211,7 +184,6 @@ contains
       list%tributary = [list%tributary(:list%n), none]
       list%gap_offset = [list%gap_offset(:list%n), none]
       list%overlap = [list%overlap(:list%n), none]
-      list%may_slide = [list%may_slide(:list%n), zero > 0]
       list%bilateral = [list%bilateral(:list%n), zero == 0]
       list%touch = [list%touch(:list%n), zero]
       list%follows = [list%follows(:list%n), zero > 0]
@@ -237,38 +209,4 @@ contains
          twin(c) = first(node(c))
       end do
    end function twins
-
-   !> Nodes with supports, springs, stops or loads, on distributed foundations, or with more or less than two elements keep
-   !> their material point.
-   function nodes_that_stay(model) result(pinned)
-      type(model_t), intent(in) :: model
-      logical, allocatable :: pinned(:)
-      integer, allocatable :: elements(:)
-      integer :: i, k
-      associate (mesh => model%mesh)
-         allocate (pinned(mesh%n_nodes), source=.false.)
-         allocate (elements(mesh%n_nodes), source=0)
-         do i = 1, mesh%n_elements
-            do k = 1, 2
-               elements(mesh%node(k, i)) = elements(mesh%node(k, i)) + 1
-            end do
-         end do
-         pinned = elements /= 2
-         do k = 1, size(model%contact)
-            if (model%contact(k)%distributed) pinned(model%contact(k)%node) = .true.
-         end do
-         do i = 1, mesh%n_nodes
-            pinned(i) = pinned(i) .or. any(model%fixed(:, i))
-            if (allocated(model%spring)) pinned(i) = pinned(i) .or. any(model%spring(:, i) > 0.0_wp)
-         end do
-         do k = 1, size(model%contact)
-            if (model%obstacle(model%contact(k)%obstacle)%at_nodes) pinned(model%contact(k)%node) = .true.
-         end do
-         do k = 1, size(model%step)
-            do i = 1, mesh%n_nodes
-               pinned(i) = pinned(i) .or. any(abs(model%step(k)%load%node_force(:, i)) > 0.0_wp)
-            end do
-         end do
-      end associate
-   end function nodes_that_stay
 end module candidates

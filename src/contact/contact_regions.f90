@@ -26,7 +26,7 @@ module contact_regions
 
 contains
 
-   !> All regions of all contacts, in the order of the candidates; then those of distributed foundations.
+   !> All regions of contacts at nodes, in the order of the candidates; then those of distributed foundations.
    function find_regions(problem, state) result(regions)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -37,7 +37,7 @@ contains
       allocate (regions(0))
       forward = .true.
       touching = resolved_contact(problem, state)
-      seen = .not. touching
+      seen = .not. touching .or. problem%candidates%touch > 0
       do c = 1, problem%candidates%n
          if (seen(c)) cycle
          if (previous(c) > 0) cycle
@@ -140,10 +140,9 @@ contains
       real(wp) :: span, widest
       touching = state%active
       do c = 1, problem%candidates%n
-         if (.not. state%active(c)) cycle
+         if (.not. state%active(c) .or. problem%candidates%touch(c) > 0) cycle
          if (.not. problem%model%obstacle(problem%candidates%obstacle(c))%rigid) cycle
          span = 0.0_wp
-         ! Elements as they are at home: one that a sliding node has stretched resolves no less.
          widest = problem%candidates%tributary(c)
          k = c
          steps = 0
@@ -158,30 +157,15 @@ contains
          end do
          if (.not. state%active(k) .or. steps < 2 .or. k == c) cycle
          if (span > unresolved * widest) cycle
-         if (are_points(c, k)) cycle
          k = problem%candidates%neighbour(2, c)
          do while (.not. state%active(k))
             touching(k) = .true.
             k = problem%candidates%neighbour(2, k)
          end do
       end do
-
-   contains
-
-      !> Two points of a sliding contact, each alone: nothing waves between them.
-      logical function are_points(first, last)
-         integer, intent(in) :: first, last
-         integer :: before, after
-         are_points = problem%model%contact(problem%candidates%contact(first))%sliding
-         if (.not. are_points) return
-         before = problem%candidates%neighbour(1, first)
-         after = problem%candidates%neighbour(2, last)
-         if (before > 0) are_points = .not. state%active(before)
-         if (are_points .and. after > 0) are_points = .not. state%active(after)
-      end function are_points
    end function resolved_contact
 
-   !> Arc length of a candidate along its chain, sliding included.
+   !> Arc length of a candidate along its chain, where its node is now.
    real(wp) function candidate_coordinate(problem, state, candidate) result(s)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

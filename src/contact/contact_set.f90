@@ -17,15 +17,13 @@ module contact_set
    use linear_system, only: system_t, to_global, row_times, contact_reaction, turn_pair
    use bordered_system, only: solve_bordered
    use active_coupling, only: coupled_answer, add_forces
-   use contact_slides, only: ends_contact
    use lemke, only: solve_lcp, outcome_name, lcp_solved
    use lcp_check, only: lcp_error
    use timing, only: timers_t, timing_start, timing_stop, count_up, phase_contact, counter_lcp, counter_lcp_pivots, &
       & counter_lcp_failed, counter_set_changes
    implicit none
    private
-   public :: contact_step_t, solve_contact_step, reaction_rate, gap_rate, gap_tolerance, overlap_allowed, &
-      & inside_region, weak_reaction
+   public :: contact_step_t, solve_contact_step, reaction_rate, gap_rate, gap_tolerance, overlap_allowed
 
    real(wp), parameter :: gap_tolerance = 1.0e-11_wp      !! of the structure's size
    real(wp), parameter :: reaction_tolerance = 1.0e-10_wp !! of the force scale
@@ -38,7 +36,7 @@ module contact_set
    !> A solved increment and the contact set it leads to.
    type :: contact_step_t
       real(wp), allocatable :: x(:)          !! (n) nodal increments, node axes
-      real(wp), allocatable :: y(:)          !! load factor and sliding coordinates
+      real(wp) :: y = 0.0_wp                 !! increment of the load factor
       logical, allocatable :: active(:)      !! (candidates)
       real(wp), allocatable :: reaction(:)   !! (candidates) predicted
       logical :: flipped = .false.           !! the set was changed without a step: linearise again
@@ -59,26 +57,17 @@ contains
       logical, intent(in) :: frozen
       type(contact_step_t), intent(inout) :: result
       type(timers_t), intent(inout) :: timers
-      real(wp), allocatable :: x(:, :), y(:, :), gap(:), reaction(:), none(:)
+      real(wp), allocatable :: x(:, :), y(:), gap(:), reaction(:), none(:)
       logical :: ok
-      integer :: m
 
-      m = 1 + system%n_slides
       if (allocated(result%x)) deallocate (result%x)
-      if (allocated(result%y)) deallocate (result%y)
-      allocate (result%x(system%n), result%y(m))
+      allocate (result%x(system%n))
       result%active = state%active
       result%reaction = state%reaction
       result%flipped = .false.
       result%lcp_size = 0
       result%lcp_pivots = 0
-      if (system%n_slides > 0) then
-         call solve_bordered(problem, system, -system%residual, system%value, path_rhs, -system%tangency, &
-            & result%x, result%y, ok, timers)
-      else
-         call solve_bordered(problem, system, -system%residual, system%value, path_rhs, system%path_row(1:0), &
-            & result%x, result%y, ok, timers)
-      end if
+      call solve_bordered(system, -system%residual, system%value, path_rhs, result%x, result%y, ok, timers)
       result%ok = ok
       if (.not. ok) then
          result%message = singular_border
@@ -102,7 +91,7 @@ contains
    subroutine predict(problem, system, x, y, active, given, force, gap, reaction)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:), y(:)
+      real(wp), intent(in) :: x(:), y
       logical, intent(in) :: active(:)
       real(wp), intent(in) :: given(:)               !! (candidates) openings of active ones, reactions of open ones
       real(wp), intent(in) :: force(:)               !! (n) that these are on the nodes, which rigid contacts may take
@@ -128,22 +117,18 @@ contains
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: x(:), y(:)
+      real(wp), intent(in) :: x(:), y
       real(wp) :: du(3)
-      integer :: k
       du = to_global(problem, system, x, problem%candidates%node(candidate))
-      gap_change = dot_product(system%normal(:, candidate), du(1:2) - y(1) * system%motion(:, candidate)) - &
-         & y(1) * system%closing(candidate)
-      do k = 1, system%n_slides
-         if (system%slide(k) == candidate) gap_change = gap_change + system%slide_gap(k) * y(1 + k)
-      end do
+      gap_change = dot_product(system%normal(:, candidate), du(1:2) - y * system%motion(:, candidate)) - &
+         & y * system%closing(candidate)
    end function gap_change
 
    !> Change of the reaction of an active rigid candidate: its row of the equilibrium equations, and that of its partner.
    pure real(wp) function reaction_change(system, candidate, x, y)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: x(:), y(:)
+      real(wp), intent(in) :: x(:), y
       integer :: p
       reaction_change = force_change(candidate) / system%slope(candidate)
       p = system%partner(candidate)
@@ -155,12 +140,9 @@ contains
       !> Change of the force on the unknown that a candidate eliminates.
       pure real(wp) function force_change(c)
          integer, intent(in) :: c
-         integer :: d, k
+         integer :: d
          d = system%unknown(c)
-         force_change = row_times(system, d, x) - system%load(d) * y(1)
-         do k = 1, system%n_slides
-            force_change = force_change - system%slide_column(d, k) * y(1 + k)
-         end do
+         force_change = row_times(system, d, x) - system%load(d) * y
       end function force_change
    end function reaction_change
 
@@ -169,28 +151,24 @@ contains
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
-      real(wp) :: y(1 + system%n_slides)
-      y(1) = 1.0_wp
-      y(2:) = system%slide_rate
       if (system%unknown(candidate) > 0) then
-         reaction_rate = reaction_change(system, candidate, system%tangent, y)
+         reaction_rate = reaction_change(system, candidate, system%tangent, 1.0_wp)
       else if (problem%coupling%entry(candidate) > 0) then
          reaction_rate = -dot_product(system%coupling%stiffness(:, findloc(system%coupling%candidate, candidate, 1)), &
-            & coupled_rates(problem, system, y))
+            & coupled_rates(problem, system))
       else
          reaction_rate = -system%spring(candidate) * gap_rate(problem, system, candidate)
       end if
    end function reaction_rate
 
-   !> Changes of the gaps of the active candidates that couple.
-   pure function coupled_rates(problem, system, y) result(rate)
+   !> Changes along the path of the gaps of the active candidates that couple.
+   pure function coupled_rates(problem, system) result(rate)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: y(:)
       real(wp) :: rate(system%coupling%n)
       integer :: i
       do i = 1, system%coupling%n
-         rate(i) = gap_change(problem, system, system%coupling%candidate(i), system%tangent, y)
+         rate(i) = gap_change(problem, system, system%coupling%candidate(i), system%tangent, 1.0_wp)
       end do
    end function coupled_rates
 
@@ -199,13 +177,10 @@ contains
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
-      real(wp) :: y(1 + system%n_slides)
-      y(1) = 1.0_wp
-      y(2:) = system%slide_rate
-      gap_rate = gap_change(problem, system, candidate, system%tangent, y)
+      gap_rate = gap_change(problem, system, candidate, system%tangent, 1.0_wp)
       if (system%coupling%n == 0 .or. problem%coupling%entry(candidate) == 0) return
       gap_rate = gap_rate - dot_product(problem%coupling%compliance(system%coupling%entry, problem%coupling%entry(candidate)), &
-         & matmul(system%coupling%stiffness, coupled_rates(problem, system, y)))
+         & matmul(system%coupling%stiffness, coupled_rates(problem, system)))
    end function gap_rate
 
    !> Finds the contact set that the prediction is consistent with.
@@ -214,19 +189,20 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
       real(wp), intent(inout) :: gap(:), reaction(:)  !! predicted; those of the answer on return
-      real(wp), allocatable, intent(inout) :: x(:, :), y(:, :) !! columns of the candidates in doubt
+      real(wp), allocatable, intent(inout) :: x(:, :), y(:) !! columns of the candidates in doubt
       type(contact_step_t), intent(inout) :: result
       type(timers_t), intent(inout) :: timers
       integer, allocatable :: doubt(:)
       logical, allocatable :: in_doubt(:), wrong(:), wrong_at(:), near(:)
-      real(wp), allocatable :: m(:, :), q(:), z(:), w(:), gap_0(:), reaction_0(:), x_all(:), y_all(:), given(:)
+      real(wp), allocatable :: m(:, :), q(:), z(:), w(:), gap_0(:), reaction_0(:), x_all(:), given(:)
       real(wp), allocatable :: force(:, :), force_all(:) ! of the columns on the nodes
+      real(wp) :: y_all
       integer :: nc, round, n, old, c, i, k, outcome, pivots
       logical :: ok
 
       nc = problem%candidates%n
       allocate (in_doubt(nc), source=.false.)
-      allocate (x(system%n, 0), y(1 + system%n_slides, 0), doubt(0), m(0, 0), force(system%n, 0))
+      allocate (x(system%n, 0), y(0), doubt(0), m(0, 0), force(system%n, 0))
       gap_0 = gap
       reaction_0 = reaction
       n = 0
@@ -272,11 +248,11 @@ contains
             return
          end if
          call grow(x, n)
-         call grow(y, n)
+         y = [y(:old), spread(0.0_wp, 1, n - old)]
          call grow(force, n)
          call grow_square(m, n)
          do k = old + 1, n
-            call solve_column(doubt(k), x(:, k), y(:, k), force(:, k), ok)
+            call solve_column(doubt(k), x(:, k), y(k), force(:, k), ok)
             if (.not. ok) then
                result%ok = .false.
                result%message = singular_border
@@ -284,9 +260,9 @@ contains
             end if
          end do
          do k = 1, n
-            if (problem%coupling%n > 0) call change_by_column(doubt(k), x(:, k), y(:, k))
+            if (problem%coupling%n > 0) call change_by_column(doubt(k), x(:, k), y(k))
             do i = merge(old + 1, 1, k <= old), n
-               m(i, k) = response(doubt(i), x(:, k), y(:, k), force(:, k))
+               m(i, k) = response(doubt(i), x(:, k), y(k), force(:, k))
             end do
             ! Compliance of the foundation, or its stiffness seen from an opening.
             if (k <= old .or. .not. system%soft(doubt(k)) .or. problem%coupling%entry(doubt(k)) > 0) cycle
@@ -322,7 +298,7 @@ contains
          do k = 1, n
             if (.not. z(k) > 0.0_wp) cycle
             x_all = x_all + z(k) * x(:, k)
-            y_all = y_all + z(k) * y(:, k)
+            y_all = y_all + z(k) * y(k)
             force_all = force_all + z(k) * force(:, k)
          end do
          given = 0.0_wp * gap
@@ -390,7 +366,7 @@ contains
       !> Response of the complementary variable w of a candidate to a solution of the system.
       real(wp) function response(candidate, column, border, load)
          integer, intent(in) :: candidate
-         real(wp), intent(in) :: column(:), border(:), load(:)
+         real(wp), intent(in) :: column(:), border, load(:)
          if (problem%coupling%entry(candidate) > 0) then
             response = merge(reaction(candidate), gap(candidate), state%active(candidate))
          else if (state%active(candidate) .and. system%unknown(candidate) > 0) then
@@ -415,7 +391,7 @@ contains
       !> Openings and reactions of the candidates that couple in a column, in gap and reaction.
       subroutine change_by_column(candidate, column, border)
          integer, intent(in) :: candidate           !! of the column
-         real(wp), intent(in) :: column(:), border(:)
+         real(wp), intent(in) :: column(:), border
          integer :: j
          do j = 1, problem%coupling%n
             associate (coupled => problem%coupling%candidate(j))
@@ -447,14 +423,13 @@ contains
       subroutine solve_column(candidate, column, border, rhs, solved)
          integer, intent(in) :: candidate
          real(wp), intent(inout) :: column(:)
-         real(wp), intent(out) :: border(:)
+         real(wp), intent(out) :: border             !! its increment of the load factor
          real(wp), intent(out) :: rhs(:)            !! forces on the nodes that go with it
          logical, intent(out) :: solved
-         real(wp) :: prescribed(system%n), none(system%n_slides)
+         real(wp) :: prescribed(system%n)
          integer :: d
          rhs = 0.0_wp
          prescribed = 0.0_wp
-         none = 0.0_wp
          if (state%active(candidate) .and. system%unknown(candidate) > 0) then
             prescribed(system%unknown(candidate)) = 1.0_wp / system%slope(candidate)
             d = system%partner(candidate)
@@ -468,7 +443,7 @@ contains
                rhs(d:d + 1) = rhs(d:d + 1) + column_force(candidate)
             end if
          end if
-         call solve_bordered(problem, system, rhs, prescribed, 0.0_wp, none, column, border, solved, timers)
+         call solve_bordered(system, rhs, prescribed, 0.0_wp, column, border, solved, timers)
       end subroutine solve_column
    end subroutine complement
 
@@ -479,25 +454,11 @@ contains
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: gap(:), reaction(:)
       logical, allocatable :: wrong(:)
-      real(wp) :: scale, limit(size(gap))
-      integer :: k, side, c
+      real(wp) :: scale
+      integer :: c
       scale = max(system%force_scale, maxval(abs(reaction)))
-      limit = reaction_tolerance
-      do c = 1, problem%candidates%n
-         ! A prediction is as good as the iterate it comes from.
-         if (inside_region(problem, state, c)) limit(c) = max(weak_reaction(problem), system%force_residual)
-      end do
-      wrong = merge(reaction < -limit * scale, gap < -[(overlap_allowed(problem, system, c), c=1, problem%candidates%n)], &
-         & state%active) .and. .not. problem%candidates%bilateral
-      ! Beside a sliding contact the gap grows with the cube of the distance: its linear prediction means nothing there,
-      ! and as long as it is open now only the converged state can tell.
-      do k = 1, system%n_slides
-         do side = 1, 2
-            c = problem%candidates%neighbour(side, system%slide(k))
-            if (c == 0) cycle
-            if (.not. state%active(c) .and. system%gap(c) >= -overlap_allowed(problem, system, c)) wrong(c) = .false.
-         end do
-      end do
+      wrong = merge(reaction < -reaction_tolerance * scale, gap < -[(overlap_allowed(problem, system, c), &
+         & c=1, problem%candidates%n)], state%active) .and. .not. problem%candidates%bilateral
    end function violated
 
    !> Candidates and their neighbours; where a ground couples them a change goes far, and further ones from round to round.
@@ -520,22 +481,6 @@ contains
          if (problem%coupling%n == 0 .or. all(near .eqv. before)) exit
       end do
    end function with_neighbours
-
-   !> True for a candidate of a sliding contact between the ends of a region. The reaction may be zero all along there, as on a
-   !> straight wall, so that rounding decides its sign.
-   pure logical function inside_region(problem, state, candidate) result(inside)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      inside = state%active(candidate) .and. problem%model%contact(problem%candidates%contact(candidate))%sliding
-      if (inside) inside = .not. ends_contact(problem, state%active, candidate)
-   end function inside_region
-
-   !> Size of a reaction that is as good as none, over the force scale: what converged iterations leave.
-   pure real(wp) function weak_reaction(problem)
-      type(problem_t), intent(in) :: problem
-      weak_reaction = 10.0_wp * problem%model%step(problem%step)%tolerance
-   end function weak_reaction
 
    !> How far behind its obstacle an open candidate may be: on a foundation no further than what its reaction there, and the
    !> rounding of gaps, tell from nothing.

@@ -3,10 +3,10 @@
 module contact_touch
    use kinds, only: wp
    use model, only: model_t, family_ge, ground_independent
-   use rod_layout, only: layout_t
+   use rod_layout, only: layout_t, new_layout
    implicit none
    private
-   public :: touch_t, covers, takes_spans, sort_touches
+   public :: touch_t, covers, choose_spans, sort_touches
 
    !> One connected contact of one stretch of a rod with one obstacle.
    type :: touch_t
@@ -18,6 +18,21 @@ module contact_touch
    end type touch_t
 
 contains
+
+   !> Leaves contact spans to those contacts that can have them; the others act at the deck's nodes, which stay, and where they
+   !> do there is no place for spans of another one.
+   subroutine choose_spans(model)
+      type(model_t), intent(inout) :: model
+      type(layout_t) :: layout
+      logical :: takes(size(model%contact))
+      integer :: k
+      do while (any(model%contact%along))
+         layout = new_layout(model)
+         takes = [(takes_spans(model, layout, k), k=1, size(takes))]
+         if (all(takes .eqv. model%contact%along)) exit
+         model%contact%along = takes
+      end do
+   end subroutine choose_spans
 
    !> Which stretches a contact covers.
    pure function covers(model, layout, contact)
@@ -44,7 +59,7 @@ contains
       logical :: member(model%mesh%n_nodes), covered(model%mesh%n_nodes)
       integer :: k, e
       associate (touched => model%contact(contact), obstacle => model%obstacle(model%contact(contact)%obstacle), mesh => model%mesh)
-         takes = touched%sliding .and. obstacle%rigid .and. .not. (obstacle%bilateral .or. obstacle%at_nodes) .and. &
+         takes = touched%along .and. obstacle%rigid .and. .not. (obstacle%bilateral .or. obstacle%at_nodes) .and. &
             & obstacle%ground == ground_independent
          do k = 1, size(model%step)
             takes = takes .and. .not. model%step(k)%paper_loop

@@ -9,7 +9,7 @@ module gap_profile
    use section_forces, only: local_forces, rod_direction
    implicit none
    private
-   public :: least_gap_after, smallest_gap, gap_and_slope, gap_bend, natural_curvature
+   public :: smallest_gap, natural_curvature
 
    !> Gap along one element, tau from 0 to 1.
    type :: profile_t
@@ -48,7 +48,7 @@ contains
       real(wp), intent(in) :: local(3)     !! N, Q, M at that end
       real(wp), intent(in) :: change(2)    !! of N and Q per length
       real(wp), intent(out) :: gap, slope, second
-      real(wp) :: normal(2), bend, angle, t(2), nu(2), curvature, along, sliding, shear, d(2)
+      real(wp) :: normal(2), bend, angle, t(2), nu(2), curvature, along, across, shear, d(2)
       type(ge_load_t) :: load
       load = element_load(problem, state, e)
       call candidate_gap(problem, state, candidate, gap, normal, bend)
@@ -57,13 +57,13 @@ contains
       nu = [-t(2), t(1)]
       shear = shear_compliance(problem, e)
       along = stretch(problem, state, e, local(1))
-      sliding = local(2) * shear
-      d = along * t + sliding * nu
+      across = local(2) * shear
+      d = along * t + across * nu
       slope = dot_product(normal, d)
       curvature = natural_curvature(state%geometry%element(e)) + load%curvature + local(3) * problem%compliance(e)%bending
       second = bend * (normal(2) * d(1) - normal(1) * d(2))**2 + &
          & dot_product(normal, (along * curvature + change(2) * shear) * nu + &
-         & (change(1) * problem%compliance(e)%axial - sliding * curvature) * t)
+         & (change(1) * problem%compliance(e)%axial - across * curvature) * t)
    end subroutine end_derivatives
 
    !> The gap at a place.
@@ -134,20 +134,6 @@ contains
       end do
    end function smallest_gap
 
-   !> Gap of a candidate and its derivative by the stress-free arc length, seen from one end of an element.
-   subroutine gap_and_slope(problem, state, candidate, e, side, gap, slope)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate, e, side
-      real(wp), intent(out) :: gap, slope
-      real(wp) :: normal(2), bend, angle, local(3, 2)
-      call candidate_gap(problem, state, candidate, gap, normal, bend)
-      call local_forces(problem, state, e, local)
-      angle = rod_direction(problem, state, e, side)
-      slope = stretch(problem, state, e, local(1, side)) * (normal(1) * cos(angle) + normal(2) * sin(angle)) + &
-         & shear_compliance(problem, e) * local(2, side) * (normal(2) * cos(angle) - normal(1) * sin(angle))
-   end subroutine gap_and_slope
-
    !> Deformed over stress-free length where the normal force is n.
    pure real(wp) function stretch(problem, state, e, n)
       type(problem_t), intent(in) :: problem
@@ -158,17 +144,6 @@ contains
       load = element_load(problem, state, e)
       stretch = 1.0_wp + load%strain + n * problem%compliance(e)%axial
    end function stretch
-
-   !> Second derivative of a candidate's gap by the stress-free arc length, seen from one end of an element.
-   real(wp) function gap_bend(problem, state, candidate, e, side) result(second)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate, e, side
-      real(wp) :: local(3, 2), gap, slope
-      call local_forces(problem, state, e, local)
-      call end_derivatives(problem, state, candidate, e, side, local(:, side), &
-         & (local(1:2, 2) - local(1:2, 1)) / state%geometry%element(e)%length, gap, slope, second)
-   end function gap_bend
 
    !> Hermite quintic on (0, 1).
    pure real(wp) function quintic(value, slope, bend, tau)

@@ -277,13 +277,11 @@ contains
       type(system_t), intent(in) :: system       !! assembled and factored at `state`
       real(wp), intent(out) :: rate(:, :)        !! (3, obstacles)
       type(inner_forces_t) :: inner
-      real(wp) :: dz(size(state%z, 1), size(state%z, 2)), y(1 + system%n_slides), du(6), rho(2, max_stages), change(2)
+      real(wp) :: dz(size(state%z, 1), size(state%z, 2)), du(6), rho(2, max_stages), change(2)
       integer :: e, i, q, s, z
       rate = 0.0_wp
       if (problem%ground%chain%n == 0) return
-      y(1) = 1.0_wp
-      if (system%n_slides > 0) y(2:) = system%slide_rate
-      dz = resultant_rates(problem, system, system%tangent, y)
+      dz = resultant_rates(problem, system, system%tangent, 1.0_wp)
       do e = 1, problem%model%mesh%n_elements
          if (.not. problem%ground%founded(e)) cycle
          call foundation_forces(problem, state, e, inner)

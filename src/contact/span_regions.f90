@@ -8,6 +8,7 @@ module span_regions
    use state_transfer, only: find_point
    use obstacle_geometry, only: has_angle, contact_angle, turns_forward, unwrap_angle
    use conforming_span, only: rod_angle
+   use touchdown_points, only: stands
    use path_record, only: region_t
    implicit none
    private
@@ -25,6 +26,11 @@ contains
       integer :: c, i
       allocate (regions(0))
       seen = problem%candidates%touch(:problem%candidates%n) == 0
+      ! A clamp that stands on an obstacle by itself.
+      do c = 1, problem%candidates%n
+         if (seen(c) .or. any(problem%candidates%neighbour(:, c) > 0)) cycle
+         seen(c) = stands(problem, state, c)
+      end do
       do c = 1, problem%candidates%n
          if (.not. seen(c) .and. problem%candidates%neighbour(1, c) == 0) regions = [regions, follow(c)]
       end do

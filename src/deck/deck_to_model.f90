@@ -16,7 +16,7 @@ module deck_to_model
    use read_supports, only: read_support_cards, read_spring_cards
    use read_foundation_laws, only: read_foundation_law_cards
    use read_obstacles, only: read_obstacle_cards
-   use read_contact, only: read_contact_cards
+   use read_contact, only: read_contact_cards, check_contact_loops
    use read_gap_supports, only: read_gap_cards
    use read_monitors, only: read_monitor_cards
    use read_steps, only: read_step_cards
@@ -66,6 +66,7 @@ contains
       if (diagnostics%n > n) names%contacts_incomplete = .true.
       call read_monitor_cards(deck, names, model, diagnostics)
       call read_step_cards(deck, names, model, diagnostics)
+      call check_contact_loops(deck, model, diagnostics)
       n = diagnostics%n
       call read_load_cards(deck, names, model, diagnostics)
       if (diagnostics%n > n) names%loads_incomplete = .true.

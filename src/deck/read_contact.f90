@@ -13,7 +13,7 @@ module read_contact
    use read_interference, only: pushes_out
    implicit none
    private
-   public :: read_contact_cards
+   public :: read_contact_cards, check_contact_loops
 
 contains
 
@@ -37,7 +37,7 @@ contains
          contact%node = names%node_set%members(set)
          contact%gap = parameter_real(deck, card, 'GAP')
          points = parameter_word(deck, card, 'POINTS')
-         contact%sliding = .false.
+         contact%along = .false.
          contact%distributed = .false.
          if (contact%obstacle > 0 .and. .not. names%mesh_incomplete) then
             call check_candidates(deck, names, model, diagnostics, card, contact, touched(contact%obstacle, :))
@@ -48,7 +48,7 @@ contains
             if (points /= 'NODES') then
                if (model%obstacle(contact%obstacle)%rigid) then
                   reason = no_spans(model, contact)
-                  contact%sliding = reason == ''
+                  contact%along = reason == ''
                else
                   reason = no_distribution(model, contact)
                   contact%distributed = reason == ''
@@ -61,6 +61,22 @@ contains
          model%contact = [model%contact, contact]
       end do
    end subroutine read_contact_cards
+
+   !> The paper's loop knows contact at nodes only.
+   subroutine check_contact_loops(deck, model, diagnostics)
+      type(deck_t), intent(in) :: deck
+      type(model_t), intent(in) :: model                !! with contacts and steps
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer :: card, contact
+      contact = 0
+      do card = 1, deck%n_cards
+         if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'CONTACT') cycle
+         contact = contact + 1
+         if (.not. model%contact(contact)%along .or. parameter_word(deck, card, 'POINTS') /= 'ALONG') cycle
+         if (any(model%step%paper_loop)) call complain(deck, diagnostics, card, parameter_place(deck, card, 'POINTS'), &
+            'ALONG needs LOOP=NEWTON in all steps: contact of LOOP=PAPER acts at nodes')
+      end do
+   end subroutine check_contact_loops
 
    !> Nodes of elements, not listed twice, and on the free side of the obstacle.
    subroutine check_candidates(deck, names, model, diagnostics, card, contact, touched)

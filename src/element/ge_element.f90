@@ -23,7 +23,7 @@ module ge_element
    use inner_forces, only: inner_forces_t
    implicit none
    private
-   public :: ge_compliance, ge_stiffness_t, ge_load_t, ge_rate_t, ge_evaluate, ge_end_forces, ge_interior, ge_directions, &
+   public :: ge_compliance, ge_stiffness_t, ge_load_t, ge_evaluate, ge_end_forces, ge_interior, ge_directions, &
       & ge_direction_changes, ge_direction_rates, ge_size, ge_columns
 
    integer, parameter :: max_unknowns = 3 * max_stages
@@ -44,16 +44,9 @@ module ge_element
       real(wp) :: curvature = 0.0_wp, curvature_rate = 0.0_wp !! without stress: k
    end type ge_load_t
 
-   !> Change of the stress-free geometry when one node moves along the rod, the displacements of both held.
-   type :: ge_rate_t
-      real(wp) :: length = 0.0_wp  !! of h
-      real(wp) :: scaled = 0.0_wp  !! of C h
-      real(wp) :: angle(max_stages) = 0.0_wp !! of the tangent angle at the stages; the chord's change follows
-   end type ge_rate_t
-
    ! Columns of the local linearisation before condensation.
    integer, parameter :: by_rotation = 1, by_nx = 2, by_ny = 3, by_m = 4, by_residual = 5, by_load = 6, &
-      & by_x = 7, by_y = 8, by_rate = 9, n_by = 9
+      & by_x = 7, by_y = 8, n_by = 8
 
 contains
 
@@ -83,7 +76,7 @@ contains
    !> vanishes in equilibrium. With du the six node displacement increments and dl that of the load factor,
    !>   f + k du - fl dl   are the end forces after one Newton step,   z + op (du, 1, dl)   the stored unknowns.
    subroutine ge_evaluate(tab, h, scale, angle, chord, compliance, load, u, z, f, raw, k, fl, op, defect, ok, more_force, inner, &
-      & shift, rate, f_rate, z_rate)
+      & shift)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h                !! stress-free length
       real(wp), intent(in) :: scale            !! C
@@ -103,9 +96,6 @@ contains
       real(wp), intent(in), optional :: more_force(:, :) !! (2, stages) n beyond z that the tangent counts, nothing else
       type(inner_forces_t), intent(in), optional :: inner !! needs the n at the stages in z
       real(wp), intent(out), optional :: shift(6, 2)      !! k times a unit translation in x, in y: only foundations resist it
-      type(ge_rate_t), intent(in), optional :: rate      !! of the geometry (not with `inner`); with it
-      real(wp), intent(out), optional :: f_rate(6)       !! what it does to f
-      real(wp), intent(out), optional :: z_rate(:)       !! (ge_size) and to the stored unknowns
 
       real(wp) :: phi(max_stages), m(max_stages), nn(2, max_stages), rho(2, max_stages), g(max_stages)
       real(wp) :: g_phi(max_stages), d(2, max_stages), bnn(3, max_stages), position(2, max_stages)
@@ -113,7 +103,7 @@ contains
       real(wp) :: dphi(n_by), dn(2, n_by), dend(3, n_by), dtail(3, n_by), flexibility(3, 3), &
          & ends(3, ge_columns + 2)
       real(wp) :: t(2), nu(2), axial, shear, beta, end_defect(3), tail(3), hc, he, residual_m, turn(2), more(2), along, across
-      real(wp) :: free, heat(2, max_stages), g_heat(max_stages), turning(max_stages), thinning(2, max_stages), by(3, 1)
+      real(wp) :: free, heat(2, max_stages), g_heat(max_stages)
       real(wp) :: row_weight(max_unknowns)
       integer :: s, i, j, l, q, unknowns, nb
       logical :: stored, founded, singular
@@ -127,9 +117,6 @@ contains
       founded = .false.
       if (present(inner)) founded = inner%n > 0
       nb = merge(by_y, by_load, founded)
-      if (present(rate)) nb = n_by
-      turning = 0.0_wp
-      thinning = 0.0_wp
 
       ! Stage values.
       m(:s) = z(4:3 + s)
@@ -162,10 +149,6 @@ contains
          bnn(1, i) = compliance%axial * t(1) * t(1) + compliance%shear * nu(1) * nu(1)
          bnn(2, i) = compliance%axial * t(1) * t(2) + compliance%shear * nu(1) * nu(2)
          bnn(3, i) = compliance%axial * t(2) * t(2) + compliance%shear * nu(2) * nu(2)
-         if (.not. present(rate)) cycle
-         turning(i) = rate%angle(i) + rate%length * compliance%bending * dot_product(tab%a(i, :s), m(:s)) + &
-            & (tab%c(i) * rate%length) * load%curvature
-         if (.not. stored) thinning(:, i) = -(tab%c(i) * rate%length) * load%line
       end do
 
       ! Linearised stage equations for the increments of m (and n) at the stages.
@@ -194,8 +177,6 @@ contains
             end if
          end do
          rhs(i, by_residual) = -residual_m
-         if (present(rate)) rhs(i, by_rate) = dot_product(tab%a(i, :s), rate%scaled * g(:s) + hc * (g_phi(:s) * turning(:s) - &
-            & d(1, :s) * thinning(1, :s) - d(2, :s) * thinning(2, :s)))
          defect(1) = max(defect(1), abs(residual_m) * he)
       end do
       if (stored) call add_force_rows()
@@ -219,15 +200,12 @@ contains
       dtail(3, by_m) = 1.0_wp
       dtail(1:2, by_load) = -h * load%line_rate
       dend(3, by_load) = h * load%curvature_rate
-      if (present(rate)) dtail(1:2, by_rate) = -rate%length * load%line
-      if (present(rate)) dend(3, by_rate) = rate%length * load%curvature
       end_defect = [chord + u(4:5) - u(1:2), u(6) - u(3) - h * load%curvature]
       tail = z(1:3)
       tail(1:2) = tail(1:2) - h * load%line
       do i = 1, s
          dphi = 0.0_wp
          dphi(by_rotation) = 1.0_wp
-         dphi(by_rate) = turning(i)
          do l = 1, s
             dphi = dphi + (he * tab%a(i, l)) * rhs(l, :)
          end do
@@ -238,7 +216,6 @@ contains
             dn(1, by_nx) = 1.0_wp
             dn(2, by_ny) = 1.0_wp
             dn(:, by_load) = -(tab%c(i) * h) * load%line_rate
-            dn(:, by_rate) = thinning(:, i)
          end if
          dend(1, :) = dend(1, :) + (hc * tab%b(i)) * (d(1, i) * dphi + bnn(1, i) * dn(1, :) + bnn(2, i) * dn(2, :))
          dend(2, :) = dend(2, :) + (hc * tab%b(i)) * (d(2, i) * dphi + bnn(2, i) * dn(1, :) + bnn(3, i) * dn(2, :))
@@ -249,10 +226,6 @@ contains
          end_defect(1:2) = end_defect(1:2) - (hc * tab%b(i)) * rho(:, i)
          end_defect(3) = end_defect(3) - (he * tab%b(i)) * m(i)
          tail(3) = tail(3) + (hc * tab%b(i)) * g(i)
-         if (.not. present(rate)) cycle
-         dend(1:2, by_rate) = dend(1:2, by_rate) + (rate%scaled * tab%b(i)) * rho(:, i)
-         dend(3, by_rate) = dend(3, by_rate) + (rate%length * compliance%bending * tab%b(i)) * m(i)
-         dtail(3, by_rate) = dtail(3, by_rate) + (rate%scaled * tab%b(i)) * g(i)
       end do
       if (stored) then
          turn = [chord(1) + u(4) - u(1) - end_defect(1), chord(2) + u(5) - u(2) - end_defect(2)]
@@ -322,20 +295,6 @@ contains
       f(4:6) = tail + matmul(dtail(:, by_nx:by_m), ends(:, 7)) + dtail(:, by_residual)
       fl(1:3) = ends(:, 8)
       fl(4:6) = -matmul(dtail(:, by_nx:by_m), ends(:, 8)) - dtail(:, by_load)
-      if (present(rate)) then
-         ! The chord changes with what makes it: no rounding that EA would multiply.
-         by(:, 1) = -dend(:, by_rate)
-         do i = 1, s
-            by(1:2, 1) = by(1:2, 1) + tab%b(i) * (rate%scaled * [cos(angle(i)), sin(angle(i))] + &
-               & (hc * rate%angle(i)) * [-sin(angle(i)), cos(angle(i))])
-         end do
-         flexibility = dend(:, by_nx:by_m)
-         call solve_small(3, flexibility, by, singular, [1.0_wp, 1.0_wp, h])
-         z_rate(1:3) = by(:, 1)
-         z_rate(4:3 + unknowns) = matmul(rhs(:unknowns, by_nx:by_m), by(:, 1)) + rhs(:unknowns, by_rate)
-         f_rate(1:3) = -by(:, 1)
-         f_rate(4:6) = matmul(dtail(:, by_nx:by_m), by(:, 1)) + dtail(:, by_rate)
-      end if
       ! Pressure leaves a skew part that cancels between neighbours; dropping it keeps the band symmetric.
       if (stored) k = 0.5_wp * (k + transpose(k))
 
@@ -366,7 +325,7 @@ contains
       !> n_i = n_1 - q c_i h - p J (r_i - r_1) - foundation at every stage, linearised.
       subroutine add_force_rows()
          integer :: row, a, b
-         real(wp) :: w, residual(2), share, k_d(2), along(2, max_stages), swing(2), heated(2), k_dn(2, 2, max_stages), moving(2)
+         real(wp) :: w, residual(2), share, k_d(2), along(2, max_stages), swing(2), heated(2), k_dn(2, 2, max_stages)
          position = 0.0_wp
          do a = 1, s
             do b = 1, s
@@ -394,13 +353,6 @@ contains
             rhs(row, by_nx) = 1.0_wp
             rhs(row + 1, by_ny) = 1.0_wp
             rhs(row:row + 1, by_residual) = -residual
-            if (present(rate)) then
-               rhs(row:row + 1, by_rate) = -(tab%c(a) * rate%length) * load%line
-               do b = 1, s
-                  moving = tab%a(a, b) * (rate%scaled * rho(:, b) + (hc * turning(b)) * d(:, b))
-                  rhs(row:row + 1, by_rate) = rhs(row:row + 1, by_rate) - load%pressure * [-moving(2), moving(1)]
-               end do
-            end if
             rhs(row:row + 1, by_load) = rhs(row:row + 1, by_load) - (tab%c(a) * h) * load%line_rate - &
                & load%pressure_rate * [-position(2, a), position(1, a)]
          end do

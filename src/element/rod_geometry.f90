@@ -1,6 +1,7 @@
 !> Stress-free geometry of every element, as the element kernels want it.
 !>
-!> It belongs to the state, not to the model, because a sliding contact node changes the length of its two elements.
+!> It belongs to the state, not to the model, because a touchdown point takes its node along the rod and changes the
+!> lengths of the elements beside it.
 module rod_geometry
    use kinds, only: wp
    use model, only: model_t, family_ge
@@ -8,7 +9,7 @@ module rod_geometry
    use reference_curve, only: curve_point, curve_length, curve_abscissa
    implicit none
    private
-   public :: geometry_t, element_geometry_t, new_geometry, slid_pair, slide_node, slide_nodes, node_reference
+   public :: geometry_t, element_geometry_t, new_geometry, shift_nodes
 
    type :: element_geometry_t
       real(wp) :: s(2) = 0.0_wp               !! nominal coordinates of both ends; 0 for elements on no curve
@@ -83,58 +84,15 @@ contains
       end associate
    end function element_geometry
 
-   !> Stress-free position, tangent and speed of end `side` (1, 2) of an element that lies on a curve.
-   pure subroutine node_reference(model, geometry, e, side, x, angle, speed)
-      type(model_t), intent(in) :: model
-      type(geometry_t), intent(in) :: geometry
-      integer, intent(in) :: e, side
-      real(wp), intent(out) :: x(2), angle
-      real(wp), intent(out) :: speed             !! true length per nominal length
-      call curve_point(model%curve(model%mesh%curve(e)), model%imperfection, geometry%element(e)%s(side), x, angle, speed)
-   end subroutine node_reference
-
-   !> Two consecutive elements with their common node moved by `shift` of nominal length. Where a curve ends and the next one
-   !> continues it, each element goes on with its own.
-   subroutine slid_pair(model, tableau, geometry, element, shift, pair, x, angle)
-      type(model_t), intent(in) :: model
-      type(tableau_t), intent(in) :: tableau(:)
-      type(geometry_t), intent(in) :: geometry
-      integer, intent(in) :: element(2)          !! the element that ends at the node and the one that starts there
-      real(wp), intent(in) :: shift
-      type(element_geometry_t), intent(out) :: pair(2)
-      real(wp), intent(out) :: x(2), angle       !! stress-free position and tangent of the moved node
-      real(wp) :: speed, s(2)
-      s = [geometry%element(element(1))%s(2), geometry%element(element(2))%s(1)] + shift
-      call curve_point(model%curve(model%mesh%curve(element(1))), model%imperfection, s(1), x, angle, speed)
-      pair(1) = element_geometry(model, tableau, element(1), [geometry%element(element(1))%s(1), s(1)], &
-         & geometry%x(:, model%mesh%node(1, element(1))), x)
-      pair(2) = element_geometry(model, tableau, element(2), [s(2), geometry%element(element(2))%s(2)], x, &
-         & geometry%x(:, model%mesh%node(2, element(2))))
-   end subroutine slid_pair
-
-   !> Moves the node between two consecutive elements by `shift` of nominal length along their curve.
-   subroutine slide_node(model, tableau, geometry, element, shift)
-      type(model_t), intent(in) :: model
-      type(tableau_t), intent(in) :: tableau(:)
-      type(geometry_t), intent(inout) :: geometry
-      integer, intent(in) :: element(2)
-      real(wp), intent(in) :: shift
-      type(element_geometry_t) :: pair(2)
-      real(wp) :: x(2), angle
-      call slid_pair(model, tableau, geometry, element, shift, pair, x, angle)
-      geometry%element(element) = pair
-      geometry%x(:, model%mesh%node(2, element(1))) = x
-   end subroutine slide_node
-
    !> Moves many nodes at once, each along its own curve.
-   pure subroutine slide_nodes(model, tableau, shift, geometry)
+   pure subroutine shift_nodes(model, tableau, shift, geometry)
       type(model_t), intent(in) :: model
       type(tableau_t), intent(in) :: tableau(:)
       real(wp), intent(in) :: shift(:)           !! (nodes) of nominal length; 0 but where one element goes on as the next one
       type(geometry_t), intent(inout) :: geometry
       real(wp) :: angle, speed, s(2)
       integer :: e
-      ! As in slid_pair the element that ends at a node says where it is.
+      ! The element that ends at a node says where it is.
       do e = 1, model%mesh%n_elements
          associate (node => model%mesh%node(2, e))
             if (abs(shift(node)) > 0.0_wp) call curve_point(model%curve(model%mesh%curve(e)), model%imperfection, &
@@ -148,5 +106,5 @@ contains
             geometry%element(e) = element_geometry(model, tableau, e, s, geometry%x(:, node(1)), geometry%x(:, node(2)))
          end associate
       end do
-   end subroutine slide_nodes
+   end subroutine shift_nodes
 end module rod_geometry

@@ -149,8 +149,8 @@ contains
       if (.not. problem%candidates%moves(candidate) .or. any(problem%opening == candidate)) return
       call excess_curvature(problem, state, candidate, excess, stretch)
       ! One that is flat turns no more than a line's end, whatever rounding makes of its curvature.
-      if (abs(excess) * problem%size <= flat_excess) excess = abs(excess)
-      if (abs(excess) > 0.0_wp) spring = state%reaction(candidate) * stretch / excess
+      if (abs(excess) * problem%size <= flat_excess) excess = max(abs(excess), epsilon(excess) / problem%size)
+      spring = state%reaction(candidate) * stretch / excess
    end function touchdown_spring
 
    !> What is out of balance at a point contact that is not where the gap is least: its force times the distance. 0 at a point as

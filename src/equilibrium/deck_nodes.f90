@@ -1,16 +1,15 @@
-!> What happens at the deck's nodes, wherever the nodes of the mesh are: it may be another mesh than the deck's, and contact nodes
+!> What happens at the deck's nodes, wherever the nodes of the mesh are: it may be another mesh than the deck's, and its nodes
 !> move along the rod, but what the deck asks for belongs to the material points that it names.
 module deck_nodes
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t, obstacle_shift
-   use rod_geometry, only: element_geometry_t, slid_pair
    use obstacle_geometry, only: moved_gap
    use linear_system, only: system_t, to_global
    use state_transfer, only: find_point, point_displacement
    use conforming_span, only: conforming_displacement
    use section_forces, only: local_forces, inner_local_forces
-   use rod_profile, only: new_profile, profile_on, profile_displacement, profile_rate, element_place
+   use rod_profile, only: new_profile, profile_rate
    implicit none
    private
    public :: deck_node_displacement, deck_section_forces, deck_contact_gaps, deck_node_rates, node_gradient_t, deck_node_gradient, &
@@ -21,7 +20,6 @@ module deck_nodes
       integer :: node(2) = 0                    !! of the mesh: ends of the element
       real(wp) :: ends(3, 3, 2) = 0.0_wp        !! (of component, by component of an end, end)
       real(wp) :: load(3) = 0.0_wp              !! by the load factor
-      real(wp), allocatable :: slide(:, :)      !! (3, n_slides) by the coordinates of the sliding nodes
       real(wp) :: defect(3) = 0.0_wp            !! change when the element closes its own defects
    end type node_gradient_t
 
@@ -126,12 +124,10 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled at `state`
       real(wp), intent(in) :: x(:)              !! (n) nodal increments, node axes
-      real(wp), intent(in) :: y(:)              !! (1 + n_slides) of the load factor and the sliding coordinates
+      real(wp), intent(in) :: y                 !! of the load factor
       real(wp) :: rate(3, size(problem%mesh_node))
-      type(node_gradient_t) :: gradient
       real(wp) :: du(6), tau
       integer :: node, mesh_node, e, z
-      logical :: inside
       do node = 1, size(rate, 2)
          call find_node(problem, state, node, mesh_node, e, tau)
          if (e == 0) then
@@ -142,11 +138,7 @@ contains
             du = [to_global(problem, system, x, ends(1)), to_global(problem, system, x, ends(2))]
          end associate
          z = problem%z_size(e)
-         rate(:, node) = place_rate(problem, state, e, tau, du, matmul(system%op(:z, :6, e), du) + y(1) * system%op(:z, 8, e), y(1))
-         if (system%n_slides == 0) cycle
-         if (.not. any(problem%candidates%element(:, system%slide) == e)) cycle
-         call deck_node_gradient(problem, state, system, node, gradient, inside)
-         rate(:, node) = rate(:, node) + matmul(gradient%slide, y(2:))
+         rate(:, node) = place_rate(problem, state, e, tau, du, matmul(system%op(:z, :6, e), du) + y * system%op(:z, 8, e), y)
       end do
    end function deck_node_rates
 
@@ -158,14 +150,12 @@ contains
       integer, intent(in) :: node
       type(node_gradient_t), intent(out) :: gradient
       logical, intent(out) :: inside            !! false: it is one with gradient%node(1), nothing else is set
-      type(element_geometry_t) :: pair(2)
-      real(wp) :: s, tau, du(6), none(6), moved(3, 2), step, x(2), angle, start(2)
-      integer :: e, k, i, way, z
+      real(wp) :: tau, du(6), none(6)
+      integer :: e, k, z
       call find_node(problem, state, node, gradient%node(1), e, tau)
       inside = e > 0
       if (.not. inside) return
       z = problem%z_size(e)
-      s = problem%layout%node_at(node) - problem%origin(e)
       gradient%node = problem%model%mesh%node(:, e)
       none = 0.0_wp
       do k = 1, 6
@@ -176,24 +166,6 @@ contains
       end do
       gradient%load = place_rate(problem, state, e, tau, none, system%op(:z, 8, e), 1.0_wp)
       gradient%defect = place_rate(problem, state, e, tau, none, system%op(:z, 7, e), 0.0_wp)
-      allocate (gradient%slide(3, system%n_slides), source=0.0_wp)
-      do k = 1, system%n_slides
-         associate (element => problem%candidates%element(:, system%slide(k)))
-            i = findloc(element, e, 1)
-            if (i == 0) cycle
-            gradient%slide(:, k) = place_rate(problem, state, e, tau, none, system%slide_op(:z, i, k), 0.0_wp)
-            ! The geometry's part is a central difference, as in the columns of the sliding nodes.
-            step = 1.0e-4_wp * minval(state%geometry%element(element)%length)
-            do way = 1, 2
-               call slid_pair(problem%model, problem%tableau, state%geometry, element, merge(-step, step, way == 1), pair, x, angle)
-               start = x
-               if (i == 1) start = state%geometry%x(:, gradient%node(1))
-               moved(:, way) = profile_displacement(problem, profile_on(problem, state, e, pair(i), start), &
-                  & element_place(problem, pair(i), e, s))
-            end do
-            gradient%slide(:, k) = gradient%slide(:, k) + (moved(:, 2) - moved(:, 1)) / (2.0_wp * step)
-         end associate
-      end do
    end subroutine deck_node_gradient
 
    !> Change of displacement and rotation at a place of an element, its stress-free geometry held.

@@ -58,22 +58,10 @@ module linear_system
       real(wp), allocatable :: ek(:, :, :), ef(:, :), eraw(:, :), el(:, :), op(:, :, :)
       integer, allocatable :: grip(:)           !! (elements) quadrature points of its foundations: which parts touch
       real(wp), allocatable :: eshift(:, :, :) !! (6, 2, elements) element matrix times unit translations in x and y, node axes
-      ! Sliding nodes.
-      integer :: n_slides = 0
-      integer, allocatable :: slide(:)          !! (n_slides) candidate
-      real(wp), allocatable :: slide_op(:, :, :) !! (z, 2, n_slides) derivative of z of both elements
-      real(wp), allocatable :: slide_column(:, :) !! (n, n_slides) minus derivative of the residual
-      real(wp), allocatable :: slide_gap(:)     !! (n_slides) derivative of the gap by the coordinate, node displacement fixed
-      real(wp), allocatable :: tangency(:), tangency_row(:, :), tangency_corner(:)
-      real(wp), allocatable :: tangency_rate(:) !! (n_slides) derivative of the tangency by the load factor
-      real(wp), allocatable :: slide_direction(:, :) !! (2, n_slides) derivative of the node's position by its coordinate
       ! Border.
-      real(wp), allocatable :: column(:, :)     !! (n, 1 + n_slides) solved border columns
-      real(wp), allocatable :: tangent(:)       !! (n) derivative along the path by the load factor, tangency kept
+      real(wp), allocatable :: tangent(:)       !! (n) derivative along the path by the load factor
       real(wp), allocatable :: path_row(:)      !! (n) node axes
       real(wp) :: path_corner = 0.0_wp
-      real(wp), allocatable :: path_slide(:)    !! (n_slides)
-      real(wp), allocatable :: slide_rate(:)    !! (n_slides) the same of the sliding coordinates
       integer :: negative_pivots = 0            !! of the tangent on the null space of the active constraints
       ! Measures of the state itself.
       real(wp) :: force_residual = 0.0_wp       !! relative, from the stored resultants
@@ -124,7 +112,7 @@ contains
             if (problem%coupling%entry(c) > 0) system%spring(c) = 1.0_wp / problem%coupling%local(problem%coupling%entry(c))
          end do
       end associate
-      allocate (system%slide(0), system%column(n, 1), system%tangent(n))
+      allocate (system%tangent(n), source=0.0_wp)
    end function new_system
 
    !> Assembles at `state`; `base` is the last converged configuration, which the UL2 element refers to.

@@ -63,8 +63,7 @@ contains
             if (stages > 1) measure(e, buckled) = mu
             if (stages > 2) spent(e) = slack_energy(problem, state, e)
          else
-            if (held == 1 .and. .not. any(problem%candidates%may_slide([c, next]))) &
-               & measure(e, unheld) = max(measure(e, unheld), mu)
+            if (held == 1) measure(e, unheld) = max(measure(e, unheld), mu)
             measure(e, unbent) = wave_error(stages, mu)
          end if
       end do

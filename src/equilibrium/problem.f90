@@ -44,7 +44,6 @@ module problem
       logical, allocatable :: pressurised(:)             !! (elements) a pressure acts in some step
       integer, allocatable :: z_size(:)                  !! (elements) stored unknowns
       logical :: spans = .false.                         !! nodes go with touchdown points: a mesh of contact spans
-      logical, allocatable :: may_span(:)                !! (contacts) those that spans describe once they have begun
       real(wp), allocatable :: chain_start(:, :)         !! (stretches, contacts) coordinate of their beginnings along the chain
       !! of a contact
       logical, allocatable :: covered(:, :)              !! (stretches, contacts) where spans may be: all along or not at all
@@ -55,6 +54,7 @@ module problem
       !! them opens; 0: a breakpoint, or none
       integer, allocatable :: conforms(:)                !! (elements) on the track of an obstacle: candidate at the first node,
       !! 0: free
+      integer, allocatable :: hinge(:)                   !! nodes of clamps that are hinges beside neutral spans
       real(wp), allocatable :: overlap(:)                !! (contacts) how far the obstacle is withdrawn at the start, on every mesh
       real(wp), allocatable :: coordinates(:, :)         !! (2, deck's nodes) at the start: what stored displacements count from
       integer, allocatable :: beside(:, :)               !! (2, nodes) an element that ends there, one that begins; 0: none
@@ -93,8 +93,7 @@ contains
       problem%mesh_node = merge([(e, e=1, model%mesh%n_nodes)], 0, problem%layout%breakpoint)
       problem%constant = new_load(model%mesh%n_nodes, model%mesh%n_elements, size(model%obstacle))
       problem%coordinates = model%mesh%x
-      allocate (problem%may_span(size(model%contact)), source=.false.)
-      allocate (problem%touch(0))
+      allocate (problem%touch(0), problem%hinge(0))
       call derive_problem(problem)
    end function new_problem
 
@@ -107,10 +106,9 @@ contains
       integer :: e, i, j
       new%deck = problem%deck
       new%layout = problem%layout
-      new%may_span = problem%may_span
       if (allocated(problem%chain_start)) new%chain_start = problem%chain_start
       if (allocated(problem%covered)) new%covered = problem%covered
-      allocate (new%touch(0))
+      allocate (new%touch(0), new%hinge(0))
       new%deck_mesh = .false.
       new%model = new_remeshed_model(problem%deck, problem%layout, division)
       associate (mesh => new%model%mesh)

@@ -19,7 +19,7 @@ module rod_profile
    use ground, only: home_deviation
    implicit none
    private
-   public :: profile_t, new_profile, profile_on, profile_place, profile_displacement, profile_home, profile_angle, &
+   public :: profile_t, new_profile, profile_place, profile_displacement, profile_home, profile_angle, &
       & profile_rate, element_place
 
    !> One element of one state. Polynomials by their coefficients of tau^0, tau^1, ...

@@ -22,7 +22,7 @@ module rod_state
       logical, allocatable :: active(:)       !! (candidates) in contact
       real(wp), allocatable :: reaction(:)    !! (candidates) normal reaction, positive in compression
       logical, allocatable :: grounded(:)     !! (elements) a distributed foundation touches it, at the last converged point
-      type(geometry_t) :: geometry            !! changes only where a contact node slides
+      type(geometry_t) :: geometry            !! changes only where a touchdown point moves
    end type state_t
 
 contains

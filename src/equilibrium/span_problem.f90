@@ -2,12 +2,14 @@
 !> touchdown points, and one candidate for every node in contact.
 module span_problem
    use kinds, only: wp
+   use model, only: obstacle_line
    use problem, only: problem_t, remeshed_problem
    use rod_layout, only: stretch_element
    use rod_state, only: state_t
    use remeshed_model, only: division_t
    use contact_touch, only: touch_t, sort_touches
    use candidates, only: add_candidates, twins
+   use neutral_spans, only: free_clamps
    use conforming_element, only: conforming_size
    implicit none
    private
@@ -18,13 +20,17 @@ module span_problem
    real(wp), parameter :: at_breakpoint = 1.0e-9_wp !! of a stretch: as near as that is there
    ! Elements that tell what touches: at least, and at most where the deck has more.
    integer, parameter :: sampling = 64, enough = 256
+   !> Shortest elements, over the size: order 4 errs by the fourth power of their length, which is rounding there, and the rounding
+   !> of places over the square of the length makes half of the digits of a curvature.
+   real(wp), parameter :: finest = sqrt(sqrt(epsilon(1.0_wp)))
 
 contains
 
    !> The problem with a set of touches; loads, step and all that goes before are those of `base`.
-   function new_span_problem(base, touches) result(problem)
+   function new_span_problem(base, touches, state) result(problem)
       type(problem_t), intent(in) :: base            !! of the same deck, on any mesh
       type(touch_t), intent(in) :: touches(:)
+      type(state_t), intent(in), optional :: state   !! of `base`: no span that goes on gets fewer elements than it has
       type(problem_t) :: problem
       type(touch_t) :: touch(size(touches))
       type(division_t) :: division(size(base%layout%stretch))
@@ -38,12 +44,13 @@ contains
       end do
       call sort_touches(touch)
       do k = 1, size(division)
-         division(k)%at = stretch_division(base, touch, k)
+         division(k)%at = stretch_division(base, touch, k, state)
       end do
       problem = remeshed_problem(with_spans(base, .true.), division)
       problem%touch = touch
       problem%spans = .true.
       call add_touch_candidates(problem, division)
+      call free_clamps(problem)
    end function new_span_problem
 
    !> The problem before any contact span is known: a mesh fine enough to tell by its nodes what touches.
@@ -87,16 +94,16 @@ contains
       logical, intent(in) :: spans
       type(problem_t) :: problem
       problem = base
-      problem%deck%contact%spans = problem%may_span .and. spans
-      where (problem%may_span) problem%deck%contact%sliding = .false.
+      problem%deck%contact%spans = problem%deck%contact%along .and. spans
    end function with_spans
 
    !> Coordinates of the nodes along a stretch: equal parts of every span.
-   function stretch_division(base, touch, stretch) result(at)
+   function stretch_division(base, touch, stretch, state) result(at)
       type(problem_t), intent(in) :: base
       type(touch_t), intent(in) :: touch(:)          !! sorted
       integer, intent(in) :: stretch
-      real(wp), allocatable :: at(:)
+      type(state_t), intent(in), optional :: state
+      real(wp), allocatable :: at(:), middle(:)
       real(wp) :: from
       integer :: k
       associate (whole => base%layout%stretch(stretch))
@@ -104,30 +111,48 @@ contains
             at = whole%at
             return
          end if
+         if (present(state)) middle = element_middles(base, state, stretch)
          at = [0.0_wp]
          from = 0.0_wp
          do k = 1, size(touch)
             if (touch(k)%stretch /= stretch) cycle
-            call divide(touch(k)%at(1), least_free)
-            if (touch(k)%line) call divide(touch(k)%at(2), least_conforming)
+            call divide(touch(k)%at(1), 0)
+            if (touch(k)%line) call divide(touch(k)%at(2), touch(k)%contact)
          end do
-         call divide(whole%length, least_free)
+         call divide(whole%length, 0)
       end associate
 
    contains
 
-      !> Nodes up to the end of a span: as many elements as the deck has there, but not less than a span needs.
-      subroutine divide(to, least)
+      !> Nodes up to the end of a span: as many elements as the deck has there, a quarter of them where it is in contact, but not
+      !> less than a span needs, nor more than rounding allows.
+      subroutine divide(to, contact)
          real(wp), intent(in) :: to
-         integer, intent(in) :: least
-         integer :: n, i
+         integer, intent(in) :: contact              ! of a line, 0: a free span
+         real(wp) :: wanted
+         integer :: n, least, i
          if (.not. to > from) return
-         n = max(least, nint(deck_elements(base, stretch, to) - deck_elements(base, stretch, from)))
-         if (least == least_conforming) n = max(least, n / 4)
+         wanted = deck_elements(base, stretch, to) - deck_elements(base, stretch, from)
+         least = least_free
+         if (contact > 0) then
+            least = least_conforming
+            wanted = 0.25_wp * wanted
+            if (lies_straight(base, stretch, contact)) wanted = 0.0_wp
+         end if
+         n = max(least, nint(min(wanted, (to - from) / (finest * base%size))))
+         if (present(state)) n = max(n, count(middle > from .and. middle < to))
          at = [at, [(from + (to - from) * i / n, i=1, n - 1)], to]
          from = to
       end subroutine divide
    end function stretch_division
+
+   !> True where one element is exact in contact: on a straight obstacle the axial force of a rod without imperfections is linear.
+   pure logical function lies_straight(base, stretch, contact) result(straight)
+      type(problem_t), intent(in) :: base
+      integer, intent(in) :: stretch, contact
+      straight = base%deck%obstacle(base%deck%contact(contact)%obstacle)%kind == obstacle_line
+      if (straight) straight = all(base%deck%curve(base%deck%mesh%curve(base%layout%stretch(stretch)%element))%imperfection == 0)
+   end function lies_straight
 
    !> How many of the deck's elements lie before a coordinate, parts counted.
    pure real(wp) function deck_elements(base, stretch, at) result(n)
@@ -246,19 +271,40 @@ contains
       last = findloc(at <= touch%at(2), .true., 1, back=.true.)
    end subroutine touched_nodes
 
-   !> True where spans have grown so much that they want a quarter more elements along some stretch.
-   logical function outgrown(problem, touches)
+   !> Middles of the elements of a stretch.
+   pure function element_middles(problem, state, stretch) result(middle)
       type(problem_t), intent(in) :: problem
-      type(touch_t), intent(in) :: touches(:)        !! as they are now
-      type(touch_t) :: touch(size(touches))
-      real(wp), allocatable :: at(:)
-      integer :: k
-      touch = touches
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: stretch
+      real(wp), allocatable :: middle(:)
+      integer :: e
+      middle = [(0.5_wp * sum(state%geometry%element(e)%s) + problem%origin(e), &
+         & e=problem%element_first(stretch), problem%element_last(stretch))]
+   end function element_middles
+
+   !> True where some span has grown so much that it wants a quarter more elements than it has.
+   logical function outgrown(problem, state)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(touch_t), allocatable :: touch(:)
+      real(wp), allocatable :: at(:), now(:), ends(:)
+      integer :: k, i
+      touch = present_touches(problem, state)
       call sort_touches(touch)
       outgrown = .false.
       do k = 1, size(problem%layout%stretch)
-         at = stretch_division(problem, touch, k)
-         outgrown = outgrown .or. 4 * (size(at) - 1) > 5 * (problem%element_last(k) - problem%element_first(k) + 1)
+         at = stretch_division(problem, touch, k, state)
+         at = 0.5_wp * (at(2:) + at(:size(at) - 1))
+         now = element_middles(problem, state, k)
+         ends = [0.0_wp]
+         do i = 1, size(touch)
+            if (touch(i)%stretch == k) ends = [ends, touch(i)%at]
+         end do
+         ends = [ends, problem%layout%stretch(k)%length]
+         do i = 2, size(ends)
+            outgrown = outgrown .or. 4 * count(at > ends(i - 1) .and. at < ends(i)) > &
+               & 5 * count(now > ends(i - 1) .and. now < ends(i))
+         end do
       end do
    end function outgrown
 

@@ -7,7 +7,7 @@ module state_transfer
    use kinds, only: wp
    use model, only: family_ge
    use problem, only: problem_t
-   use rod_geometry, only: geometry_t, new_geometry, slide_nodes
+   use rod_geometry, only: geometry_t, new_geometry, shift_nodes
    use rod_state, only: state_t, element_displacement, element_load, node_position
    use rod_profile, only: profile_t, new_profile, profile_place, profile_displacement, profile_angle, element_place
    use reference_curve, only: curve_point
@@ -84,7 +84,7 @@ contains
       end associate
    end function node_coordinate
 
-   !> A state of one problem on the mesh of another one, all nodes at home. No contact is active.
+   !> A state of one problem on the mesh of another one, all nodes at home.
    function carried(from, state, to) result(new)
       type(problem_t), intent(in) :: from       !! of the same deck as `to`
       type(state_t), intent(in) :: state        !! of `from`
@@ -112,7 +112,8 @@ contains
       new = (ahead%u - there%u) / step
    end function carried_field
 
-   !> The same for a state whose geometry is set: it gets load factor, displacements, resultants; no contact is active.
+   !> The same for a state whose geometry is set: it gets load factor, displacements, resultants, and the contact of candidates
+   !> that act at nodes on both meshes; contacts that have spans are not active.
    !> Foundations stand on stretches that are not free, and there elements are the same: their forces are not known in between.
    pure subroutine carry_to(from, state, to, new, moved)
       type(problem_t), intent(in) :: from       !! of the same deck as `to`
@@ -134,6 +135,7 @@ contains
       new%active = spread(.false., 1, to%candidates%n)
       new%reaction = spread(0.0_wp, 1, to%candidates%n)
       new%grounded = spread(.false., 1, to%model%mesh%n_elements)
+      call carry_nodal_contact(from, state, to, new)
       do d = 1, size(to%mesh_node)
          if (to%mesh_node(d) > 0) new%u(:, to%mesh_node(d)) = state%u(:, from%mesh_node(d))
       end do
@@ -149,6 +151,25 @@ contains
          end do
       end do
    end subroutine carry_to
+
+   !> What acts at nodes does so at the same nodes of all meshes, in the same order.
+   pure subroutine carry_nodal_contact(from, state, to, new)
+      type(problem_t), intent(in) :: from, to
+      type(state_t), intent(in) :: state
+      type(state_t), intent(inout) :: new
+      integer :: c, old
+      old = 0
+      do c = 1, to%candidates%n
+         if (to%candidates%touch(c) > 0) exit
+         if (to%deck%contact(to%candidates%contact(c))%along) cycle
+         do
+            old = old + 1
+            if (.not. from%deck%contact(from%candidates%contact(old))%along) exit
+         end do
+         new%active(c) = state%active(old)
+         new%reaction(c) = state%reaction(old)
+      end do
+   end subroutine carry_nodal_contact
 
    !> The elements between the contact forces on both sides of each element.
    pure subroutine find_ranges(problem, range)
@@ -269,7 +290,7 @@ contains
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: shift(:)          !! (nodes) of nominal length; 0 at breakpoints and on stretches that are not free
       type(geometry_t), intent(inout) :: geometry
-      call slide_nodes(problem%model, problem%tableau, shift, geometry)
+      call shift_nodes(problem%model, problem%tableau, shift, geometry)
    end subroutine move_nodes
 
    !> Displacements of a state at the material points where the nodes are in another geometry of the same mesh.

@@ -14,7 +14,7 @@ module touchdown_points
    use state_transfer, only: carry_to, move_nodes
    implicit none
    private
-   public :: misfit, opening_misfit, move_touchdown_points, shift_touchdown_points, point_force, held_force, &
+   public :: misfit, opening_misfit, move_touchdown_points, shift_touchdown_points, point_force, held_force, stands, &
       & at_breakpoint
 
    real(wp), parameter :: most = 0.5_wp     !! of a span, that its ends may come nearer at once: its nodes keep their order
@@ -155,6 +155,16 @@ contains
       end associate
    end function at_breakpoint
 
+   !> True where a support takes all that the obstacle could push a touched node with: it stands there, touching or not.
+   pure logical function stands(problem, state, candidate)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      type(track_t) :: track
+      track = node_track(problem, state, candidate)
+      stands = .not. may_react(problem, candidate, [-track%tangent(2), track%tangent(1)])
+   end function stands
+
    !> The same at a breakpoint of the rod, where loads and supports act, too: what holds the free parts and those against the
    !> obstacle, and the jump of Q of the parts on the track. Zero where supports take all of it.
    real(wp) function held_force(problem, state, candidate) result(force)
@@ -166,7 +176,7 @@ contains
       integer :: side, e
       track = node_track(problem, state, candidate)
       force = 0.0_wp
-      if (.not. may_react(problem, candidate, [-track%tangent(2), track%tangent(1)])) return
+      if (stands(problem, state, candidate)) return
       sense = track_sense(problem, state, candidate, track)
       force = state%reaction(candidate)
       do side = 1, 2

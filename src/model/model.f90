@@ -147,7 +147,7 @@ module model
       integer :: obstacle = 0
       integer, allocatable :: node(:)           !! node indices, in the deck's order
       real(wp) :: gap = 0.0_wp                  !! added to the geometric gap (half depth: negative)
-      logical :: sliding = .false.              !! isolated contact points may move inside elements
+      logical :: along = .false.                !! rigid: points and lines anywhere along the rod, by contact spans
       logical :: distributed = .false.          !! foundation: reactions act all along the elements, not at the nodes
       logical :: spans = .false.                !! contact points and lines anywhere along the rods (contact_touch)
    end type contact_t

@@ -195,7 +195,7 @@ contains
          kept = mesh%family /= family_ge .or. mesh%stages < 2 .or. mesh%curve == 0
          do k = 1, size(model%contact)
             associate (contact => model%contact(k))
-               if (contact%sliding .and. model%obstacle(contact%obstacle)%rigid .and. .not. contact%distributed) cycle
+               if (contact%along .and. model%obstacle(contact%obstacle)%rigid .and. .not. contact%distributed) cycle
                allocate (member(mesh%n_nodes), source=.false.)
                member(contact%node) = .true.
                kept = kept .or. (member(mesh%node(1, :)) .and. member(mesh%node(2, :)) .and. &

@@ -184,7 +184,7 @@ contains
       character(:), allocatable :: text
       text = plural(size(contact%node), 'candidate')//' for '//trim(model%obstacle(contact%obstacle)%name)
       if (abs(contact%gap) > 0.0_wp) text = text//', gap '//brief(contact%gap)
-      if (contact%sliding) text = text//', points and lines anywhere along the rod'
+      if (contact%along) text = text//', points and lines anywhere along the rod'
       if (contact%distributed) text = text//', all along the elements'
    end function contact_text
 

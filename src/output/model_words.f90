@@ -134,7 +134,7 @@ contains
       type(contact_t), intent(in) :: contact
       character(11) :: name
       name = 'nodes'
-      if (contact%sliding) name = 'spans'
+      if (contact%along) name = 'spans'
       if (contact%distributed) name = 'distributed'
    end function points_name
 

@@ -154,10 +154,10 @@ contains
          call hdf5_write(file, '/contact/obstacle', model%obstacle(contact%obstacle)%name, '1', &
             & 'name of the obstacle of each contact')
          call hdf5_write(file, '/contact/points', points_name(contact), '1', 'where the reactions of each contact act: at ' &
-            & //'nodes, at points that slide along the elements (sliding), all along the elements (distributed)')
+            & //'nodes, anywhere along the rod (spans), all along the elements (distributed)')
       end associate
       call hdf5_write(file, '/contact/arc_length', along, 'length', 'stress-free arc length along the contact of each ' &
-         & //'candidate; of one that slides, where it is at home')
+         & //'candidate')
       call hdf5_write(file, '/contact/chain_length', round, 'length', 'once round, of contacts whose candidates are a ' &
          & //'closed chain; 0: open')
    end subroutine write_candidates

@@ -12,6 +12,7 @@ module branch_switching
    use linear_system, only: to_global
    use bordered_system, only: linearise, apply_increment
    use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, deck_mode
+   use span_tests, only: span_test_t, run_span_tests, test_slack, test_gap
    use path_control, only: control_t, metric, path_length, is_arc_length
    use path_continuity, only: heading_at
    use path_events, only: new_probe
@@ -43,7 +44,7 @@ contains
       type(error_t), allocatable :: error
       type(state_t) :: trial, predicted
       type(control_t) :: hold
-      real(wp), allocatable :: shape(:, :), y(:), chord(:, :), away(:, :), seen(:, :)
+      real(wp), allocatable :: shape(:, :), chord(:, :), away(:, :), seen(:, :)
       real(wp) :: length, along, sense, wander, drift
       integer :: try, node
 
@@ -64,7 +65,7 @@ contains
          shape(:, node) = to_global(problem, run%system, modes%x(:, mode), node)
       end do
       allocate (seen(3, problem%deck%mesh%n_nodes))
-      call deck_mode(problem, run%state, run%system, modes%x(:, mode), modes%shift(:, mode), seen, sense)
+      call deck_mode(problem, run%state, run%system, modes%x(:, mode), seen, sense)
       sense = side * sense
       hold%method = method_linearised
       hold%tangent = sense * shape
@@ -78,10 +79,7 @@ contains
       do try = 1, max_tries
          if (try > 1) call linearise(problem, run%state, run%state, run%system, timers)
          trial = run%state
-         allocate (y(1 + run%system%n_slides), source=0.0_wp)
-         if (run%system%n_slides > 0) y(2:) = sense * length * modes%shift(:, mode)
-         call apply_increment(problem, run%system, sense * length * modes%x(:, mode), y, trial)
-         deallocate (y)
+         call apply_increment(problem, run%system, sense * length * modes%x(:, mode), 0.0_wp, trial)
          predicted = trial
          hold%increment = sense * length * metric(problem, hold%tangent, shape)
          ! Counted from where the path is without its rounding, so that points do not depend on that.
@@ -91,9 +89,10 @@ contains
          call correct(problem, run%state, hold, .false., trial, run%system, report, timers)
          if (report%converged) then
             wander = path_length(problem, predicted, trial)
-            if (wander <= straight * length) exit
-            report%converged = .false.
-            report%message = 'no other path was found near the bifurcation'
+            report%converged = wander <= straight * length
+            if (.not. report%converged) report%message = 'no other path was found near the bifurcation'
+            if (report%converged) call look_outside(trial)
+            if (report%converged) exit
          end if
          length = 0.5_wp * length
       end do
@@ -109,6 +108,16 @@ contains
       run%probe = new_probe(problem, run%state, run%system, run%heading%load)
 
    contains
+
+      !> No free span reaches into an obstacle, as it may where the other path has gone further than to contact.
+      subroutine look_outside(state)
+         type(state_t), intent(in) :: state
+         type(span_test_t), allocatable :: tests(:)
+         if (.not. problem%spans) return
+         tests = run_span_tests(problem, state, max(run%system%force_scale, tiny(length)))
+         report%converged = all(tests%value >= -test_slack(tests%kind) .or. tests%kind /= test_gap)
+         if (.not. report%converged) report%message = 'the other path begins inside an obstacle'
+      end subroutine look_outside
 
       !> The strategy of the step, from here on and in this direction; not further at first than the switch went.
       subroutine set_increment()

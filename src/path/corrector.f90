@@ -4,12 +4,10 @@ module corrector
    use model, only: family_ge
    use problem, only: problem_t
    use rod_state, only: state_t
-   use linear_system, only: system_t, contact_reaction
-   use bordered_system, only: assemble_bordered, factor_system, linearise, apply_increment
-   use contact_slides, only: slide_fraction, pass_on, drop_slides
-   use contact_spread, only: spread_contacts, close_touching
+   use linear_system, only: system_t, assemble, contact_reaction
+   use bordered_system, only: factor_system, linearise, apply_increment
    use path_control, only: control_t, control_row, control_error, is_arc_length, metric, follow_nodes
-   use contact_set, only: contact_step_t, solve_contact_step, overlap_allowed, inside_region, weak_reaction
+   use contact_set, only: contact_step_t, solve_contact_step, overlap_allowed
    use foundation_limits, only: why_too_stiff
    use step_search, only: shorten_step, step_work
    use touchdown_points, only: move_touchdown_points, misfit
@@ -30,16 +28,12 @@ module corrector
       logical :: hopeless = .false.            !! nor would a shorter one: to first order it is the same problem
    end type increment_t
 
-   integer, parameter :: shifting_iterations = 8 !! after these the contact points must stay within their elements
    integer, parameter :: settling_grip = 20     !! times the most iterations while foundations still change where they touch
    integer, parameter :: stalled = 4            !! times the most iterations without a smaller residual: it goes round in circles
    real(wp), parameter :: far_worse = 10.0_wp   !! a step that raises the residual by this factor may be far too long
    real(wp), parameter :: far_from_balance = 0.1_wp !! and above this residual
    integer, parameter :: settling_iterations = 5 !! until then the last correction must be small, too
    real(wp), parameter :: large_correction = 1.0e-4_wp !! of the increment
-   character(*), parameter :: out_of_reach = 'a contact point moved further than its elements reach'
-   real(wp), parameter :: far_slide = 1.0e-3_wp !! of an element
-   integer, parameter :: most_spreads = 3 !! in one increment
    integer, parameter :: max_contact_loops = 12 !! outer loops of the paper's scheme
 
 contains
@@ -58,7 +52,6 @@ contains
       type(contact_step_t) :: step
       integer :: loop
       real(wp) :: rhs
-      real(wp), allocatable :: wanted(:)
       logical :: frozen
 
       state = start
@@ -66,13 +59,13 @@ contains
       if (present(keep_contact)) frozen = keep_contact
       call control_row(problem, control, start, state, system, rhs, timers)
       if (frozen .or. .not. problem%model%step(problem%step)%paper_loop) then
-         call iterate(problem, start, control, state, system, rhs, frozen, .not. frozen, &
+         call iterate(problem, start, control, state, system, rhs, frozen, &
             & problem%model%step(problem%step)%tangent_updates, report, timers)
          return
       end if
       ! The paper's Fig. 2: LCP at the predictor, equilibrium with the set frozen, compare, repeat.
       do loop = 1, max_contact_loops
-         call solve_step(problem, state, system, rhs, .false., .true., step, wanted, report, timers)
+         call solve_step(problem, state, system, rhs, .false., step, report, timers)
          if (allocated(report%message)) return
          if (.not. step%flipped) call move(problem, system, step, state)
          state%active = step%active
@@ -80,7 +73,7 @@ contains
          call linearise(problem, state, start, system, timers)
          if (.not. system%ok) exit
          call control_row(problem, control, start, state, system, rhs, timers)
-         call iterate(problem, start, control, state, system, rhs, .true., .true., &
+         call iterate(problem, start, control, state, system, rhs, .true., &
             & problem%model%step(problem%step)%tangent_updates, report, timers)
          if (.not. report%converged) return
          if (contact_holds(problem, state, system)) return
@@ -91,7 +84,7 @@ contains
    end subroutine take_increment
 
    !> Brings a guess to equilibrium at the control's increment from `base`, by full Newton.
-   subroutine correct(problem, base, control, keep_contact, state, system, report, timers, moved)
+   subroutine correct(problem, base, control, keep_contact, state, system, report, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: base          !! converged, or the guess itself
       type(control_t), intent(in) :: control     !! its tangent must be set where its method needs one
@@ -100,7 +93,6 @@ contains
       type(system_t), intent(inout) :: system
       type(increment_t), intent(out) :: report
       type(timers_t), intent(inout) :: timers
-      logical, intent(in), optional :: moved     !! true: nodes have moved along the rod
       real(wp) :: rhs
       type(state_t) :: origin
       type(control_t) :: seen
@@ -113,11 +105,11 @@ contains
       seen = control
       if (problem%spans) call follow_nodes(problem, base, control, state, origin, seen)
       call control_row(problem, seen, origin, state, system, rhs, timers)
-      call iterate(problem, base, control, state, system, rhs, keep_contact, .not. keep_contact, huge(1), report, timers, moved)
+      call iterate(problem, base, control, state, system, rhs, keep_contact, huge(1), report, timers)
    end subroutine correct
 
    !> Newton from a linearised state: solve, add, linearise, until everything holds.
-   subroutine iterate(problem, start, given, state, system, first_rhs, frozen, movable, tangent_updates, report, timers, moved)
+   subroutine iterate(problem, start, given, state, system, first_rhs, frozen, tangent_updates, report, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
       type(control_t), intent(in) :: given     !! control of the increment, as seen from the nodes of the start
@@ -125,32 +117,26 @@ contains
       type(system_t), intent(inout) :: system
       real(wp), intent(in) :: first_rhs
       logical, intent(in) :: frozen            !! the contact set stays
-      logical, intent(in) :: movable           !! but contact points may pass from node to node
       integer, intent(in) :: tangent_updates   !! iterations after which the tangent is factored anew
       type(increment_t), intent(inout) :: report
       type(timers_t), intent(inout) :: timers
-      logical, intent(in), optional :: moved   !! nodes have moved along the rod: the solution has to follow before signs count
       type(state_t) :: origin, from
       type(control_t) :: control
       type(contact_step_t) :: step
-      real(wp), allocatable :: before(:, :), spring(:), wanted(:)
+      real(wp), allocatable :: before(:, :), spring(:)
       real(wp) :: rhs, tolerance, at_length, best, correction, travelled, work, worse, previous, last_residual, second_order
-      logical :: refactor, settled, passed, moving, searching
+      logical :: refactor, settled, searching
       ! What leaves a stress-free start on a foundation has no scale of its own, as long as the strains rotation^2/2 make no forces.
       real(wp), parameter :: negligible = 0.01_wp
       integer, allocatable :: grip(:)
       character(:), allocatable :: blamed      ! why foundations cannot be followed
-      integer :: iteration, spreads, most, last_change, last_progress, same_tangent
+      integer :: iteration, most, last_change, last_progress, same_tangent
 
       tolerance = problem%model%step(problem%step)%tolerance
       origin = start
       control = given
       rhs = first_rhs
       best = huge(1.0_wp)
-      passed = .false.
-      spreads = 0
-      moving = .false.
-      if (present(moved)) moving = moved
       most = problem%model%step(problem%step)%max_iterations
       last_change = 0
       last_progress = 0
@@ -164,16 +150,10 @@ contains
       ! Foundations find out where they touch while Newton goes on; the limit counts from then on.
       newton: do iteration = 1, settling_grip * most
          if (iteration > min(last_change, last_progress + (stalled - 1) * most) + most) exit newton
-         ! After nodes have moved signs mean little until the solution has followed.
-         call solve_step(problem, state, system, rhs, frozen .or. moving, &
-            & movable .and. iteration <= shifting_iterations, step, wanted, report, timers)
+         call solve_step(problem, state, system, rhs, frozen, step, report, timers)
          if (allocated(report%message)) return
          refactor = iteration <= tangent_updates .or. any(step%active .neqv. state%active)
-         ! A contact point that slides takes lengths of elements along.
-         if (.not. step%flipped) refactor = refactor .or. any(abs(step%y(2:)) > far_slide * &
-            & problem%candidates%tributary(system%slide(:system%n_slides)))
          correction = 0.0_wp
-         passed = .false.
          if (step%flipped) then
             state%active = step%active
             state%reaction = step%reaction
@@ -189,22 +169,14 @@ contains
                call move_touchdown_points(problem, from, state)
                call follow_nodes(problem, start, given, state, origin, control)
             end if
-            passed = allocated(wanted)
-            if (passed) then
-               call pass_on(problem, system, wanted, state, passed)
-               if (.not. passed) then
-                  report%message = out_of_reach
-                  return
-               end if
-            end if
             if (.not. problem%spans) correction = metric(problem, state%u - before, state%u - before)
          end if
          report%iterations = report%iterations + 1
          call count_up(timers, counter_newton)
          spring = system%spring
          grip = system%grip
-         call assemble_bordered(problem, state, origin, system, timers)
-         if (searching .and. system%ok .and. .not. step%flipped .and. system%n_slides == 0) then
+         call assemble(problem, state, origin, system, timers)
+         if (searching .and. system%ok .and. .not. step%flipped) then
             worse = max(system%force_residual, system%defect_residual)
             if (worse > far_worse * max(previous, far_from_balance)) &
                & call shorten_step(problem, origin, from, step%x, work, state, system, timers)
@@ -231,35 +203,15 @@ contains
          if (iteration == 1) second_order = maxval(abs(state%u(3, :) - origin%u(3, :)))**2 / &
             & (minval(problem%compliance%axial) * system%force_scale)
          settled = correction <= (large_correction**2) * travelled .or. report%residual <= 1.0e-3_wp * tolerance
-         if (passed) then
-            moving = .true.
-            refactor = .true.
-            best = huge(1.0_wp)
-         end if
-         if (.not. (step%flipped .or. passed) .and. (settled .or. iteration > settling_iterations) .and. &
+         if (.not. step%flipped .and. (settled .or. iteration > settling_iterations) .and. &
             & report%residual <= max(tolerance, system%round_off) .and. &
             & control_error(problem, control, origin, state) <= at_length) then
-            moving = .false.
-            if (movable .and. spreads < most_spreads) call close_touching(problem, state, passed)
-            if (.not. passed .and. (frozen .or. contact_holds(problem, state, system))) then
-               if (movable .and. spreads < most_spreads) call spread_contacts(problem, state, passed)
-               if (.not. passed) then
-                  call factor_system(problem, state, system, timers)
-                  report%converged = system%ok
-                  if (.not. system%ok) report%message = 'the tangent is singular'
-                  call keep_resultants(problem, system, state)
-                  return
-               end if
-            end if
-            if (passed) then
-               spreads = spreads + 1
-               moving = .true.
-               call linearise(problem, state, origin, system, timers)
+            if (frozen .or. contact_holds(problem, state, system)) then
+               call factor_system(system, timers)
+               report%converged = system%ok
                if (.not. system%ok) report%message = 'the tangent is singular'
-               if (.not. system%ok) return
-               call control_row(problem, control, origin, state, system, rhs, timers)
-               best = huge(1.0_wp)
-               cycle newton
+               call keep_resultants(problem, system, state)
+               return
             end if
             refactor = .true.
          end if
@@ -275,7 +227,7 @@ contains
             & report%residual * (report%residual / last_residual)**(last_change + most - iteration) > tolerance
          same_tangent = merge(0, same_tangent + 1, refactor)
          if (refactor) then
-            call factor_system(problem, state, system, timers)
+            call factor_system(system, timers)
             if (.not. system%ok) then
                report%message = 'the tangent is singular'
                return
@@ -299,42 +251,17 @@ contains
       end subroutine give_up
    end subroutine iterate
 
-   !> Solves one step. Where the LCP fails with sliding nodes it is tried with these held.
-   subroutine solve_step(problem, state, system, rhs, frozen, early, step, wanted, report, timers)
+   !> Solves one step and counts what its LCP took.
+   subroutine solve_step(problem, state, system, rhs, frozen, step, report, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(inout) :: system
+      type(system_t), intent(in) :: system
       real(wp), intent(in) :: rhs
-      logical, intent(in) :: frozen
-      logical, intent(in) :: early             !! contact points may still change their nodes
+      logical, intent(in) :: frozen            !! the contact set stays
       type(contact_step_t), intent(inout) :: step
-      real(wp), allocatable, intent(out) :: wanted(:) !! (sliding points) allocated where one stops at the end of its reach: the
-      !! step is a part of the one solved for, these are the moves of that
       type(increment_t), intent(inout) :: report
       type(timers_t), intent(inout) :: timers
-      real(wp) :: fraction
-      fraction = 1.0_wp
-      ! After a change by many nodes at once the set must settle before its ends are worth following.
-      if (step%flipped) call drop_slides(system)
       call solve_contact_step(problem, state, system, rhs, frozen, step, timers)
-      if (system%n_slides > 0 .and. .not. step%ok .and. .not. frozen) then
-         call drop_slides(system)
-         call solve_contact_step(problem, state, system, rhs, frozen, step, timers)
-      end if
-      if (step%ok) fraction = slide_fraction(problem, state, system, step%y(2:))
-      if (fraction < 1.0_wp) then
-         step%ok = early
-         step%message = out_of_reach
-         ! So far with the contact set as it is; the rest is for the next iterations.
-         if (step%ok) call solve_contact_step(problem, state, system, rhs, .true., step, timers)
-         if (step%ok) then
-            wanted = step%y(2:)
-            fraction = slide_fraction(problem, state, system, wanted)
-            step%x = fraction * step%x
-            step%y = fraction * step%y
-            step%reaction = state%reaction + fraction * (step%reaction - state%reaction)
-         end if
-      end if
       report%lcp_size = max(report%lcp_size, step%lcp_size)
       report%lcp_pivots = report%lcp_pivots + step%lcp_pivots
       if (.not. step%ok) report%message = step%message
@@ -351,7 +278,7 @@ contains
       state%reaction = step%reaction
    end subroutine move
 
-   !> Largest error of supports, rigid contacts and tangency, over the structure's size, and of the moments at touchdown points.
+   !> Largest error of supports and rigid contacts, over the structure's size, and of the moments at touchdown points.
    real(wp) function constraint_residual(problem, state, system) result(worst)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -361,10 +288,11 @@ contains
       if (any(system%fixed)) worst = maxval(abs(system%value), mask=system%fixed) / problem%size
       if (any(state%active .and. .not. system%soft .and. system%unknown == 0 .and. problem%candidates%touch == 0)) &
          & worst = huge(1.0_wp)
-      if (system%n_slides > 0) worst = max(worst, maxval(abs(system%tangency)))
       if (.not. problem%spans) return
       call misfit(problem, state, distance, moment)
       worst = max(worst, moment / (problem%size * max(system%force_scale, tiny(worst))))
+      ! Where a touchdown point is held the hinge of a neutral span turns.
+      if (all(problem%opening == 0)) worst = max(worst, maxval(abs(state%u(3, problem%hinge))))
    end function constraint_residual
 
    !> Signs of all gaps and reactions at a converged state.
@@ -372,7 +300,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      real(wp) :: reaction, limit
+      real(wp) :: reaction
       integer :: c
       contact_holds = .true.
       do c = 1, problem%candidates%n
@@ -383,9 +311,7 @@ contains
             else
                reaction = state%reaction(c)
             end if
-            limit = 1.0e-8_wp
-            if (inside_region(problem, state, c)) limit = max(limit, weak_reaction(problem))
-            contact_holds = contact_holds .and. reaction >= -limit * system%force_scale
+            contact_holds = contact_holds .and. reaction >= -1.0e-8_wp * system%force_scale
          else
             contact_holds = contact_holds .and. system%opening(c) >= -10.0_wp * overlap_allowed(problem, system, c)
          end if

@@ -14,6 +14,7 @@ module dead_end
    use path_continuity, only: heading_t, heading_at, relate, same_path
    use path_run, only: run_t
    use corrector, only: increment_t, take_increment
+   use span_changes, only: spans_hold
    use timing, only: timers_t
    implicit none
    private
@@ -24,23 +25,24 @@ module dead_end
 contains
 
    !> The reason, one sentence. The run's system is factored at its last point on entry, anywhere on return.
-   function why_stuck(problem, step, run, report, timers) result(why)
+   subroutine why_stuck(problem, step, run, report, why, turns, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
       type(increment_t), intent(in) :: report   !! of the last try
+      character(:), allocatable, intent(out) :: why
+      logical, intent(out) :: turns             !! the path goes on, but not for this strategy
       type(timers_t), intent(inout) :: timers
-      character(:), allocatable :: why
       real(wp) :: at
-      logical :: found
+      turns = .false.
       why = 'no further point at load factor '//to_text(run%state%load_factor)//': '//report%message
       if (is_arc_length(run%control%method)) then
          why = why//' (increments were cut to '//to_text(abs(run%control%increment))// &
             & '; *STATIC sets the smallest, *CONTROLS the iterations)'
          return
       end if
-      call look_ahead(problem, run, at, found, timers)
-      if (.not. found) then
+      call look_ahead(problem, run, at, turns, timers)
+      if (.not. turns) then
          why = why//' (increments were cut to '//to_text(abs(run%control%increment))// &
             & '; an arc-length METHOD may go on)'
       else if (step%method == method_displacement) then
@@ -52,7 +54,7 @@ contains
       else
          why = 'the first increment cannot pass the limit point near load factor '//to_text(at)//' (a smaller one can): '//why
       end if
-   end function why_stuck
+   end subroutine why_stuck
 
    !> Goes on by arc length until what the strategy prescribes turns back.
    subroutine look_ahead(problem, run, at, found, timers)
@@ -94,6 +96,9 @@ contains
             control%increment = 0.5_wp * control%increment
             cycle
          end if
+         ! Nor is it known how the path goes on where its contacts change.
+         if (problem%spans) report%converged = spans_hold(problem, next, run%system%force_scale)
+         if (.not. report%converged) return
          point = point + 1
          found = rate_here * rate(next, ahead) < 0.0_wp
          at = here%load_factor
@@ -111,8 +116,7 @@ contains
          type(heading_t), intent(in) :: along
          rate = along%load
          if (run%control%method == method_displacement) &
-            & rate = along%load * monitor_change(problem, run%control%monitor, state, run%system, run%system%tangent, &
-            & [1.0_wp, run%system%slide_rate])
+            & rate = along%load * monitor_change(problem, run%control%monitor, state, run%system, run%system%tangent, 1.0_wp)
       end function rate
    end subroutine look_ahead
 end module dead_end

@@ -46,7 +46,7 @@ contains
       if (division%smooth) then
          sighting%located = is_what_it_says(problem, step, run, trial, ahead, sighting)
       else if (division%length > 0.0_wp) then
-         sighting%fraction = chord_fraction(problem, run, ahead, division, sighting%place)
+         sighting%fraction = chord_fraction(problem, run, division, sighting%place)
       end if
    end subroutine locate
 

@@ -10,7 +10,6 @@ module first_contact
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: linearise
-   use contact_slides, only: drop_slides, close_short_gaps
    use contact_set, only: contact_step_t, solve_contact_step
    use path_control, only: control_t, control_row
    use monitor_rows, only: monitor_change
@@ -42,7 +41,6 @@ contains
          control%increment = sense
          trial = state
          do round = 1, max_rounds
-            call drop_slides(system)
             call control_row(problem, control, state, trial, system, rhs, timers)
             call solve_contact_step(problem, trial, system, rhs, .false., step, timers)
             if (.not. step%ok) exit
@@ -53,7 +51,6 @@ contains
          end do
          if (step%ok .and. .not. step%flipped) then
             if (monitor_change(problem, monitor, trial, system, step%x, step%y) * increment > 0.0_wp) then
-               call close_short_gaps(problem, trial%active)
                state = trial
                exit senses
             end if

@@ -5,6 +5,9 @@ module held_openings
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use bordered_system, only: linearise, apply_increment
+   use model, only: method_load
+   use path_control, only: control_t
+   use corrector, only: increment_t, correct
    use path_run, only: run_t
    use touchdown_points, only: opening_misfit
    use held_touchdown, only: solve_held
@@ -12,7 +15,7 @@ module held_openings
    use timing, only: timers_t
    implicit none
    private
-   public :: open_span, too_flat, find_flat_point, held_load, small_load, spreading_rate, first_length, longest_length
+   public :: open_span, rest_held, too_flat, find_flat_point, held_load, small_load, spreading_rate, first_length, longest_length
 
    real(wp), parameter :: first_length = 4.0e-3_wp !! of a stretch: what opens from nothing begins with that
    real(wp), parameter :: longest_length = 0.1_wp  !! and with not more than some times that, where it is too flat to tell its ends
@@ -37,6 +40,25 @@ contains
       call linearise(problem, run%state, run%state, run%system, timers)
       ok = run%system%ok
    end subroutine open_span
+
+   !> Brings a span that is about to open to equilibrium at the load where the run stands, its touchdown points held: what they
+   !> want there tells where they go. The state stays where there is none.
+   subroutine rest_held(problem, run, opened, timers)
+      type(problem_t), intent(inout) :: problem
+      type(run_t), intent(inout) :: run
+      integer, intent(in) :: opened(2)           !! as open_span
+      type(timers_t), intent(inout) :: timers
+      type(state_t) :: state
+      type(control_t) :: here
+      type(increment_t) :: report
+      problem%opening = opening_ends(problem, opened)
+      state = run%state
+      here%method = method_load
+      call correct(problem, run%state, here, .true., state, run%system, report, timers)
+      problem%opening = 0
+      if (report%converged) run%state = state
+      call linearise(problem, run%state, run%state, run%system, timers)
+   end subroutine rest_held
 
    !> True where the points between which a span has opened are no more curved than their obstacle.
    logical function too_flat(problem, state, opened) result(flat)
@@ -143,8 +165,8 @@ contains
       step = small_load(problem, run)
       here = run%state
       ahead = run%state
-      call apply_increment(problem, run%system, 0.0_wp * run%system%tangent, [0.0_wp], here)
-      call apply_increment(problem, run%system, step * run%system%tangent, [step], ahead)
+      call apply_increment(problem, run%system, 0.0_wp * run%system%tangent, 0.0_wp, here)
+      call apply_increment(problem, run%system, step * run%system%tangent, step, ahead)
       change = opening_misfit(problem, ahead) - opening_misfit(problem, here)
       rate = 0.0_wp
       do k = 1, 2

@@ -36,7 +36,7 @@ contains
       type(heading_t), intent(in) :: ahead         !! tangent there
       logical, intent(in) :: load_tells            !! the load grows steadily over the increment
       division%smooth = alike(problem, run%state, trial)
-      division%chord = chord_between(problem, run%state, trial, run%heading, ahead)
+      division%chord = chord_between(problem, run%state, trial)
       division%length = sqrt(metric(problem, division%chord, division%chord))
       associate (control => division%control)
          control = run%control
@@ -89,13 +89,12 @@ contains
    end subroutine point_within
 
    !> Where a place lies along the chord, 0 to 1: puts places in order that were found in different ways.
-   pure real(wp) function chord_fraction(problem, run, ahead, division, place) result(fraction)
+   pure real(wp) function chord_fraction(problem, run, division, place) result(fraction)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
-      type(heading_t), intent(in) :: ahead
       type(division_t), intent(in) :: division
       type(state_t), intent(in) :: place
-      fraction = min(max(metric(problem, division%chord, chord_between(problem, run%state, place, run%heading, ahead)) / &
+      fraction = min(max(metric(problem, division%chord, chord_between(problem, run%state, place)) / &
          & division%length**2, 0.0_wp), 1.0_wp)
    end function chord_fraction
 end module increment_points

@@ -13,7 +13,6 @@ module limit_curves
    use bordered_system, only: linearise
    use path_run, only: run_t
    use path_acceptance, only: outcome_t, note_trouble
-   use sliding_nodes, only: rehome_nodes
    use span_changes, only: spans_hold
    use second_parameter, only: present_value
    use limit_search, only: follower_t, trial_t, stand_here, scale_rate, evaluate, search, as_coordinate, as_value, small_drop
@@ -227,7 +226,6 @@ contains
          follower%problem = to%problem
          follower%state = to%state
          call linearise(follower%problem, follower%state, follower%state, follower%system, timers)
-         call rehome_nodes(follower%problem, follower%control, direction, 0.0_wp, follower%state, follower%system, timers)
          call stand_here(follower, direction, 0.0_wp, timers)
          ! The unit of arc length is what lowers the load by a hundredth; the step keeps its place in the plane.
          ! Not where the curve is about to turn back: there the slope vanishes.

@@ -14,7 +14,6 @@ module monitor_rows
    type :: monitor_row_t
       real(wp), allocatable :: node(:, :)       !! (3, nodes) by the displacements, global axes
       real(wp) :: load = 0.0_wp                 !! by the load factor
-      real(wp), allocatable :: slide(:)         !! (n_slides) by the coordinates of the sliding nodes
       real(wp) :: defect = 0.0_wp               !! change when the elements close their own defects
    end type monitor_row_t
 
@@ -48,7 +47,7 @@ contains
       real(wp) :: weight
       logical :: inside
       integer :: i, k
-      allocate (row%node(3, problem%model%mesh%n_nodes), row%slide(system%n_slides), source=0.0_wp)
+      allocate (row%node(3, problem%model%mesh%n_nodes), source=0.0_wp)
       associate (monitor => problem%deck%monitor(m))
          weight = monitor%factor / size(monitor%node)
          do i = 1, size(monitor%node)
@@ -62,7 +61,6 @@ contains
                   row%node(:, gradient%node(k)) = row%node(:, gradient%node(k)) + weight * gradient%ends(component, :, k)
                end do
                row%load = row%load + weight * gradient%load(component)
-               row%slide = row%slide + weight * gradient%slide(component, :)
                row%defect = row%defect + weight * gradient%defect(component)
             end associate
          end do
@@ -70,18 +68,18 @@ contains
    end subroutine monitor_row
 
    !> Change of a displacement monitor along a solved increment. Along the path, per unit of load factor: x = system%tangent,
-   !> y = [1, system%slide_rate].
+   !> y = 1.
    real(wp) function monitor_change(problem, m, state, system, x, y) result(change)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: m                  !! index into model%monitor, of a displacement
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled at `state`
       real(wp), intent(in) :: x(:)              !! (n) nodal increments, node axes
-      real(wp), intent(in) :: y(:)              !! (1 + n_slides) of the load factor and the sliding coordinates
+      real(wp), intent(in) :: y                 !! of the load factor
       type(monitor_row_t) :: row
       integer :: node
       call monitor_row(problem, state, system, m, row)
-      change = row%load * y(1) + dot_product(row%slide, y(2:))
+      change = row%load * y
       do node = 1, size(row%node, 2)
          if (any(abs(row%node(:, node)) > 0.0_wp)) change = change + &
             & dot_product(row%node(:, node), to_global(problem, system, x, node))

@@ -69,11 +69,11 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
       real(wp) :: moved(3), founded(3, size(problem%model%obstacle))
-      integer :: i, d, k, node
+      integer :: i, d, node
       associate (monitor => problem%deck%monitor(m))
          rate = 0.0_wp
          if (monitor%quantity == quantity_displacement) then
-            rate = monitor_change(problem, m, state, system, system%tangent, [1.0_wp, system%slide_rate])
+            rate = monitor_change(problem, m, state, system, system%tangent, 1.0_wp)
          else if (monitor%quantity == quantity_contact) then
             if (problem%spans) rate = monitor%factor * span_rate(monitor%component, monitor%obstacle)
             do i = 1, problem%candidates%n
@@ -97,9 +97,6 @@ contains
                end if
                d = dof(problem, node, monitor%component)
                rate = rate + monitor%factor * (row_times(system, d, system%tangent) - system%load(d))
-               do k = 1, system%n_slides
-                  rate = rate - monitor%factor * system%slide_column(d, k) * system%slide_rate(k)
-               end do
             end do
          end if
       end associate
@@ -114,25 +111,21 @@ contains
          step = sqrt(epsilon(step)) * problem%size / max(maxval(abs(system%tangent)), tiny(step))
          here = state
          ahead = state
-         call apply_increment(problem, system, 0.0_wp * system%tangent, [0.0_wp], here)
-         call apply_increment(problem, system, step * system%tangent, [step], ahead)
+         call apply_increment(problem, system, 0.0_wp * system%tangent, 0.0_wp, here)
+         call apply_increment(problem, system, step * system%tangent, step, ahead)
          call span_totals(problem, here, [0.0_wp, 0.0_wp], totals(:, :, 1), moment)
          call span_totals(problem, ahead, [0.0_wp, 0.0_wp], totals(:, :, 2), moment)
          rate = sum(totals(component, :, 2) - totals(component, :, 1), mask=problem%model%contact%obstacle == obstacle) / step
       end function span_rate
 
-      !> How the direction of a contact's force changes: its node slides along the obstacle, which may move.
+      !> How the direction of a contact's force changes: its node goes along the obstacle, which may move.
       real(wp) function turning(candidate)
          integer, intent(in) :: candidate
          real(wp) :: step(3), along(2)
-         integer :: j
          turning = 0.0_wp
          if (problem%deck%monitor(m)%component > 2) return
          step = to_global(problem, system, system%tangent, problem%candidates%node(candidate))
          step(1:2) = step(1:2) - system%motion(:, candidate)
-         do j = 1, system%n_slides
-            if (system%slide(j) == candidate) step(1:2) = step(1:2) + system%slide_rate(j) * system%slide_direction(:, j)
-         end do
          along = [system%normal(2, candidate), -system%normal(1, candidate)]
          turning = system%bend(candidate) * dot_product(along, step(1:2)) * along(problem%deck%monitor(m)%component)
       end function turning

@@ -11,7 +11,7 @@ module path_acceptance
    use bordered_system, only: linearise
    use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode, deck_mode
    use state_transfer, only: carry_to
-   use weak_contacts, only: release_weak, count_released, opening_sense
+   use weak_lines, only: release_lines, count_released, let_turn, line_opening
    use path_control, only: path_length
    use path_continuity, only: heading_t, heading_at
    use corrector, only: increment_t
@@ -21,7 +21,6 @@ module path_acceptance
       & event_limit, event_contact, event_value_reached, event_turning
    use sightings, only: sighting_t
    use event_location, only: locate
-   use sliding_nodes, only: rehome_nodes
    use point_report, only: report_point
    use error_bar, only: error_bars_t
    use error_report, only: bars_at_event, bars_at_point, note_load, note_bar
@@ -38,6 +37,7 @@ module path_acceptance
       logical :: complete = .false.
       character(:), allocatable :: why           !! the run cannot go on: the reason, one sentence
       logical :: spans = .false.                 !! contact was described by spans
+      logical :: turns = .false.                 !! stopped where the path turns back for a strategy that cannot follow it
       integer :: deck_line = 0                   !! and the deck is at fault: the line of the card; 0: it is not
       character(:), allocatable :: trouble       !! what could not be done beside the path of the steps: branches, limit curves
       type(accuracy_t) :: accuracy
@@ -52,7 +52,7 @@ contains
    !> Detects what happened up to a converged trial point, locates it, puts it in order, records it and the point, and goes
    !> there. `shorter` instead, and nothing recorded, when an event was not located and the caller can cut the increment.
    subroutine accept(problem, step, run, trial, ahead, label, report, can_cut, recorder, shorter, finished, outcome, timers, &
-      & touching, divides, bars)
+      & touching, divides, changes, bars)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the trial on entry and on return, else anywhere
@@ -69,6 +69,7 @@ contains
       logical, intent(in), optional :: touching(:) !! (candidates) what is about to carry force at a C+
       logical, intent(in), optional :: divides   !! at a C-: of the contact a part stays on both sides
       type(error_bars_t), allocatable, intent(in), optional :: bars !! at a change of contact spans
+      logical, intent(in), optional :: changes   !! the contact set is about to change at the trial, with a label or without
       type(sighting_t), allocatable :: seen(:)
       type(system_t), allocatable :: at_trial    ! what is looked at on the way changes nothing of it
       type(probe_t) :: probe
@@ -76,7 +77,7 @@ contains
       integer, allocatable :: order(:)
       type(error_bars_t), allocatable :: shown_bars
       integer :: i, unseen
-      logical :: splits
+      logical :: splits, set_changes
 
       finished = .false.
       shorter = .false.
@@ -89,7 +90,9 @@ contains
          run%probe%monitor_rate = probe%monitor_rate
       end if
       call find_events(problem, step, run, trial, ahead, probe, seen, at_trial, timers)
-      told = told_otherwise(run, trial, label, seen)
+      set_changes = label /= ''
+      if (present(changes)) set_changes = set_changes .or. changes
+      told = told_otherwise(run, trial, set_changes, seen)
       ! Values that are only looked for change nothing.
       shorter = can_cut .and. (one_sided(run, trial, probe) .or. any(.not. (told .or. seen%located .or. &
          & seen%event%kind == event_value_reached .or. seen%event%kind == event_turning)))
@@ -140,9 +143,6 @@ contains
       run%last_load = trial%load_factor - run%state%load_factor
       run%on_bifurcation = any(seen%event%kind == event_bifurcation .and. seen%located .and. seen%fraction >= 1.0_wp - same_place)
       call go_to(problem, run, trial, ahead, probe)
-      if (label /= '') return
-      call rehome_nodes(problem, run%control, run%heading%u, run%heading%load, run%state, run%system, timers)
-      run%heading = heading_at(problem, run%system, run%heading%u, run%heading%load)
    end subroutine accept
 
    !> The run moves to a point whose probe is known.
@@ -243,16 +243,16 @@ contains
    !> Changes of the pivot count that are no bifurcations of their own: a limit point's change of sign, further eigenvalues of
    !> a multiple bifurcation, jumps where the contact set changes, and rounding at a point that is a bifurcation itself. And
    !> loads that turn back at once where a contact is gained or lost: that is what is told.
-   function told_otherwise(run, trial, label, seen) result(told)
+   function told_otherwise(run, trial, changes, seen) result(told)
       type(run_t), intent(in) :: run
       type(state_t), intent(in) :: trial
-      character(2), intent(in) :: label
+      logical, intent(in) :: changes             !! the contact set is about to change at the trial
       type(sighting_t), intent(in) :: seen(:)
       logical :: told(size(seen))
       logical :: set_changes, contact_located, limit_told
       integer :: i, k
-      set_changes = label /= '' .or. any(run%state%active .neqv. trial%active) .or. any(seen%event%kind == event_contact)
-      contact_located = label /= '' .or. any(seen%event%kind == event_contact .and. seen%located)
+      set_changes = changes .or. any(run%state%active .neqv. trial%active) .or. any(seen%event%kind == event_contact)
+      contact_located = changes .or. any(seen%event%kind == event_contact .and. seen%located)
       limit_told = .false.
       told = .false.
       do i = 1, size(seen)
@@ -359,13 +359,14 @@ contains
             call keep_landmark(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, &
                & size(critical%null_vector, 3))
          case (event_release)
-            call release_weak(problem, place, run%system, free, released, weak)
+            call release_lines(problem, place, run%system, free, released, weak)
             other = new_system(free)
             call linearise(free, released, released, other, timers)
             call find_null_vectors(free, step, other, released, event, critical, modes, timers)
             critical%note = event%note
-            if (opening_sense(problem, place, free, released, nodal_mode(free, other, modes%x(:, 1))) == 0) &
+            if (line_opening(problem, place, free, released, nodal_mode(free, other, modes%x(:, 1))) == 0) &
                & critical%note = 'bifurcation without contacts that carry no force; none of its directions opens them all'
+            call let_turn(free)
             call keep_landmark(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, 1, free, released)
          case (event_limit)
             call keep_landmark(problem, run, 'LP', place, trial, 0.0_wp, arc_length, pivots, 0)
@@ -477,7 +478,7 @@ contains
       call choose_null_vectors(problem, state, system, n, modes)
       allocate (point%null_vector(3, problem%deck%mesh%n_nodes, n))
       do j = 1, n
-         call deck_mode(problem, state, system, modes%x(:, j), modes%shift(:, j), point%null_vector(:, :, j), sense)
+         call deck_mode(problem, state, system, modes%x(:, j), point%null_vector(:, :, j), sense)
       end do
       point%note = 'bifurcation, simple'
       if (n == 2) point%note = 'bifurcation, double'
@@ -523,6 +524,7 @@ contains
       point%lcp_pivots = report%lcp_pivots
       point%arc_length = run%arc_length + path_length(problem, run%state, state)
       call count_released(problem, state, run%system, point%free_pivots, weak, timers)
+      point%free_pivots = point%free_pivots - size(problem%hinge)
       ! At the stress-free start there is no force to measure a residual against.
       if (is_stress_free(state)) point%residual = 0.0_wp
       run%points = run%points + 1

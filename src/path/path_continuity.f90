@@ -7,9 +7,8 @@
 !> 1983).
 !>
 !> Displacements are measured in the metric of path_control, the change of the load against the faster of its rates at both
-!> ends: nothing depends on units, on the mesh or on the strategy. Nodes that pass contact on to each other along the rod do not
-!> count: their displacements are those of other material points. Nodes that go with touchdown points do, for they go smoothly,
-!> and so does the tangent (path_control).
+!> ends: nothing depends on units, on the mesh or on the strategy. Nodes that go with touchdown points count, for they go
+!> smoothly, and so does the tangent (path_control).
 module path_continuity
    use kinds, only: wp
    use model, only: method_cylindrical
@@ -27,7 +26,6 @@ module path_continuity
    type :: heading_t
       real(wp), allocatable :: u(:, :)          !! (3, nodes) d(displacements)/d(arc length)
       real(wp) :: load = 0.0_wp                 !! d(load factor)/d(arc length); 1 where nothing moves
-      logical, allocatable :: moves(:)          !! (nodes) those that move along the rod
    end type heading_t
 
    !> How two points and their tangents fit together.
@@ -54,15 +52,10 @@ contains
       real(wp), intent(in) :: direction_load
       type(heading_t) :: heading
       type(control_t) :: control
-      integer :: k
       control%method = method_cylindrical
       call set_tangent(problem, system, direction, direction_load, control)
       heading%u = control%tangent
       heading%load = control%tangent_load
-      allocate (heading%moves(size(heading%u, 2)), source=.false.)
-      do k = 1, system%n_slides
-         heading%moves(problem%candidates%node(system%slide(k))) = .true.
-      end do
    end function heading_at
 
    !> Compares two points of a path.
@@ -75,7 +68,7 @@ contains
       type(relation_t) :: relation
       real(wp), dimension(3, size(from%u, 2)) :: chord, first, last
       real(wp) :: length, rise, rates(2)
-      chord = chord_between(problem, from, to, before, after)
+      chord = chord_between(problem, from, to)
       length = sqrt(metric(problem, chord, chord))
       if (length <= no_motion) return
       rise = (to%load_factor - from%load_factor) / length
@@ -99,17 +92,13 @@ contains
 
    contains
 
-      !> A tangent as the nodes of `from` see it, without those that move along the rod, its length 1 again.
+      !> A tangent as the nodes of `from` see it, its length 1 again.
       pure subroutine seen(heading, u, rate, there)
          type(heading_t), intent(in) :: heading
          real(wp), intent(out) :: u(:, :), rate
          type(state_t), intent(in) :: there     !! whose tangent it is
          real(wp) :: norm
-         integer :: node
          u = seen_from(problem, from, there, heading%u)
-         do node = 1, size(u, 2)
-            if (.not. same_material(problem, from, to, before, after, node)) u(:, node) = 0.0_wp
-         end do
          norm = sqrt(metric(problem, u, u))
          rate = heading%load
          if (.not. norm > 0.0_wp) return
@@ -146,21 +135,16 @@ contains
          & shorter%turn > as_much * longer%turn .and. shorter%turn < right_angle
    end function at_corner
 
-   !> Difference of the displacements of the material points at the nodes of `from`, zero where they are those of others at `to`.
-   pure function chord_between(problem, from, to, before, after) result(chord)
+   !> Difference of the displacements of the material points at the nodes of `from`.
+   pure function chord_between(problem, from, to) result(chord)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
-      type(heading_t), intent(in) :: before, after
       real(wp) :: chord(3, size(from%u, 2))     !! (3, nodes)
-      integer :: node
       if (problem%spans) then
          chord = displacements_at(problem, to, from%geometry) - from%u
          return
       end if
       chord = to%u - from%u
-      do node = 1, size(chord, 2)
-         if (.not. same_material(problem, from, to, before, after, node)) chord(:, node) = 0.0_wp
-      end do
    end function chord_between
 
    !> A tangent at one state as the nodes of another one see it.
@@ -172,17 +156,6 @@ contains
       seen = u
       if (problem%spans) seen = field_at(problem, there, u, from%geometry)
    end function seen_from
-
-   !> True for a node that stands at the same material point at both ends and on the way.
-   pure logical function same_material(problem, from, to, before, after, node)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: from, to
-      type(heading_t), intent(in) :: before, after
-      integer, intent(in) :: node
-      same_material = problem%spans
-      if (.not. same_material) same_material = .not. (before%moves(node) .or. after%moves(node)) .and. &
-         & all(abs(from%geometry%x(:, node) - to%geometry%x(:, node)) <= 0.0_wp)
-   end function same_material
 
    !> True for states that differ in nothing that jumps: contact set, places of the nodes along the rod.
    pure logical function alike(problem, a, b)
@@ -279,20 +252,11 @@ contains
       real(wp), parameter :: same = 0.04_wp * largest_turn**2 !! of the stretch; a cubic is good to a fourth of its square
       real(wp), dimension(3, size(from%u, 2)) :: chord, way, first, last
       real(wp) :: length, along, weight(3), load
-      integer :: node
       goes_back = .false.
-      chord = chord_between(problem, from, to, before, after)
-      way = chord_between(problem, from, place, before, heading)
+      chord = chord_between(problem, from, to)
+      way = chord_between(problem, from, place)
       first = before%u
       last = seen_from(problem, from, to, after%u)
-      do node = 1, size(chord, 2)
-         if (same_material(problem, from, to, before, after, node) .and. &
-            & same_material(problem, from, place, before, heading, node)) cycle
-         chord(:, node) = 0.0_wp
-         way(:, node) = 0.0_wp
-         first(:, node) = 0.0_wp
-         last(:, node) = 0.0_wp
-      end do
       length = sqrt(metric(problem, chord, chord))
       if (length <= no_motion) return
       along = metric(problem, way, chord) / length**2
@@ -315,10 +279,10 @@ contains
       real(wp) :: length, along, part, distance, load, weight(3)
       real(wp), dimension(3, size(from%u, 2)) :: chord, way
       lies = .true.
-      chord = chord_between(problem, from, to, before, after)
+      chord = chord_between(problem, from, to)
       length = sqrt(metric(problem, chord, chord))
       if (length <= no_motion) return
-      way = chord_between(problem, from, place, before, after)
+      way = chord_between(problem, from, place)
       along = metric(problem, way, chord) / length**2
       part = min(max(along, 0.0_wp), 1.0_wp)
       if (problem%spans) then

@@ -122,7 +122,7 @@ contains
       case (method_displacement)
          call monitor_row(problem, state, system, control%monitor, watched)
          rhs = control%increment - change_so_far(problem, control, start, state) - watched%defect
-         call set_path_row(problem, system, watched%node, watched%load, watched%slide)
+         call set_path_row(problem, system, watched%node, watched%load)
          return
       end select
       if (control%method == method_largest) then
@@ -183,16 +183,14 @@ contains
       real(wp), intent(out) :: rhs
       type(timers_t), intent(inout) :: timers
       real(wp), parameter :: grazing = 0.1_wp     !! sine of the angle between line and circle
-      real(wp) :: x(system%n), y(1 + system%n_slides), none(system%n_slides)
+      real(wp) :: x(system%n), y
       real(wp) :: a, b, c, root, discriminant, weight
       real(wp), dimension(3, size(so_far, 2)) :: line, fixed, at
       logical :: ok
       ! What the residuals alone would do, the load factor held.
       at = 0.0_wp
       call set_path_row(problem, system, at, 1.0_wp)
-      none = 0.0_wp
-      if (system%n_slides > 0) none = -system%tangency
-      call solve_bordered(problem, system, -system%residual, system%value, 0.0_wp, none, x, y, ok, timers)
+      call solve_bordered(system, -system%residual, system%value, 0.0_wp, x, y, ok, timers)
       weight = load_weight(control)
       fixed = nodal(problem, system, x)
       line = nodal(problem, system, system%tangent)

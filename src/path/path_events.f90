@@ -74,12 +74,8 @@ contains
          end do
       end associate
       probe%monitor = monitor_values(problem, state, system)
-      if (problem%spans) then
-         ! Their changes are events of their own (span_changes).
-         allocate (probe%active(0))
-      else
-         probe%active = resolved_contact(problem, state)
-      end if
+      ! Changes of contact spans are events of their own (span_changes).
+      probe%active = resolved_contact(problem, state) .and. problem%candidates%touch == 0
       probe%grounded = find_ground_regions(problem, state)
    end function new_probe
 
@@ -123,10 +119,8 @@ contains
          event%note = 'turning point of '//trim(problem%model%monitor(step%turning(i))%name)
          call append(event)
       end do
-      if (size(before%active) > 0) then
-         if (any(before%active .neqv. after%active)) &
-            & call detect_contact_events(problem, from, to, before%active, after%active, events)
-      end if
+      if (any(before%active .neqv. after%active)) &
+         & call detect_contact_events(problem, from, to, before%active, after%active, events)
       if (problem%ground%chain%n > 0) call add_ground_events()
       call value_events(problem, step, before, after, from, to, values)
       events = [events, values]

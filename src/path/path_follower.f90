@@ -9,14 +9,14 @@ module path_follower
    use path_continuity, only: heading_t, relation_t, relate, same_path, too_far, at_corner
    use corrector, only: increment_t, take_increment
    use path_run, only: run_t, heading_of, turned_round
-   use step_control, only: begin_arc_length, next_increment, smallest, shorten_to_stop, shorten_to_reach
+   use step_control, only: begin_arc_length, next_increment, smallest, shorten_to_stop
    use path_events, only: new_probe
    use path_acceptance, only: accept, outcome_t
-   use contact_corner, only: corner_t, contact_begins, find_corner, leave_corner
+   use contact_corner, only: find_corner, leave_corner
    use contact_regions, only: find_regions
    use span_changes, only: pass_change
    use span_mesh, only: renew_mesh
-   use span_start, only: enter_spans, leave_spans, support_leaves
+   use span_start, only: enter_spans
    use dead_end, only: why_stuck
    use path_record, only: recorder_t
    use timing, only: timers_t, count_up, counter_rejected, counter_cut
@@ -45,14 +45,13 @@ contains
       type(increment_t) :: report
       type(heading_t) :: ahead
       type(relation_t) :: relation, before
-      logical :: finished, scaled, limited, turned, shorter, astray, changed, entered, nodal
+      logical :: finished, scaled, turned, shorter, astray, changed, entered
       integer :: cuts, searches
-      real(wp) :: full
 
       finished = .false.
       cuts = 0
       searches = 0
-      nodal = .false.
+      changed = .false.
       points: do
          if (run%step_points >= step%max_points) then
             if (size(step%stop) > 0) outcome%why = 'the allowed number of points was used up before the stop condition'
@@ -61,10 +60,6 @@ contains
          if (is_arc_length(run%control%method)) &
             & call set_tangent(problem, run%system, run%heading%u, run%heading%load, run%control)
          call shorten_to_stop(step, run)
-         full = run%control%increment
-         ! At the stress-free start no reaction marks where a contact ends.
-         if (run%step_points > 0 .or. problem%step > 1) call shorten_to_reach(problem, run)
-         limited = abs(run%control%increment) < abs(full)
          call take_increment(problem, run%state, run%control, trial, run%system, report, timers)
          astray = .false.
          if (cuts == 0) relation%told = .false.
@@ -102,7 +97,7 @@ contains
             end if
             if (problem%spans .and. cuts > cuts_before_nodes) then
                if (.not. allocated(report%message)) report%message = 'no equilibrium'
-               outcome%why = report%message
+               call why_stuck(problem, step, run, report, outcome%why, outcome%turns, timers)
                return
             end if
             ! A path turns at once where the contact set changes.
@@ -117,24 +112,13 @@ contains
                outcome%why = 'no first point: '//report%message
                return
             else if (cuts > max_cuts .or. abs(run%control%increment) < smallest(step, run%control)) then
-               outcome%why = why_stuck(problem, step, run, report, timers)
+               call why_stuck(problem, step, run, report, outcome%why, outcome%turns, timers)
                return
             end if
             call count_up(timers, counter_cut)
             cycle points
          end if
          cuts = 0
-         if (problem%spans .and. .not. nodal) then
-            if (support_leaves(problem, trial)) then
-               ! How far contact ends from there nodes find out.
-               nodal = .true.
-               call leave_spans(problem, run, changed, timers)
-               if (changed) call count_up(timers, counter_cut)
-               if (changed) cycle points
-               run%stuck = 'a support takes the rod off an obstacle'
-            end if
-         end if
-         nodal = .false.
          entered = .false.
          if (problem%sampled) then
             call enter_spans(problem, run, trial, entered, timers)
@@ -146,17 +130,6 @@ contains
             call pass_change(problem, step, run, trial, ahead, .false., recorder, changed, finished, outcome, timers)
             if (finished .or. allocated(outcome%why)) return
             if (changed .and. .not. allocated(run%stuck)) cycle points
-         else if (contact_begins(problem, run%state, trial)) then
-            call linearise(problem, run%state, run%state, run%system, timers)
-            call turn_corner(problem, step, run, recorder, turned, finished, outcome, timers)
-            if (finished .or. allocated(outcome%why)) return
-            if (turned) cycle points
-            if (searches < max_searches .and. run%step_points > 0 .and. is_arc_length(run%control%method)) then
-               ! Where it begins is looked for with the nodes of this set, which reach only so far.
-               call search_closer()
-               cycle points
-            end if
-            call linearise(problem, trial, run%state, run%system, timers)
          end if
          if (allocated(run%stuck)) then
             outcome%why = run%stuck
@@ -178,10 +151,7 @@ contains
             cycle points
          end if
          if (allocated(run%control%tangent)) run%control%previous = run%control%tangent
-         if (limited) run%control%increment = full
-         if (.not. limited) then
-            call next_increment(step, report%iterations, relation, problem%spans, run%control)
-         end if
+         call next_increment(step, report%iterations, relation, problem%spans, run%control)
       end do points
 
    contains
@@ -207,7 +177,7 @@ contains
       type(timers_t), intent(inout) :: timers
       type(state_t) :: place, beyond
       type(heading_t) :: prescribed
-      type(corner_t), allocatable :: corner(:)
+      integer, allocatable :: corner(:)
       type(increment_t) :: report
       character(2) :: label
       real(wp) :: load
@@ -223,7 +193,7 @@ contains
       end if
       beyond = place
       do k = 1, size(corner)
-         beyond%active(corner(k)%candidate) = .not. place%active(corner(k)%candidate)
+         beyond%active(corner(k)) = .not. place%active(corner(k))
       end do
       ! One node more or less at the end of a region is the mesh's affair, not an event.
       regions = size(find_regions(problem, beyond)) - size(find_regions(problem, place))
@@ -244,7 +214,8 @@ contains
          if (load < abs(run%heading%load) * run%control%increment) run%control%increment = load / abs(run%heading%load)
       else
          prescribed = heading_of(problem, run, run%state)
-         if (run%heading%load * prescribed%load < 0.0_wp) outcome%why = 'the path turns back where the contact set changes: '// &
+         outcome%turns = run%heading%load * prescribed%load < 0.0_wp
+         if (outcome%turns) outcome%why = 'the path turns back where the contact set changes: '// &
             & trim(merge('load control        ', 'displacement control', run%control%method == method_load))// &
             & ' cannot follow it (an arc-length METHOD can)'
       end if

@@ -15,6 +15,7 @@ module path_loop
    use path_run, only: run_t
    use first_contact, only: presume_contact
    use span_start, only: prepare_spans
+   use span_problem, only: hold_touches
    use step_control, only: start_control
    use path_events, only: new_probe
    use path_acceptance, only: record, note_trouble, outcome_t
@@ -32,9 +33,8 @@ module path_loop
 contains
 
    !> Follows all steps of the deck. Returns when the last step is complete or nothing helps any more.
-   subroutine follow_path(problem, spans, recorder, outcome, timers)
+   subroutine follow_path(problem, recorder, outcome, timers)
       type(problem_t), intent(inout) :: problem
-      logical, intent(in) :: spans                   !! contact spans where the deck allows them
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(out) :: outcome
       type(timers_t), intent(inout) :: timers
@@ -47,13 +47,15 @@ contains
       call timing_start(timers, phase_path)
       n_branches = 0
       perfect = problem%deck
-      if (spans) call prepare_spans(problem)
-      outcome%spans = any(problem%may_span)
+      call prepare_spans(problem)
+      outcome%spans = any(problem%deck%contact%along)
       run%state = new_state(problem)
+      call hold_touches(problem, run%state%active)
+      run%touches = size(problem%touch)
       run%system = new_system(problem)
       steps: do k = 1, size(problem%model%step)
          problem%step = k
-         if (size(problem%model%step(k)%mode_offset) > 0) call start_anew(perfect, buckled, spans, problem, run, outcome)
+         if (size(problem%model%step(k)%mode_offset) > 0) call start_anew(perfect, buckled, problem, run, outcome)
          if (allocated(outcome%why)) exit steps
          call begin_step(problem, run, outcome, timers)
          if (allocated(outcome%why)) exit steps
@@ -143,10 +145,9 @@ contains
 
    !> The stress-free structure with buckling modes as imperfections; nothing stays of the steps before. The deck may turn out
    !> to be wrong: outcome%deck_line.
-   subroutine start_anew(perfect, buckled, spans, problem, run, outcome)
+   subroutine start_anew(perfect, buckled, problem, run, outcome)
       type(model_t), intent(in) :: perfect           !! the deck's
       type(buckling_t), intent(in) :: buckled(:)     !! (steps) modes found so far
-      logical, intent(in) :: spans
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
       type(outcome_t), intent(inout) :: outcome
@@ -193,9 +194,11 @@ contains
       fresh = new_problem(bent)
       fresh%step = problem%step
       fresh%coordinates = problem%coordinates
-      if (spans) call prepare_spans(fresh)
+      call prepare_spans(fresh)
       problem = fresh
       run%state = new_state(problem)
+      call hold_touches(problem, run%state%active)
+      run%touches = size(problem%touch)
       run%system = new_system(problem)
 
    contains

@@ -76,8 +76,7 @@ contains
       case (method_load)
          heading = heading_at(problem, run%system, 0.0_wp * state%u, run%control%increment)
       case (method_displacement)
-         ahead = monitor_change(problem, run%control%monitor, state, run%system, run%system%tangent, &
-            & [1.0_wp, run%system%slide_rate])
+         ahead = monitor_change(problem, run%control%monitor, state, run%system, run%system%tangent, 1.0_wp)
          heading = heading_at(problem, run%system, 0.0_wp * state%u, sign(1.0_wp, ahead * run%control%increment))
       case default
          heading = heading_at(problem, run%system, displacement_between(problem, run%state, state), &

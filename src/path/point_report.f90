@@ -33,15 +33,17 @@ contains
          point%step = problem%step
          point%label = label
          point%load_factor = state%load_factor
-         point%negative_pivots = system%negative_pivots
+         ! Each hinge that stands for a clamp has one of its own.
+         point%negative_pivots = system%negative_pivots - size(problem%hinge)
          point%active_contacts = count(state%active) + count(state%grounded)
          point%monitor = monitor_values(problem, state, system)
          if (size(problem%model%contact) > 0) then
+            point%region = find_regions(problem, state)
             if (problem%spans) then
-               point%region = find_span_regions(problem, state)
-               point%active_contacts = size(point%region)
-            else
-               point%region = find_regions(problem, state)
+               point%region = [find_span_regions(problem, state), point%region]
+               ! The nodes of a contact span are the mesh's affair.
+               point%active_contacts = size(problem%touch) + count(state%active .and. problem%candidates%touch == 0) + &
+                  & count(state%grounded)
             end if
             allocate (point%reaction_total(size(problem%model%contact)), source=0.0_wp)
             allocate (totals(3, size(problem%model%obstacle)), pushed(3, size(problem%model%contact)))
@@ -126,7 +128,7 @@ contains
                associate (node => problem%deck%contact(k)%node)
                   call deck_contact_gaps(problem, state, k, point%gap(n + 1:n + size(node)), &
                      & point%contact_point(:, n + 1:n + size(node)))
-                  if (problem%spans) then
+                  if (problem%deck%contact(k)%spans) then
                      call node_shares(problem, state, k, point%reaction(n + 1:n + size(node)), &
                         & point%reaction_density(n + 1:n + size(node)))
                   else

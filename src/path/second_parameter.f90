@@ -12,7 +12,7 @@ module second_parameter
    use candidates, only: candidates_t
    use ground_regions, only: ground_reaction
    use rod_state, only: state_t
-   use rod_geometry, only: new_geometry, slide_node
+   use rod_geometry, only: new_geometry
    implicit none
    private
    public :: present_value, problem_at, rigid_problem, carry_state
@@ -145,8 +145,8 @@ contains
       type(problem_t), intent(in) :: from, to
       type(state_t), intent(in) :: state
       type(state_t) :: carried
-      real(wp) :: shift, turn, shifts(to%model%mesh%n_nodes)
-      integer :: c, e, i, node
+      real(wp) :: turn, shifts(to%model%mesh%n_nodes)
+      integer :: e, i, node
       logical :: done(size(state%u, 2))
       carried = state
       carried%geometry = new_geometry(to%model, to%tableau)
@@ -161,15 +161,6 @@ contains
       else if (to%candidates%n /= from%candidates%n) then
          call touch_nodes()
       end if
-      do c = 1, from%candidates%n
-         if (.not. from%candidates%may_slide(c)) cycle
-         associate (element => from%candidates%element(:, c))
-            shift = state%geometry%element(element(1))%s(2) - from%model%mesh%s(2, element(1))
-            ! Candidates for two obstacles share their node.
-            if (abs(carried%geometry%element(element(1))%s(2) - to%model%mesh%s(2, element(1))) > 0.0_wp) cycle
-            if (abs(shift) > 0.0_wp) call slide_node(to%model, to%tableau, carried%geometry, element, shift)
-         end associate
-      end do
       carried%u(1:2, :) = state%u(1:2, :) + (state%geometry%x - carried%geometry%x)
       done = .false.
       do e = 1, to%model%mesh%n_elements

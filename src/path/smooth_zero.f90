@@ -20,7 +20,7 @@ module smooth_zero
    use increment_points, only: division_t, point_within
    use path_events, only: event_t, event_value, event_bifurcation, event_release
    use sightings, only: sighting_t
-   use weak_contacts, only: release_weak
+   use weak_lines, only: release_lines
    use tangent_modes, only: modes_t, lowest_modes, numbered_eigenvalue
    use path_run, only: run_t, heading_of, probe_at
    use bracketing, only: bracket_t, new_bracket, bracket_guess, bracket_update
@@ -270,7 +270,7 @@ contains
       type(system_t) :: other
       logical :: any_weak
       if (event%kind == event_release) then
-         call release_weak(problem, state, run%system, free, at, any_weak)
+         call release_lines(problem, state, run%system, free, at, any_weak)
          if (.not. any_weak) then
             free = problem
             at = state

@@ -3,20 +3,22 @@
 module span_changes
    use kinds, only: wp
    use model, only: step_t, method_load
-   use problem, only: problem_t
+   use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: linearise
    use span_problem, only: hold_touches
    use state_transfer, only: carried
-   use span_regions, only: beginning_region
-   use span_tests, only: span_test_t, run_span_tests, test_slack, test_gap, test_force, test_curvature, test_pressure, test_closing
+   use span_regions, only: beginning_region, find_span_regions
+   use span_tests, only: span_test_t, run_span_tests, virtual_pressure, test_slack, test_gap, test_force, test_curvature, &
+      & test_pressure, test_closing
    use span_set, only: change_set, begin_touch, touched_at, test_words
+   use touchdown_points, only: stands
    use held_openings, only: find_flat_point, held_load, first_length, longest_length
    use span_opening, only: open_line
-   use span_lie_down, only: lie_down, beside_free_span, span_gap, vanished
+   use span_lie_down, only: lie_down, beside_free_span, span_gap
    use path_control, only: control_t, path_length, displacement_between
-   use path_continuity, only: heading_t, heading_at, between
+   use path_continuity, only: heading_t, heading_at, between, relate, same_path
    use path_events, only: event_t, new_probe, detect_events
    use path_run, only: run_t, heading_of, forget_mesh
    use path_acceptance, only: accept, outcome_t
@@ -59,7 +61,7 @@ contains
       type(system_t) :: system
       type(heading_t) :: heading
       real(wp) :: scale, fraction, at, rate, length, increment
-      logical :: shorter, found, lies, looked_ahead, shallow, divides, standing
+      logical :: shorter, found, lies, looked_ahead, shallow, divides, standing, violated, merges
       character(:), allocatable :: why
       character(2) :: label
       type(error_bars_t), allocatable :: bars
@@ -71,7 +73,9 @@ contains
       earlier = run%state
       if (stuck) earlier = run%trail(1)%from
       before = run_span_tests(problem, earlier, scale)
-      changed = any(after%value < -test_slack(after%kind))
+      violated = any(after%value < -test_slack(after%kind))
+      changed = violated
+      if (.not. changed) call look_for_flat(changed)
       there = after
       first = 0
       looked_ahead = .false.
@@ -87,13 +91,18 @@ contains
          end if
          looked_ahead = .not. stuck
          call linearise(problem, place, run%state, run%system, timers)
-         heading = heading_of(problem, run, place)
+         heading = arrival()
          ! What happens on the way there is looked for in parts of the increment.
          if (run%control%method == method_load) run%control%increment = place%load_factor - run%state%load_factor
       end if
       lies = .false.
       standing = .false.
       if (first == 0) call pass_flat_span()
+      if (.not. (lies .or. violated .or. first > 0)) then
+         changed = .false.
+         call linearise(problem, trial, run%state, run%system, timers)
+         return
+      end if
       if (.not. lies) then
          call locate_first(found)
          if (.not. found) return
@@ -114,10 +123,24 @@ contains
          if (lies) run%system%negative_pivots = system%negative_pivots
       end if
       label = '  '
-      if (first > 0) label = change_label(after(first))
+      merges = .false.
+      if (first == 0) merges = size(find_span_regions(laid, start)) < size(find_span_regions(problem, place))
       divides = .false.
-      if (first > 0 .and. .not. lies) then
-         if (opens_line(there(first))) divides = size(laid%touch) > size(problem%touch)
+      if (first > 0) then
+         label = change_label(after(first))
+         if (opens_line(there(first)) .and. .not. lies) then
+            divides = size(find_span_regions(laid, start)) > size(find_span_regions(problem, place))
+            if (.not. divides) label = '  '
+         end if
+         if (after(first)%kind == test_curvature .and. .not. (lies .or. standing)) then
+            if (stands(problem, place, there(first)%candidate)) then
+               ! Contact that begins where a clamp stands.
+               label = 'C+'
+            else
+               divides = virtual_pressure(problem, place, there(first)%candidate) < 0.0_wp
+               if (divides) label = 'C-'
+            end if
+         end if
       end if
       if (first > 0 .and. .not. allocated(bars)) &
          & call bars_at_point(problem, step, run, place, heading, label, .false., first, bars, timers)
@@ -125,7 +148,7 @@ contains
       ! Two changes at once, of which the first has its point: where contact only spreads Newton's method has yet to follow.
       if (.not. (standing .and. label == '  ')) &
          & call accept(problem, step, run, place, heading, label, report, looked_ahead, recorder, shorter, finished, outcome, &
-         & timers, divides=divides, bars=bars)
+         & timers, divides=divides, changes=.true., bars=bars)
       run%control%increment = increment
       if (allocated(run%beginning)) deallocate (run%beginning)
       if (shorter) then
@@ -161,6 +184,20 @@ contains
       run%stuck = why
 
    contains
+
+      !> The path's direction at the place: the chord where the tangent there does not belong to it, as where the set of the next
+      !> increment has a neutral span, the tangent of this one thus a null vector.
+      function arrival() result(heading)
+         type(heading_t) :: heading
+         real(wp) :: length
+         heading = heading_of(problem, run, place)
+         if (same_path(relate(problem, run%state, place, run%heading, heading, run%fresh))) return
+         heading%u = displacement_between(problem, run%state, place)
+         length = path_length(problem, run%state, place)
+         if (.not. length > 0.0_wp) return
+         heading%u = heading%u / length
+         heading%load = (place%load_factor - run%state%load_factor) / length
+      end function arrival
 
       !> A shorter increment may tell.
       subroutine go_less_far()
@@ -247,52 +284,63 @@ contains
          end do
       end subroutine locate_first
 
-      !> A free span whose gap is gone somewhere on the way lies down there. Where exactly the increments of the old set cannot
-      !> tell, for the place of its point is neutral; the line will.
-      subroutine pass_flat_span()
-         type(division_t) :: division
-         type(bracket_t) :: bracket
+      !> True where the gap of some free span is gone, though no test may tell: what is left of the span, too short for its ends to
+      !> be told apart, may stay as it is.
+      subroutine look_for_flat(any_flat)
+         logical, intent(out) :: any_flat
          real(wp) :: gap, from
-         logical :: low_moved
-         integer :: c, side, try
+         integer :: c, side
+         any_flat = .false.
          do c = 1, problem%candidates%n
             do side = 1, 2
                if (.not. beside_free_span(problem, c, side)) cycle
-               from = span_gap(problem, run%state, c, side)
+               from = span_gap(problem, earlier, c, side)
                gap = span_gap(problem, trial, c, side)
-               if (.not. (from > 0.0_wp .and. gap < 0.0_wp)) cycle
-               division = new_division(problem, run, trial, ahead, .false.)
-               bracket = new_bracket((1.0_wp - 0.5_wp * vanished) * from, gap - 0.5_wp * vanished * from)
-               do try = 1, max_tries
-                  fraction = bracket_guess(bracket)
-                  call point_within(problem, run, trial, ahead, division, fraction, .false., .true., place, report, timers)
-                  if (.not. report%converged) exit
-                  gap = span_gap(problem, place, c, side)
-                  if (gap > 0.0_wp .and. gap <= vanished * from) then
-                     there = run_span_tests(problem, place, scale)
-                     ! Another change may come first; the tests of this span are all gone, as far as the place is known.
-                     if (any(there%value < -max(10.0_wp * test_slack(after%kind), vanished * before%value))) exit
-                     call lie_down(problem, run%state, place, held_load(run), laid, start, system, rate, lies, timers)
-                     exit
-                  end if
-                  call bracket_update(bracket, fraction, gap - 0.5_wp * vanished * from, low_moved)
-                  ! What touches somewhere inside is not gone all along.
-                  if (bracket%high - bracket%low <= 0.1_wp * vanished) exit
-               end do
-               if (.not. lies) cycle
-               heading = heading_of(problem, run, place)
-               return
+               any_flat = any_flat .or. flattened(from, gap)
             end do
          end do
+      end subroutine look_for_flat
+
+      pure logical function flattened(from, to)
+         real(wp), intent(in) :: from, to        ! gaps at both ends of the increment
+         flattened = from > rounding_gap(problem) .and. to <= rounding_gap(problem)
+      end function flattened
+
+      !> A free span whose gap is gone at the end of the increment has lain down on the way. Where exactly the increments of the old
+      !> set cannot tell, for the place of its point is neutral; the line does.
+      subroutine pass_flat_span()
+         logical :: any_flat
          place = run%state
-         there = after
+         call look_for_flat(any_flat)
+         if (.not. any_flat) return
+         call lie_down(problem, run%state, trial, held_load(run), laid, start, system, rate, lies, timers)
+         ! Another change may come first.
+         if (lies .and. violated) &
+            & lies = (start%load_factor - run%state%load_factor) * (start%load_factor - trial%load_factor) <= 0.0_wp
+         standing = lies
+         if (lies) heading = run%heading
       end subroutine pass_flat_span
 
-      !> Goes on with the line of a span that has lain down.
+      !> Goes on with the line of a span that has lain down. Its first point is one of the path where the
+      !> increment came to it, an event where contacts have merged by that.
       subroutine take_line()
+         type(state_t) :: before
+         before = carried(problem, run%state, laid)
+         call hold_touches(laid, before%active)
          problem = laid
-         run%state = start
          run%system = system
+         if (standing) then
+            run%state = before
+            run%heading = heading_at(problem, system, displacement_between(problem, before, start), &
+               & start%load_factor - before%load_factor)
+            run%probe = new_probe(problem, before, system, run%heading%load)
+            call forget_mesh(run)
+            report = increment_t(converged=.true.)
+            call accept(problem, step, run, start, heading_of(problem, run, start), merge('C+', '  ', merges), report, .false., &
+               & recorder, shorter, finished, outcome, timers)
+            if (finished .or. allocated(outcome%why)) return
+         end if
+         run%state = start
          run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
          run%probe = new_probe(problem, run%state, run%system, run%heading%load)
          call forget_mesh(run)
@@ -373,7 +421,7 @@ contains
                if (found) then
                   report = increment_t(converged=.true.)
                   call linearise(problem, place, run%state, run%system, timers)
-                  heading = heading_of(problem, run, place)
+                  heading = arrival()
                   there = run_span_tests(problem, place, scale)
                   return
                end if
@@ -389,7 +437,7 @@ contains
             fraction = bracket_guess(bracket)
             call point_within(problem, run, trial, ahead, division, fraction, .false., .true., place, report, timers)
             if (.not. report%converged) return
-            heading = heading_of(problem, run, place)
+            heading = arrival()
             there = run_span_tests(problem, place, scale)
             f = there(which)%value - tolerance
             found = abs(f) <= tolerance .or. bracket%high - bracket%low <= epsilon(f)

@@ -8,18 +8,18 @@ module span_lie_down
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
    use contact_touch, only: touch_t
+   use conforming_span, only: conforming_forces
    use span_problem, only: new_span_problem, hold_touches, present_touches, touch_place
    use span_tests, only: span_test_t, run_span_tests, gap_at, test_slack, test_pressure
    use state_transfer, only: carried
-   use path_control, only: control_t
+   use path_control, only: control_t, path_length
    use corrector, only: increment_t, correct
    use timing, only: timers_t
    implicit none
    private
-   public :: lie_down, laid_down, beside_free_span, span_gap, vanished
+   public :: lie_down, laid_down, beside_free_span, span_gap
 
    integer, parameter :: samples = 16          !! of the gap over a span
-   real(wp), parameter :: vanished = 0.1_wp   !! of a gap at the point before: what is left of one that closes with the curvature
    integer, parameter :: max_tries = 12
 
 contains
@@ -42,9 +42,12 @@ contains
       do c = 1, problem%candidates%n
          do side = 1, 2
             if (.not. beside_free_span(problem, c, side)) cycle
-            if (abs(span_gap(problem, state, c, side)) > vanished * abs(span_gap(problem, earlier, c, side))) cycle
             next = new_span_problem(problem, laid_down(problem, state, c, side))
             call find_begin(problem, next, state, step, start, system, rate, lies, timers)
+            if (.not. lies) cycle
+            ! Not some other equilibrium: the path has come further than what is left of the gap.
+            lies = path_length(next, carried(problem, state, next), start) <= path_length(problem, earlier, state)
+            if (lies) call look_at_ends(next, start, max(system%force_scale, tiny(rate)), lies)
             if (.not. lies) cycle
             tests = run_span_tests(next, start, max(system%force_scale, tiny(rate)))
             lies = .not. any(tests%value < -10.0_wp * test_slack(tests%kind))
@@ -52,6 +55,27 @@ contains
          end do
       end do
    end subroutine lie_down
+
+   !> Where a line ends with its rod nothing gives the couple that the obstacle's curvature may want.
+   subroutine look_at_ends(problem, state, scale, balanced)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: scale              !! of forces
+      logical, intent(out) :: balanced
+      real(wp) :: local(3), place(2), angle
+      integer :: e, side
+      balanced = .true.
+      do e = 1, problem%model%mesh%n_elements
+         if (problem%conforms(e) == 0) cycle
+         do side = 1, 2
+            associate (node => problem%model%mesh%node(side, e))
+               if (problem%beside(side, node) > 0 .or. problem%model%fixed(3, node)) cycle
+            end associate
+            call conforming_forces(problem, state, e, real(side - 1, wp), local, place, angle)
+            balanced = balanced .and. abs(local(3)) <= sqrt(epsilon(scale)) * scale * problem%size
+         end do
+      end do
+   end subroutine look_at_ends
 
    !> Where the new line begins to press: its least pressure is zero, or just above it.
    subroutine find_begin(problem, next, trial, step, state, system, rate, found, timers)
@@ -152,7 +176,7 @@ contains
       end associate
    end function span_gap
 
-   !> The touches with a line from a point contact to the end of the free span on one side, and what touches there.
+   !> The touches with a line from a contact to the end of the free span on one side, and what touches there.
    function laid_down(problem, state, candidate, side) result(touch)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -170,9 +194,9 @@ contains
          if (side == 2 .and. touch(c)%at(1) <= span(2) .and. touch(c)%at(1) > span(1)) other = c
       end do
       touch(k)%line = .true.
-      touch(k)%at = span
+      touch(k)%at = [min(span(1), touch(k)%at(1)), max(span(2), touch(k)%at(2))]
       if (other == 0) return
-      touch(k)%at = [min(span(1), touch(other)%at(1)), max(span(2), touch(other)%at(2))]
+      touch(k)%at = [min(touch(k)%at(1), touch(other)%at(1)), max(touch(k)%at(2), touch(other)%at(2))]
       touch = [touch(:other - 1), touch(other + 1:)]
    end function laid_down
 end module span_lie_down

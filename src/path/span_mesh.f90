@@ -11,7 +11,7 @@ module span_mesh
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t
    use path_continuity, only: heading_t, heading_at
-   use path_events, only: new_probe
+   use path_events, only: probe_t, new_probe
    use path_run, only: run_t, forget_mesh
    use corrector, only: increment_t, correct
    use timing, only: timers_t
@@ -33,12 +33,13 @@ contains
       type(control_t) :: hold
       type(increment_t) :: report
       type(touch_t), allocatable :: touch(:)
+      type(probe_t) :: probe
+      if (.not. outgrown(problem, run%state)) return
       touch = present_touches(problem, run%state)
-      if (.not. outgrown(problem, touch)) return
       kept = problem
       place = run%state
       heading = run%heading
-      call take_touches(problem, run, touch, timers)
+      call take_problem(new_span_problem(problem, touch, run%state), problem, run, timers)
       if (run%system%ok) then
          ! Across the path: at a limit point, too.
          hold%method = method_linearised
@@ -50,7 +51,11 @@ contains
       if (run%system%ok .and. report%converged) then
          run%state = better
          run%heading = heading_at(problem, run%system, run%heading%u, run%heading%load)
-         run%probe = new_probe(problem, run%state, run%system, run%heading%load)
+         probe = new_probe(problem, run%state, run%system, run%heading%load)
+         ! What lines without pressure tell does not hang on the mesh.
+         probe%weak = run%probe%weak
+         probe%free_pivots = run%probe%free_pivots
+         run%probe = probe
          return
       end if
       problem = kept
@@ -66,9 +71,16 @@ contains
       type(run_t), intent(inout) :: run
       type(touch_t), intent(in) :: touch(:)
       type(timers_t), intent(inout) :: timers
-      type(problem_t) :: next
+      call take_problem(new_span_problem(problem, touch), problem, run, timers)
+   end subroutine take_touches
+
+   !> The run on the mesh of another problem.
+   subroutine take_problem(next, problem, run, timers)
+      type(problem_t), intent(in) :: next
+      type(problem_t), intent(inout) :: problem
+      type(run_t), intent(inout) :: run
+      type(timers_t), intent(inout) :: timers
       type(state_t) :: state
-      next = new_span_problem(problem, touch)
       state = carried(problem, run%state, next)
       call hold_touches(next, state%active)
       run%heading%u = carried_field(problem, run%state, run%heading%u, next, state)
@@ -77,5 +89,5 @@ contains
       run%state = state
       run%system = new_system(problem)
       call linearise(problem, run%state, run%state, run%system, timers)
-   end subroutine take_touches
+   end subroutine take_problem
 end module span_mesh

@@ -8,13 +8,14 @@
 !>
 !> Half of the first, at a mirror. Where a force F lifts the end of a line that a breakpoint of the rod holds, the line is pressed
 !> as before, r > 0, and w = T x^3/(6 EI) - r x^4/(24 EI) with x from its new end: l = 2 F/r, T = F at a free end of the rod,
-!> l = 3 F/(2 r), T = F/2 at a mirror. Between two lines each of them takes half of F.
+!> l = 3 F/(2 r), T = F/2 at a mirror. Between two lines each of them takes half of F. Where a support lifts it by d instead, the
+!> same shape has l^4 = 24 EI d/r where it lets the rod turn, 72 EI d/r where it, or the line beyond, does not.
 !> From there Newton's method finds the ends.
 module span_opening
    use kinds, only: wp
    use model, only: method_load
    use problem, only: problem_t
-   use rod_state, only: state_t, may_react
+   use rod_state, only: state_t, may_react, candidate_gap
    use linear_system, only: system_t, new_system
    use conforming_span, only: conforming_forces, node_track
    use obstacle_track, only: track_t
@@ -150,16 +151,16 @@ contains
       integer, intent(in) :: candidate
       type(touch_t), allocatable, intent(out) :: touch(:)
       type(touch_t), allocatable :: now(:)
-      real(wp) :: force, length, factor, local(3), x(2), angle, density
+      real(wp) :: force, lift, length, local(3), x(2), normal(2), bend, angle, density
       integer :: c, e, k, side
+      logical :: turns
       force = -held_force(problem, state, candidate)
-      if (.not. force > 0.0_wp) return
+      call candidate_gap(problem, state, candidate, lift, normal, bend)
+      turns = .not. (problem%model%fixed(3, problem%candidates%node(candidate)) .or. &
+         & all(problem%candidates%element(:, candidate) > 0))
+      if (.not. (force > 0.0_wp .or. lift > 0.0_wp)) return
       now = present_touches(problem, state)
-      factor = merge(1.5_wp, 2.0_wp, problem%model%fixed(3, problem%candidates%node(candidate)))
-      if (all(problem%candidates%element(:, candidate) > 0)) then
-         factor = 1.5_wp
-         force = 0.5_wp * force
-      end if
+      if (all(problem%candidates%element(:, candidate) > 0)) force = 0.5_wp * force
       do side = 1, 2
          e = problem%candidates%element(side, candidate)
          if (e == 0) cycle
@@ -167,7 +168,11 @@ contains
          if (problem%conforms(e) == 0 .or. c == 0) return
          call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, x, angle, density)
          if (.not. density > 0.0_wp) return
-         length = factor * force / density
+         if (force > 0.0_wp) then
+            length = merge(2.0_wp, 1.5_wp, turns) * force / density
+         else
+            length = (merge(24.0_wp, 72.0_wp, turns) * lift / (problem%compliance(e)%bending * density))**0.25_wp
+         end if
          k = problem%candidates%touch(c)
          now(k)%at(3 - side) = now(k)%at(3 - side) + merge(-length, length, side == 1)
          if (.not. now(k)%at(2) > now(k)%at(1)) return

@@ -9,9 +9,9 @@ module span_set
    use contact_touch, only: touch_t
    use span_problem, only: present_touches, touch_place
    use span_tests, only: span_test_t, gap_at, virtual_pressure, test_gap, test_force, test_curvature, test_pressure, &
-      & test_length, test_closing, test_crossing, test_slope, shortest, beyond
+      & test_length, test_closing, test_crossing, test_slope, shortest, beyond, across
    use span_mesh, only: take_touches
-   use held_openings, only: open_span, too_flat, held_load, small_load, spreading_rate
+   use held_openings, only: open_span, rest_held, too_flat, held_load, small_load, spreading_rate
    use path_control, only: control_t, is_arc_length
    use path_continuity, only: heading_at
    use path_events, only: new_probe
@@ -39,8 +39,8 @@ contains
       real(wp) :: rate, length, whole
       integer :: opened(2)                       ! numbers of the touches that a new span opens between; 0: none
       integer :: crossed(2)                      ! the same of one that is behind a breakpoint now: its last node, its first
-      integer :: k
-      logical :: ok
+      integer :: k, c
+      logical :: ok, flat
       touch = present_touches(problem, run%state)
       opened = 0
       crossed = 0
@@ -60,9 +60,10 @@ contains
          length = share * whole
          ! Against a straight wall a uniform rod lies without pressure.
          if (virtual_pressure(problem, run%state, test%candidate) >= 0.0_wp) then
-            touch(k)%line = .true.
-            ! Its ends have forces, so Newton's method finds their places from any nearby.
-            touch(k)%at = [max(touch(k)%at(1) - 0.5_wp * length, 0.0_wp), min(touch(k)%at(2) + 0.5_wp * length, whole)]
+            do c = 1, problem%candidates%n
+               flat = as_flat(c)
+               if (flat .or. c == test%candidate) call become_line(c)
+            end do
          else if (problem%candidates%moves(test%candidate)) then
             new = touch(k)
             new%number = run%touches + 1
@@ -72,10 +73,9 @@ contains
             touch = [touch, new]
             opened = [touch(k)%number, new%number]
          else
-            ! On a mirror, where the rod ends.
+            ! On a mirror, or where a support holds the rotation.
             touch(k)%at = merge(0.5_wp * length, whole - 0.5_wp * length, touch(k)%at <= 0.0_wp)
-            opened = [0, touch(k)%number]
-            if (touch(k)%at(1) > 0.5_wp * whole) opened = [touch(k)%number, 0]
+            call go_on_behind(opened)
          end if
       case (test_length)
          call shrink()
@@ -111,7 +111,9 @@ contains
          run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
       case (test_curvature)
          if (all(opened == 0)) then
-            run%heading = heading_at(problem, run%system, run%heading%u, run%heading%load)
+            call rest_held(problem, run, spread(touch(k)%number, 1, 2), timers)
+            rate = spreading_rate(problem, run, spread(touch(k)%number, 1, 2))
+            run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
          else
             rate = spreading_rate(problem, run, opened)
             run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
@@ -130,6 +132,54 @@ contains
       end if
 
    contains
+
+      !> True for another point that lies down at the same place of the path: held as a point it would be neutral.
+      logical function as_flat(c)
+         integer, intent(in) :: c
+         real(wp) :: excess, stretch
+         as_flat = problem%candidates%touch(c) > 0
+         if (as_flat) as_flat = .not. problem%touch(problem%candidates%touch(c))%line .and. (problem%candidates%moves(c) .or. &
+            & problem%model%fixed(3, problem%candidates%node(c)))
+         if (.not. as_flat) return
+         call excess_curvature(problem, run%state, c, excess, stretch)
+         ! The place is known to that for the one that was looked for, to a few times that for others.
+         as_flat = excess * problem%size <= 10.0_wp * flat_excess
+         if (as_flat) as_flat = virtual_pressure(problem, run%state, c) >= 0.0_wp
+      end function as_flat
+
+      !> A point becomes a line. Its ends have forces, so Newton's method finds their places from any nearby.
+      subroutine become_line(c)
+         integer, intent(in) :: c
+         integer :: numbers(2)
+         k = problem%candidates%touch(c)
+         whole = problem%layout%stretch(touch(k)%stretch)%length
+         length = share * whole
+         touch(k)%line = .true.
+         touch(k)%at = [max(touch(k)%at(1) - 0.5_wp * length, 0.0_wp), min(touch(k)%at(2) + 0.5_wp * length, whole)]
+         if (.not. problem%candidates%moves(c)) call go_on_behind(numbers)
+      end subroutine become_line
+
+      !> What was a point at a breakpoint is a touch beside it, and another one on the other side, where the rod goes on.
+      subroutine go_on_behind(numbers)
+         integer, intent(out) :: numbers(2)   !! of the touches before and after the breakpoint, 0: there the rod ends
+         integer :: way, other
+         real(wp) :: behind
+         way = merge(-1, 1, touch(k)%at(1) < 0.5_wp * whole)
+         other = across(problem, k, way)
+         new = touch(k)
+         new%number = 0
+         if (other > 0) then
+            run%touches = run%touches + 1
+            new%number = run%touches
+            new%stretch = other
+            behind = problem%layout%stretch(other)%length
+            new%at = merge(0.5_wp * length, behind - 0.5_wp * length, way > 0)
+            if (new%line) new%at(merge(2, 1, way < 0)) = merge(behind, 0.0_wp, way < 0)
+            touch = [touch, new]
+         end if
+         numbers = [touch(k)%number, new%number]
+         if (way < 0) numbers = numbers([2, 1])
+      end subroutine go_on_behind
 
       !> A line that has become as short as none: what is left is a point, or, where it goes on past a breakpoint, the line there.
       subroutine shrink()
@@ -282,8 +332,8 @@ contains
       ! On the new mesh forces are in balance after the next iteration only, which both make.
       here = run%state
       ahead = run%state
-      call apply_increment(problem, run%system, 0.0_wp * run%system%tangent, [0.0_wp], here)
-      call apply_increment(problem, run%system, step * run%system%tangent, [step], ahead)
+      call apply_increment(problem, run%system, 0.0_wp * run%system%tangent, 0.0_wp, here)
+      call apply_increment(problem, run%system, step * run%system%tangent, step, ahead)
       rate = gap_at(problem, ahead, lost%contact, lost%stretch, lost%at(1)) - &
          & gap_at(problem, here, lost%contact, lost%stretch, lost%at(1))
    end function opening_rate

@@ -6,7 +6,7 @@ module span_start
    use rod_state, only: state_t, candidate_gap, may_react
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
-   use contact_touch, only: touch_t, takes_spans, covers, sort_touches
+   use contact_touch, only: touch_t, covers, sort_touches
    use span_problem, only: new_span_problem, new_sampled_problem, chain_starts, hold_touches, present_touches, touch_place
    use span_tests, only: run_span_tests, span_test_t, virtual_pressure, test_slack, test_gap, test_force, &
       & test_curvature, test_pressure, test_length, test_closing, test_crossing, test_slope
@@ -17,13 +17,16 @@ module span_start
    use path_continuity, only: heading_at
    use path_events, only: new_probe
    use corrector, only: increment_t, correct
+   use conforming_span, only: rod_angle
+   use rod_geometry, only: geometry_t, new_geometry
    use obstacle_geometry, only: obstacle_gap
    use timing, only: timers_t
    implicit none
    private
-   public :: prepare_spans, enter_spans, leave_spans, support_leaves
+   public :: prepare_spans, enter_spans
 
    integer, parameter :: open_nodes(3) = [1, 4, 16]
+   real(wp), parameter :: along = 1.0e-9_wp !! sine of the angle between a rod and its obstacle
    integer, parameter :: max_rounds = 20 !! corrections of what the nodes say
    integer, parameter :: max_tries = 30  !! increments with contact at nodes
 
@@ -33,37 +36,68 @@ contains
    !> out what does. Unchanged where the deck has no contact that spans describe.
    subroutine prepare_spans(problem)
       type(problem_t), intent(inout) :: problem      !! of the deck
-      type(touch_t) :: none(0)
+      type(touch_t), allocatable :: clamp(:)
       real(wp) :: gap, normal(2), bend
       logical :: touches
       integer :: k, i
-      do k = 1, size(problem%deck%contact)
-         problem%may_span(k) = takes_spans(problem%deck, problem%layout, k)
-      end do
-      ! All or none: what acts at nodes wants the deck's.
-      if (.not. all(problem%may_span)) problem%may_span = .false.
-      if (.not. any(problem%may_span)) return
+      if (.not. any(problem%deck%contact%along)) return
       allocate (problem%covered(size(problem%layout%stretch), size(problem%deck%contact)))
       do k = 1, size(problem%deck%contact)
          problem%covered(:, k) = covers(problem%deck, problem%layout, k)
       end do
       problem%chain_start = chain_starts(problem)
       touches = .false.
+      allocate (clamp(0))
       do k = 1, size(problem%deck%contact)
          associate (contact => problem%deck%contact(k))
+            if (.not. contact%along) cycle
             do i = 1, size(contact%node)
                call obstacle_gap(problem%deck%obstacle(contact%obstacle), problem%deck%mesh%x(:, contact%node(i)), gap, normal, &
                   & bend)
-               touches = touches .or. gap + contact%gap + problem%overlap(k) <= 1.0e-10_wp * problem%size
+               if (gap + contact%gap + problem%overlap(k) > 1.0e-10_wp * problem%size) cycle
+               if (clamped_along(problem, k, contact%node(i), normal)) then
+                  clamp = [clamp, touch_at_end(problem, k, contact%node(i), size(clamp) + 1)]
+               else
+                  touches = .true.
+               end if
             end do
          end associate
       end do
       if (touches) then
          problem = new_sampled_problem(problem)
       else
-         problem = new_span_problem(problem, none)
+         problem = new_span_problem(problem, clamp)
       end if
    end subroutine prepare_spans
+
+   !> True for the end of a rod that a support clamps along the obstacle: contact may spread from there, but does not carry
+   !> anything yet.
+   logical function clamped_along(problem, contact, node, normal) result(clamped)
+      type(problem_t), intent(in) :: problem         !! of the deck
+      integer, intent(in) :: contact, node
+      real(wp), intent(in) :: normal(2)              !! of the obstacle there
+      type(geometry_t) :: home
+      real(wp) :: angle
+      integer :: e, side
+      clamped = problem%model%fixed(3, node) .and. count(problem%beside(:, node) > 0) == 1 .and. &
+         & all(problem%model%fixed(1:2, node) .or. abs(normal) <= along)
+      if (.not. clamped) return
+      side = merge(1, 2, problem%beside(2, node) > 0)
+      e = problem%beside(3 - side, node)
+      home = new_geometry(problem%model, problem%tableau)
+      angle = home%element(e)%end_angle(side)
+      clamped = problem%covered(problem%stretch(e), contact) .and. abs(dot_product(normal, [cos(angle), sin(angle)])) <= along
+   end function clamped_along
+
+   !> A point contact at such an end.
+   type(touch_t) function touch_at_end(problem, contact, node, number) result(touch)
+      type(problem_t), intent(in) :: problem         !! of the deck
+      integer, intent(in) :: contact, node, number
+      touch%contact = contact
+      touch%number = number
+      touch%stretch = problem%stretch(maxval(problem%beside(:, node)))
+      if (problem%beside(1, node) > 0) touch%at = problem%layout%stretch(touch%stretch)%length
+   end function touch_at_end
 
    !> Takes a converged state of contact at nodes for one of contact spans, and the run with it. What the nodes say is corrected
    !> until all tests of the spans hold; where that fails the run goes on with contact at nodes, and tries again later.
@@ -179,64 +213,6 @@ contains
       end subroutine settle
    end subroutine enter_spans
 
-   !> Goes back from contact spans to contact at many nodes, at the point where the run stands: what touches is to be found out
-   !> anew. Left as it was where that has no equilibrium.
-   subroutine leave_spans(problem, run, left, timers)
-      type(problem_t), intent(inout) :: problem
-      type(run_t), intent(inout) :: run
-      logical, intent(out) :: left
-      type(timers_t), intent(inout) :: timers
-      type(problem_t) :: next
-      type(state_t) :: state
-      type(system_t) :: system
-      type(increment_t) :: report
-      type(control_t) :: here
-      type(touch_t), allocatable :: touch(:)
-      real(wp) :: at, gap, normal(2), bend, load
-      integer :: c, k
-      left = .false.
-      touch = present_touches(problem, run%state)
-      next = new_sampled_problem(problem)
-      state = carried(problem, run%state, next)
-      do c = 1, next%candidates%n
-         call candidate_gap(next, state, c, gap, normal, bend)
-         at = touch_place(next, state, c)
-         do k = 1, size(touch)
-            if (touch(k)%contact /= next%candidates%contact(c)) cycle
-            if (touch(k)%stretch /= next%stretch(maxval(next%candidates%element(:, c)))) cycle
-            if (abs(at - 0.5_wp * sum(touch(k)%at)) > 0.5_wp * (touch(k)%at(2) - touch(k)%at(1)) + &
-               & 0.5_wp * next%candidates%tributary(c)) cycle
-            state%active(c) = may_react(next, c, normal)
-         end do
-      end do
-      system = new_system(next)
-      here%method = method_load
-      call correct(next, state, here, .false., state, system, report, timers)
-      if (.not. report%converged) return
-      left = .true.
-      load = run%heading%load
-      problem = next
-      run%state = state
-      run%system = system
-      call forget_mesh(run)
-      run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, load))
-      run%probe = new_probe(problem, run%state, run%system, run%heading%load)
-   end subroutine leave_spans
-
-   !> True where a support has taken a node of a contact off its obstacle: how far contact ends from there is found out by nodes.
-   pure logical function support_leaves(problem, state) result(leaves)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      real(wp) :: gap, normal(2), bend
-      integer :: c
-      leaves = .false.
-      do c = 1, problem%candidates%n
-         if (problem%candidates%touch(c) == 0 .or. .not. any(problem%model%fixed(1:2, problem%candidates%node(c)))) cycle
-         call candidate_gap(problem, state, c, gap, normal, bend)
-         leaves = leaves .or. (gap > 1.0e-10_wp * problem%size .and. .not. may_react(problem, c, normal))
-      end do
-   end function support_leaves
-
    !> Touches that have grown over each other are one.
    function united(touches) result(touch)
       type(touch_t), intent(in) :: touches(:)
@@ -271,7 +247,7 @@ contains
 
    !> Runs of nodes in contact: one or two make a point, more a line, on each stretch that they go over one of its own. A few open
    !> nodes between others are those of the waves that forces at nodes make; a support that stands on the obstacle takes its
-   !> force, but is in contact.
+   !> force, but is in contact, and so is a clamp along it even by itself: contact may spread from there.
    function nodal_touches(problem, state, most) result(touch)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -279,15 +255,19 @@ contains
       type(touch_t), allocatable :: touch(:)
       logical, dimension(problem%candidates%n) :: active, done, told
       integer :: run(problem%candidates%n)
-      real(wp) :: gap, normal(2), bend
+      real(wp) :: gap, normal(2), bend, angle
       integer :: c, n, at
       allocate (touch(0))
-      active = state%active
+      active = state%active .and. problem%deck%contact(problem%candidates%contact)%along
       do c = 1, problem%candidates%n
+         if (.not. problem%deck%contact(problem%candidates%contact(c))%along) cycle
          associate (near => problem%candidates%neighbour(:, c))
-            if (active(c) .or. .not. any(state%active(pack(near, near > 0)))) cycle
+            if (active(c)) cycle
             call candidate_gap(problem, state, c, gap, normal, bend)
-            if (.not. may_react(problem, c, normal)) active(c) = gap <= 1.0e-9_wp * problem%size
+            if (may_react(problem, c, normal)) cycle
+            angle = rod_angle(problem, state, c)
+            if (any(state%active(pack(near, near > 0))) .or. (problem%model%fixed(3, problem%candidates%node(c)) .and. &
+               & abs(dot_product(normal, [cos(angle), sin(angle)])) <= along)) active(c) = gap <= 1.0e-9_wp * problem%size
          end associate
       end do
       told = active

@@ -13,11 +13,13 @@ module span_tests
    use touchdown_points, only: point_force, held_force, at_breakpoint
    use contact_touch, only: touch_t
    use span_problem, only: present_touches
+   use reference_curve, only: curve_bend
    implicit none
    private
    public :: span_test_t, run_span_tests, gap_at, virtual_pressure
    public :: at_breakpoint, test_slack
-   public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_closing, test_crossing, test_slope, beyond
+   public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_closing, test_crossing, test_slope
+   public :: beyond, across
 
    ! What is tested.
    integer, parameter :: test_gap = 1       !! least gap of a free span: contact begins
@@ -182,21 +184,35 @@ contains
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: touch             !! index into problem%touch
       integer, intent(in) :: way               !! -1: before it, 1: after it
-      integer :: node, e
-      stretch = 0
-      associate (own => problem%touch(touch)%stretch, mesh => problem%model%mesh)
-         if (way < 0) then
-            node = mesh%node(1, problem%element_first(own))
-            e = problem%beside(1, node)
-         else
-            node = mesh%node(2, problem%element_last(own))
-            e = problem%beside(2, node)
-         end if
-         if (e == 0) return
-         if (any(problem%model%fixed(:, node))) return
-         if (problem%covered(problem%stretch(e), problem%touch(touch)%contact)) stretch = problem%stretch(e)
-      end associate
+      stretch = across(problem, touch, way)
+      if (any(problem%model%fixed(:, end_node(problem, touch, way)))) stretch = 0
    end function beyond
+
+   !> The stretch on the other side of a breakpoint at which the stretch of a touch ends, held there or not, where the contact
+   !> covers it. 0: there is none.
+   pure integer function across(problem, touch, way) result(stretch)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: touch             !! index into problem%touch
+      integer, intent(in) :: way               !! -1: before it, 1: after it
+      integer :: e
+      stretch = 0
+      e = problem%beside(merge(1, 2, way < 0), end_node(problem, touch, way))
+      if (e == 0) return
+      if (problem%covered(problem%stretch(e), problem%touch(touch)%contact)) stretch = problem%stretch(e)
+   end function across
+
+   !> The node at one end of a touch's stretch.
+   pure integer function end_node(problem, touch, way) result(node)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: touch, way        !! as in across
+      associate (own => problem%touch(touch)%stretch)
+         if (way < 0) then
+            node = problem%model%mesh%node(1, problem%element_first(own))
+         else
+            node = problem%model%mesh%node(2, problem%element_last(own))
+         end if
+      end associate
+   end function end_node
 
    !> How far a touched node is from the track.
    pure real(wp) function lift(problem, state, candidate)
@@ -236,15 +252,16 @@ contains
       end associate
    end function contact_offset
 
-   !> The density of the obstacle's force if the rod lay on it at a point contact, of constant curvature and without Q there.
+   !> The density of the obstacle's force if the rod lay on it at a point contact: what bends it onto the track, r = m'' with
+   !> m = EI (curvature of the track less its own), and what the normal force and the loads across press.
    real(wp) function virtual_pressure(problem, state, candidate) result(density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       type(ge_load_t) :: load
       type(track_t) :: track
-      real(wp) :: angle, sense, stretch, excess, axial, normal(2)
-      integer :: e
+      real(wp) :: angle, sense, stretch, excess, axial, normal(2), at, step, bend, rate(2)
+      integer :: e, i
       e = maxval(problem%candidates%element(:, candidate))
       load = element_load(problem, state, e)
       track = node_track(problem, state, candidate)
@@ -253,7 +270,17 @@ contains
       normal = [-sin(angle), cos(angle)]
       call excess_curvature(problem, state, candidate, excess, stretch)
       axial = (stretch - 1.0_wp - load%strain) / problem%compliance(e)%axial
-      density = -(axial * track%curvature * stretch + sense * (dot_product(load%line, normal) + load%pressure * stretch))
+      associate (g => state%geometry%element(e), curve => problem%model%curve(problem%model%mesh%curve(e)))
+         ! Of the stress-free curvature the second derivative, by a difference of the first.
+         at = g%s(merge(1, 2, problem%model%mesh%node(1, e) == problem%candidates%node(candidate)))
+         step = epsilon(step)**(1.0_wp / 3.0_wp) * g%length
+         do i = 1, 2
+            call curve_bend(curve, problem%model%imperfection, at + merge(-step, step, i == 1), bend, rate(i))
+         end do
+      end associate
+      density = (track%curvature_second * stretch**3 - sense * (rate(2) - rate(1)) / (2.0_wp * step)) / &
+         & problem%compliance(e)%bending - (axial * track%curvature * stretch + sense * (dot_product(load%line, normal) + &
+         & load%pressure * stretch))
    end function virtual_pressure
 
    !> Least gap of a free span to an obstacle, away from the touchdown points at its ends, and where it is.

@@ -3,7 +3,6 @@ module step_control
    use kinds, only: wp
    use model, only: step_t, method_load, method_displacement, method_cylindrical
    use problem, only: problem_t
-   use contact_slides, only: planned_fraction
    use path_control, only: control_t, is_arc_length
    use monitor_rows, only: monitor_change
    use path_continuity, only: relation_t, largest_turn
@@ -11,10 +10,9 @@ module step_control
    use path_run, only: run_t, heading_of
    implicit none
    private
-   public :: start_control, begin_arc_length, next_increment, smallest, shorten_to_stop, shorten_to_reach, stop_met
+   public :: start_control, begin_arc_length, next_increment, smallest, shorten_to_stop, stop_met
 
    real(wp), parameter :: safety = 0.7_wp         !! share of a limit that an increment is planned to use
-   real(wp), parameter :: least_fraction = 0.01_wp
    real(wp), parameter :: growth = 2.0_wp, shrinkage = 0.25_wp !! limits of the ratio of consecutive increments
 
 contains
@@ -100,25 +98,6 @@ contains
          if (abs(run%control%increment) >= abs(left)) run%control%increment = left
       end do
    end subroutine shorten_to_stop
-
-   !> Contact points that slide must stay within their elements: the tangent tells how far they will move.
-   subroutine shorten_to_reach(problem, run)
-      type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
-      real(wp) :: load
-      if (run%system%n_slides == 0) return
-      select case (run%control%method)
-      case (method_load)
-         load = run%control%increment
-      case (method_displacement)
-         load = run%control%increment / monitor_change(problem, run%control%monitor, run%state, run%system, &
-            & run%system%tangent, [1.0_wp, run%system%slide_rate])
-      case default
-         load = run%control%increment * run%control%tangent_load
-      end select
-      run%control%increment = run%control%increment * max(least_fraction, &
-         & planned_fraction(problem, run%state, run%system, load / safety * run%system%slide_rate))
-   end subroutine shorten_to_reach
 
    !> Load and displacement control arrive at their stop value itself, where no sign changes any more.
    pure logical function stop_met(step, before, now)

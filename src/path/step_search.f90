@@ -7,8 +7,7 @@ module step_search
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
-   use linear_system, only: system_t
-   use bordered_system, only: assemble_bordered
+   use linear_system, only: system_t, assemble
    use timing, only: timers_t
    implicit none
    private
@@ -64,7 +63,7 @@ contains
             part = min(max(part, low + 0.1_wp * (high - low)), high - 0.1_wp * (high - low))
          end if
          state = between(part)
-         call assemble_bordered(problem, state, origin, system, timers)
+         call assemble(problem, state, origin, system, timers)
       end do
 
    contains

@@ -1,7 +1,7 @@
 !> Lines of contact without pressure, as on a straight wall: the state is in balance with them and without.
 !>
-!> Without such a line the rod between its ends is free, and at its ends it touches in two points that are flat: they turn no
-!> more than the line's ends do (touchdown_couple). Where the tangent of that problem has a zero eigenvalue, with ends that keep
+!> Without such a line the rod between its ends is free, and at its ends it touches in two points that are flat: to first order
+!> they turn no more than the line's ends do. Where the tangent of that problem has a zero eigenvalue, with ends that keep
 !> place and direction where the thrust is 4 pi^2 EI/l^2, the rod may leave the wall. No test of the spans tells: gap and pressure
 !> are zero all along.
 module weak_lines
@@ -9,37 +9,43 @@ module weak_lines
    use problem, only: problem_t
    use rod_state, only: state_t, obstacle_shift, node_position
    use obstacle_geometry, only: obstacle_gap
-   use contact_set, only: weak_reaction
    use contact_touch, only: touch_t
    use conforming_span, only: conforming_forces
    use span_problem, only: new_span_problem, hold_touches, present_touches, touch_place
    use touchdown_points, only: point_force
    use span_tests, only: beyond
    use state_transfer, only: carried
+   use linear_system, only: system_t, new_system
+   use bordered_system, only: linearise
+   use timing, only: timers_t
    implicit none
    private
-   public :: release_lines, line_opening
+   public :: release_lines, count_released, let_turn, line_opening
 
    integer, parameter :: samples = 4         !! of the pressure in an element
    real(wp), parameter :: here = 1.0e-12_wp  !! of the size: one and the same place
-   real(wp), parameter :: margin = 10.0_wp   !! over what no contact at a node may pull with, as in release_weak
+   real(wp), parameter :: nothing = 100.0_wp !! times the tolerance of the residuals: no force
 
 contains
 
    !> The problem and the state without lines that carry no force.
-   subroutine release_lines(problem, state, scale, free, released, any_weak)
-      type(problem_t), intent(in) :: problem    !! of contact spans
+   subroutine release_lines(problem, state, system, free, released, any_weak)
+      type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: scale             !! of forces
+      type(system_t), intent(in) :: system      !! assembled at `state`
       type(problem_t), intent(out) :: free
       type(state_t), intent(out) :: released    !! on its mesh
       logical, intent(out) :: any_weak          !! false: there are none, and neither problem nor state are set
       type(touch_t), allocatable :: touch(:), rest(:)
       logical :: weak(size(problem%touch))
+      real(wp) :: none
       integer :: k, side, n
+      any_weak = .false.
+      if (.not. problem%spans) return
+      none = nothing * problem%model%step(problem%step)%tolerance * max(system%force_scale, tiny(none))
       weak = [(problem%touch(k)%line, k=1, size(weak))]
       do k = 1, size(weak)
-         if (weak(k)) weak(k) = largest_pressure(problem, state, k) * problem%size <= margin * weak_reaction(problem) * scale
+         if (weak(k)) weak(k) = largest_pressure(problem, state, k) * problem%size <= none
       end do
       any_weak = any(weak)
       if (.not. any_weak) return
@@ -62,10 +68,48 @@ contains
          end do
       end do
       free = new_span_problem(problem, rest)
+      ! Breakpoints have the same nodes on all meshes.
+      free%hinge = problem%hinge
+      free%model%fixed(3, free%hinge) = .false.
       released = carried(problem, state, free)
       call hold_touches(free, released%active)
       call keep_forces(problem, state, free, released)
+      do k = 1, free%candidates%n
+         if (free%candidates%touch(k) == 0) cycle
+         associate (number => free%touch(free%candidates%touch(k))%number)
+            if (any(weak .and. touch%number == number) .or. number > maxval(touch%number)) free%candidates%follows(k) = .true.
+         end associate
+      end do
    end subroutine release_lines
+
+   !> Negative pivots of the tangent without lines that carry no force.
+   subroutine count_released(problem, state, system, pivots, any_weak, timers)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system      !! assembled and factored at `state`
+      integer, intent(out) :: pivots            !! without any such line: those of the system
+      logical, intent(out) :: any_weak
+      type(timers_t), intent(inout) :: timers
+      type(problem_t) :: free
+      type(state_t) :: released
+      type(system_t) :: other
+      pivots = system%negative_pivots
+      call release_lines(problem, state, system, free, released, any_weak)
+      if (.not. any_weak) return
+      other = new_system(free)
+      call linearise(free, released, released, other, timers)
+      ! A contact point between spans that both are straight has a coordinate without energy, whose sign is rounding.
+      if (other%ok) pivots = max(other%negative_pivots, 0)
+   end subroutine count_released
+
+   !> The released problem as one of a path that leaves the lines: where they ended the rod may turn.
+   pure subroutine let_turn(free)
+      type(problem_t), intent(inout) :: free
+      integer :: c
+      do c = 1, free%candidates%n
+         if (free%candidates%touch(c) > 0) free%candidates%follows(c) = free%touch(free%candidates%touch(c))%line
+      end do
+   end subroutine let_turn
 
    !> The forces of points, which hold them from turning (touchdown_spring).
    subroutine keep_forces(problem, state, free, released)

@@ -39,11 +39,9 @@ contains
       type(stress_stiffness_t), intent(out) :: matrix
       type(system_t) :: stresses
       real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements)
-      real(wp) :: y(1 + system%n_slides), reaction, t(2), du(6), shift(6, 2)
+      real(wp) :: reaction, t(2), du(6), shift(6, 2)
       integer :: e, c, d
-      y(1) = 1.0_wp
-      if (system%n_slides > 0) y(2:) = system%slide_rate
-      rate = resultant_rates(problem, system, system%tangent, y)
+      rate = resultant_rates(problem, system, system%tangent, 1.0_wp)
       stresses = system
       stresses%ef = 0.0_wp
       stresses%eraw = 0.0_wp

@@ -1,6 +1,6 @@
 !> Eigenvalues of the tangent next to zero, and their modes: what tells how stable a state is, and where a path may branch.
 !>
-!> K x = mu M x on the null space of the active constraints, sliding contact points eliminated; M holds the weights of the
+!> K x = mu M x on the null space of the active constraints; M holds the weights of the
 !> arc-length metric, so mu is a force times a length whatever the mesh. The pivot count c of the tangent numbers the
 !> eigenvalues: mu_1 ... mu_c are negative, mu_(c+1) ... positive. Each is continuous along the path as long as the
 !> contact set does not change, so "the count goes from c to c + 2" means that mu_(c+1) and mu_(c+2) have zeros.
@@ -13,7 +13,6 @@ module tangent_modes
    use element_products, only: apply_elements
    use deck_nodes, only: deck_node_rates
    use active_coupling, only: subtract_excess
-   use contact_slides, only: slide_force
    use bordered_system, only: solve_effective
    use block_krylov, only: operator_t, spectrum_t, largest_eigenvalues
    use timing, only: timers_t
@@ -29,7 +28,6 @@ module tangent_modes
       logical, allocatable :: was_negative(:) !! (n) sign of each as the iteration has it
       real(wp), allocatable :: mu(:)
       real(wp), allocatable :: x(:, :)       !! (unknowns, n) node axes, <x, x> = 1 in the metric
-      real(wp), allocatable :: shift(:, :)   !! (sliding points, n) their part of the modes
    end type modes_t
 
    real(wp), parameter :: mode_tolerance = 1.0e-5_wp !! of the eigenvectors; the eigenvalues are as good as its square
@@ -56,7 +54,7 @@ contains
       type(timers_t), intent(inout), target :: timers
       type(inverse_tangent_t) :: operator
       type(spectrum_t) :: spectrum
-      real(wp) :: x(system%n), held(system%n), none(system%n_slides)
+      real(wp) :: x(system%n), held(system%n)
       integer :: node, d, i, j
       operator%n = system%n
       allocate (operator%weight(system%n), source=0.0_wp)
@@ -73,22 +71,17 @@ contains
       modes%n = spectrum%n
       modes%pivots = system%negative_pivots
       modes%was_negative = spectrum%value < 0.0_wp
-      allocate (modes%mu(modes%n), modes%shift(system%n_slides, modes%n))
+      allocate (modes%mu(modes%n))
       modes%x = spectrum%vector
-      none = 0.0_wp
       do i = 1, modes%n
-         modes%mu(i) = 1.0_wp / spectrum%value(i)
-         call solve_effective(problem, system, operator%weight * modes%x(:, i), none, x, modes%shift(:, i), timers)
-         modes%shift(:, i) = modes%mu(i) * modes%shift(:, i)
          held = merge(0.0_wp, modes%x(:, i), system%fixed)
-         call apply_tangent(problem, state, system, held, modes%shift(:, i), x, modes%mu(i))
+         call apply_tangent(problem, state, system, held, x, modes%mu(i))
       end do
       ! The refined values may have changed places.
       do i = 1, modes%n - 1
          j = i - 1 + minloc(abs(modes%mu(i:)), 1)
          modes%mu([i, j]) = modes%mu([j, i])
          modes%x(:, [i, j]) = modes%x(:, [j, i])
-         modes%shift(:, [i, j]) = modes%shift(:, [j, i])
          modes%was_negative([i, j]) = modes%was_negative([j, i])
       end do
    end subroutine lowest_modes
@@ -110,7 +103,7 @@ contains
       integer :: i, j, node
       if (n < 2) return
       do j = 1, n
-         values = deck_values(problem, state, system, modes%x(:, j), modes%shift(:, j))
+         values = deck_values(problem, state, system, modes%x(:, j))
          part(:, j, :) = values(1:2, :)
       end do
       do i = 1, n
@@ -133,7 +126,6 @@ contains
          end do
       end do
       modes%x(:, :n) = matmul(modes%x(:, :n), turn)
-      modes%shift(:, :n) = matmul(modes%shift(:, :n), turn)
    end subroutine choose_null_vectors
 
    !> How far a node can move in a combination of modes of unit length, and which way.
@@ -153,18 +145,16 @@ contains
       along = [cos(angle), sin(angle)]
    end subroutine furthest
 
-   !> K x, and x^T K x, to an accuracy that the assembled tangent does not have (see apply_elements). Sliding points move
-   !> along with the mode.
-   subroutine apply_tangent(problem, state, system, x, shift, y, form)
+   !> K x, and x^T K x, to an accuracy that the assembled tangent does not have (see apply_elements).
+   subroutine apply_tangent(problem, state, system, x, y, form)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled at `state`
       real(wp), intent(in) :: x(:)             !! (n) node axes, zero at the fixed unknowns
-      real(wp), intent(in) :: shift(:)         !! (n_slides)
-      real(wp), intent(out) :: y(:)            !! (n) without the part of the sliding points
-      real(wp), intent(out) :: form            !! with it
+      real(wp), intent(out) :: y(:)            !! (n)
+      real(wp), intent(out) :: form
       real(wp) :: force(2), k(3, 3), push(3), excess
-      integer :: i, c, d, node
+      integer :: c, d, node
       associate (rate => problem%model%step(problem%step)%load%pressure)
          call apply_elements(problem, system, system%ek, system%eshift, &
             & problem%constant%pressure + state%load_factor * rate, x, y, form)
@@ -186,47 +176,41 @@ contains
          y(d:d + 2) = y(d:d + 2) + push
          form = form + dot_product(x(d:d + 2), push)
       end do
-      do i = 1, system%n_slides
-         form = form - shift(i) * slide_force(system, i, x)
-      end do
    end subroutine apply_tangent
 
    subroutine apply_inverse(self, x, y)
       class(inverse_tangent_t), intent(inout) :: self
       real(wp), intent(in) :: x(:, :)
       real(wp), intent(out) :: y(:, :)
-      real(wp) :: shift(self%system%n_slides), none(self%system%n_slides)
       integer :: j
-      none = 0.0_wp
       do j = 1, size(x, 2)
-         call solve_effective(self%problem, self%system, self%weight * x(:, j), none, y(:, j), shift, self%timers)
+         call solve_effective(self%system, self%weight * x(:, j), y(:, j), self%timers)
       end do
    end subroutine apply_inverse
 
    !> A mode at the deck's nodes, scaled, and its sense.
-   subroutine deck_mode(problem, state, system, x, shift, mode, sense)
+   subroutine deck_mode(problem, state, system, x, mode, sense)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state     !! at which the system is assembled
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: x(:)           !! (unknowns) node axes
-      real(wp), intent(in) :: shift(:)       !! (n_slides) part of the sliding points
       real(wp), intent(out) :: mode(:, :)    !! (3, deck's nodes)
       real(wp), intent(out) :: sense         !! 1, or -1 where x points the other way
-      mode = deck_values(problem, state, system, x, shift)
+      mode = deck_values(problem, state, system, x)
       call scale_mode(mode, sense)
    end subroutine deck_mode
 
    !> A mode at the deck's nodes in global axes. On the deck's own mesh nodes count, wherever they have moved.
-   function deck_values(problem, state, system, x, shift) result(values)
+   function deck_values(problem, state, system, x) result(values)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:), shift(:) !! as in deck_mode
+      real(wp), intent(in) :: x(:)           !! as in deck_mode
       real(wp) :: values(3, problem%deck%mesh%n_nodes)
       if (problem%deck_mesh) then
          values = nodal_values(problem, system, x)
       else
-         values = deck_node_rates(problem, state, system, x, [0.0_wp, shift])
+         values = deck_node_rates(problem, state, system, x, 0.0_wp)
       end if
    end function deck_values
 

@@ -26,7 +26,7 @@ contains
       real(wp), intent(out) :: stiffness       !! its size; zero at limit points, and where nothing moves
       real(wp), intent(out) :: rounding
       real(wp) :: force(system%n), left(system%n), work, length
-      integer :: k, node, d
+      integer :: node, d
       stiffness = 0.0_wp
       rounding = 0.0_wp
       associate (t => system%tangent)
@@ -36,11 +36,8 @@ contains
             length = length + problem%weight(node) * (t(d)**2 + t(d + 1)**2)
          end do
          if (.not. length > 0.0_wp) return
-         call apply_tangent(problem, state, system, t, system%slide_rate, force, work)
+         call apply_tangent(problem, state, system, t, force, work)
          left = system%load - force
-         do k = 1, system%n_slides
-            left = left + system%slide_rate(k) * system%slide_column(:, k)
-         end do
          stiffness = abs(work) / length
          rounding = abs(dot_product(t, merge(0.0_wp, left, system%fixed))) / length
       end associate

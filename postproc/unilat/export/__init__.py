@@ -1,0 +1,1 @@
+"""Result files in other forms, one module a command of unilat-plot."""

@@ -1,0 +1,1 @@
+"""Pictures of result files, one module a command of unilat-plot."""

@@ -1,0 +1,179 @@
+"""Draw normal force, shear force and bending moment along the rods."""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+from matplotlib.lines import Line2D
+from matplotlib.patches import Polygon
+
+from .. import captions, options
+from ..chosen_points import add_points, choose, names, shade
+from ..results import Column, Path, ResultsError
+from ..results.rod_chains import along_chain, rod_chains
+from ..results.rod_shape import Shape
+from . import style
+from .obstacle_drawing import draw_obstacle
+
+DESCRIPTION = """\
+Draw section forces at chosen points of the path; the deck must have asked for *FIELD OUTPUT with SECTION FORCES. Over the arc
+length (stress-free, along the chords of the elements), one panel each, for structures of one rod; on the deformed structure, of
+one point (the last stored one), for others. N is positive in tension, Q acts along the left normal of the cut that faces the
+second node, M is positive where it turns the rod to the left. On the structure N and Q are drawn to the left of the elements
+when they are positive, M on the side in tension; the largest values are written. The file holds values at both ends of each
+element; between they are joined by straight lines."""
+
+EXAMPLES = """\
+examples:
+  unilat-plot forces pipe.h5                        five points evenly spaced along the path
+  unilat-plot forces pipe.h5 --label LP --quantities M
+  unilat-plot forces frame.h5 --on structure --rows -1
+"""
+
+UNITS = {"N": "force", "Q": "force", "M": "moment"}
+WORDS = {"N": "normal force N", "Q": "shear force Q", "M": "bending moment M"}
+SIDE = {"N": 1.0, "Q": 1.0, "M": -1.0}      # of the element on which positive values are drawn: left +1
+LARGEST = 0.18       # of the structure's size: the largest value of a diagram on it
+ROUNDING = 1e-6      # of the largest value: not worth a number
+LEGEND_ROW = 4.1     # [mm]
+
+
+@style.drawing
+def main(argv=None) -> int:
+    parser = options.Parser("unilat-plot forces", DESCRIPTION, EXAMPLES)
+    style.add_files(parser)
+    add_points(parser, "curves")
+    parser.add_argument("--quantities", type=quantity_list, default=list(UNITS), metavar="N,Q,M", help="which ones (default all)")
+    parser.add_argument("--on", choices=("arc", "structure"), help="over the arc length, or on the deformed structure "
+                        "(default: arc for structures of one rod)")
+    style.add_axes(parser)
+    style.add_output(parser, width=89, height=None)
+    args = parser.parse_args(argv)
+    if len(args.files) > 1:
+        raise ResultsError("unilat-plot forces draws one result file")
+    (results,) = everything = options.load(args)
+    path = results.path_number(args.branch)
+    stored = path.points_with("section_forces") if "section_forces" in path.field_names else np.zeros(0, dtype=int)
+    chains = rod_chains(path.mesh)
+    structure = args.on == "structure" or (args.on is None and len(chains) > 1)
+    if structure:
+        args.rows = args.rows or ([] if args.label or args.at or args.evenly else [-1])
+        points = choose(path, args, stored, "section forces")
+        if len(points) > 1:
+            raise ResultsError(f"{path.filename}: on the structure one point is drawn, not {len(points)} (use --rows)")
+        figure = on_structure(path, points[0], args)
+    else:
+        figure = over_arc(path, choose(path, args, stored, "section forces"), chains, args)
+    return style.save(figure, args, everything, "forces")
+
+
+def over_arc(path: Path, points: list[int], chains, args):
+    """A panel a quantity, over the arc length; several rods one after the other."""
+    caption, texts = names(path, points, args)
+    columns = int(np.clip(args.width // 24.0, 1, 4))
+    below = LEGEND_ROW * (1 - (-len(points) // columns)) + 1.0
+    heights = [34.0 if len(args.quantities) > 1 else 58.0] * len(args.quantities) + [below]
+    total = args.height or sum(heights) + 12.0
+    figure = style.new_figure(args.width, total, args.dpi, constrained_layout=True)
+    outer = figure.add_gridspec(2, 1, height_ratios=(sum(heights[:-1]), below))
+    panels = outer[0].subgridspec(len(args.quantities), 1).subplots(sharex=True, squeeze=False)[:, 0]
+    starts = np.concatenate(([0.0], np.cumsum([chain.arc[-1, 1] for chain in chains])))
+    for k, point in enumerate(points):
+        forces = path.field("section_forces", point)
+        for chain, start in zip(chains, starts):
+            values, arc = along_chain(chain, forces), args.x_scale * (start + chain.arc)
+            for axes, quantity in zip(panels, args.quantities):
+                axes.plot(arc.ravel(), args.y_scale * values[:, :, "NQM".index(quantity)].ravel(), color=shade(k, len(points)),
+                          linewidth=1.1, zorder=3)
+    for axes, quantity in zip(panels, args.quantities):
+        axes.axhline(0.0, color=style.REFERENCE, linewidth=0.5, zorder=1)
+        for start in starts[1:-1]:
+            axes.axvline(args.x_scale * start, color=style.REFERENCE, linewidth=0.5, linestyle=":", zorder=1)
+        axes.set_ylabel(args.y_label or captions.column_label(Column(quantity, np.zeros(0), UNITS[quantity]), args.y_scale))
+        axes.margins(x=0.0)
+        if args.y_range:
+            axes.set_ylim(args.y_range)
+    panels[-1].set_xlabel(args.x_label or captions.column_label(Column("arc length", np.zeros(0), "length"), args.x_scale))
+    if args.x_range:
+        panels[-1].set_xlim(args.x_range)
+    if args.title:
+        panels[0].set_title(args.title)
+    legend = figure.add_subplot(outer[1])
+    legend.set_axis_off()
+    legend.legend(handles=[Line2D([], [], color=shade(k, len(points)), label=text) for k, text in enumerate(texts)], title=caption,
+                  title_fontsize=8.5, alignment="left", ncol=columns, loc="center", borderaxespad=0.0, borderpad=0.0,
+                  frameon=False, handlelength=1.8, columnspacing=1.4)
+    return figure
+
+
+def on_structure(path: Path, point: int, args):
+    """A panel a quantity: the diagram beside the axis of the deformed rods."""
+    shape = Shape(path.mesh, path.field("displacement", point) if "displacement" in path.field_names
+                  and point in path.points_with("displacement") else None)
+    forces = path.field("section_forces", point)
+    nodes = shape.nodes
+    size = float(np.hypot(*(nodes.max(axis=0) - nodes.min(axis=0))))
+    diagrams = {quantity: [diagram(shape, element, SIDE[quantity] * LARGEST * size * values / scale)
+                           for element, values in enumerate(forces[:, :, "NQM".index(quantity)])]
+                for quantity in args.quantities
+                for scale in [np.max(np.abs(forces[:, :, "NQM".index(quantity)])) or 1.0]}
+    everywhere = np.concatenate([nodes] + [piece for pieces in diagrams.values() for piece in pieces])
+    margin = 0.06 * size
+    limits = np.array((everywhere.min(axis=0) - margin, everywhere.max(axis=0) + margin))
+    wide, tall = limits[1] - limits[0]
+    n = len(args.quantities)
+    columns = n if tall > 0.6 * wide else 1
+    rows = -(-n // columns)
+    panel = (args.width - 3.0 * (columns + 1)) / columns
+    total = args.height or rows * (panel * tall / wide + 6.0) + 8.0
+    figure = style.new_figure(args.width, total, args.dpi, constrained_layout=True)
+    caption, (text,) = names(path, [point], args)
+    figure.suptitle(args.title or f"{caption} {text}", fontsize=9.5)
+    for k, (quantity, pieces) in enumerate(diagrams.items()):
+        axes = figure.add_subplot(rows, columns, k + 1)
+        for obstacle in path.obstacles_at(point):
+            draw_obstacle(axes, obstacle, limits, 1.0)
+        for piece in pieces:
+            axes.add_patch(Polygon(piece, closed=True, facecolor=style.COLOURS[0], alpha=0.25, linewidth=0))
+            half = len(piece) // 2
+            axes.plot(*piece[:half].T, color=style.COLOURS[0], linewidth=0.7, zorder=3)
+        for curve in shape.curves():
+            axes.plot(*curve.T, color=style.INK, linewidth=1.2, zorder=4)
+        mark_largest(axes, shape, forces[:, :, "NQM".index(quantity)], pieces, args.y_scale)
+        axes.set_xlim(limits[:, 0])
+        axes.set_ylim(limits[:, 1])
+        axes.set_aspect("equal")
+        axes.set_axis_off()
+        axes.set_title(WORDS[quantity], pad=2.0)
+    return figure
+
+
+def diagram(shape: Shape, element: int, offsets: np.ndarray) -> np.ndarray:
+    """Closed polygon between the axis of an element and its offsets (2) to the left at both ends: first the offset curve."""
+    t = np.linspace(0.0, 1.0, 9)
+    axis = shape.piece(element, t)
+    tangent = np.gradient(axis, axis=0)
+    tangent /= np.hypot(*tangent.T)[:, None]
+    left = np.column_stack((-tangent[:, 1], tangent[:, 0]))
+    return np.concatenate((axis + ((1.0 - t) * offsets[0] + t * offsets[1])[:, None] * left, axis[::-1]))
+
+
+def mark_largest(axes, shape: Shape, values: np.ndarray, pieces: list[np.ndarray], scale: float):
+    """Largest and least value, written at the diagram."""
+    for at in {int(np.argmax(values)), int(np.argmin(values))}:
+        element, end = divmod(at, 2)
+        if abs(values[element, end]) <= ROUNDING * np.max(np.abs(values)):
+            continue
+        tip = pieces[element][0 if end == 0 else 8]
+        away = tip - shape.nodes[shape.elements[element, end]]
+        away = away / (np.hypot(*away) or 1.0)
+        text = f"{scale * values[element, end]:.4g}".replace("-", "\N{MINUS SIGN}")
+        axes.annotate(text, tip, xytext=6.0 * away, textcoords="offset points", ha="center", va="center", fontsize=7.5, zorder=5)
+
+
+def quantity_list(text: str) -> list[str]:
+    words = [word.strip().upper() for word in text.split(",") if word.strip()]
+    if not words or any(word not in UNITS for word in words):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a list of some of N,Q,M")
+    return list(dict.fromkeys(words))

@@ -1,0 +1,163 @@
+"""Draw load paths and their branches: any path quantity or monitor against any other."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.lines import Line2D
+
+from .. import captions, options
+from ..results import Branch, Column, Path, Results
+from . import path_curves, references, style
+from .label_placing import place_labels
+
+DESCRIPTION = """\
+Draw a path of equilibrium points of one or more result files: any path quantity or monitor against any other,
+the load factor over the first monitor when nothing else is asked. Branches are drawn with the path that they leave: a
+bifurcation diagram. Stable parts (no negative pivot of the tangent) are solid, unstable ones dashed; critical points
+are marked by their labels, LP and BP with their load factor: LP limit point, BP bifurcation, TP turning point of a
+monitor, C+ contact gained, C- contact lost, UZ user value, EP end. Error bars of the discretisation are drawn where the
+file has them, between neighbouring points as a band."""
+
+EXAMPLES = """\
+examples:
+  unilat-plot path ring.h5
+  unilat-plot path ring.h5 --x v --y load_factor --reference ring.csv --ref-x v --ref-y p --ref-name exact
+  unilat-plot path coarse.h5 fine.h5 --name "40 elements" --name "320 elements" -o ring.pdf
+  unilat-plot path column.h5 --x mid --x-scale 50 --x-label '$y/d$' --y-scale 0.02533 --mark LP,C+,C- --values
+  unilat-plot path arch.h5 --x u --branches none
+  unilat-plot path ring.h5 --list
+"""
+
+THINNEST_BAR = 0.002   # of what the path spans along y: half a line's width
+MOST_NAMED = 8     # branches with a colour and a legend entry of their own
+
+
+@style.drawing
+def main(argv=None) -> int:
+    parser = options.Parser("unilat-plot path", DESCRIPTION, EXAMPLES)
+    style.add_files(parser)
+    parser.add_argument("--x", metavar="NAME", help="quantity along x (default: the first monitor, else point)")
+    parser.add_argument("--y", metavar="NAME", default="load_factor", help="quantity along y (default load_factor)")
+    parser.add_argument("--list", action="store_true", help="list the quantities of the files and stop")
+    parser.add_argument("--branches", choices=("all", "none"), default="all",
+                        help="draw the branches of the path, too (default), or the path of the steps alone")
+    path_curves.add_marks(parser, "LP,BP,TP,C+,C-,UZ")
+    parser.add_argument("--values", action="store_true", help="write the value of y beside all labels")
+    parser.add_argument("--points", action="store_true", help="show every computed point as a dot")
+    style.add_axes(parser)
+    references.add_reference(parser)
+    style.add_output(parser, width=89, height=70)
+    args = parser.parse_args(argv)
+    everything = options.load(args)
+    if args.list:
+        return list_quantities(everything)
+
+    figure, axes = style.new_axes(args)
+    published = references.draw_references(axes, args)
+    diagram = Diagram(axes, args)
+    handles = []
+    for k, (results, name) in enumerate(zip(everything, style.names(args, everything))):
+        branches = list(results.branches.values()) if args.branches == "all" else []
+        branches = [branch for branch in branches if branch.n_points > 0]
+        looks = branch_looks(branches) if len(everything) == 1 else {}
+        look = style.look(k)
+        diagram.draw(results, results, look)
+        for branch in branches:
+            other = style.look(1) if len(everything) == 1 else look
+            diagram.draw(results, branch, looks.get(branch.name, other))
+        alone = len(everything) == 1 and not published and not args.name
+        handles.append(Line2D([], [], label="main path" if alone and branches else name, **look))
+        handles += [Line2D([], [], label=captions.escape(title), **other) for title, other in looks.items()]
+        if branches and len(everything) == 1 and not looks:
+            handles.append(Line2D([], [], label="branches", **style.look(1)))
+    if len(handles) == 1 and not published:
+        handles = [Line2D([], [], color=style.COLOURS[0], label="stable")] if diagram.unstable else []
+    if diagram.unstable:
+        colour = style.COLOURS[0] if len(handles) <= 1 else style.INK
+        handles.append(Line2D([], [], color=colour, linestyle=path_curves.UNSTABLE, label="unstable"))
+    style.finish_axes(axes, args, captions.column_label(diagram.x, args.x_scale),
+                      captions.column_label(diagram.y, args.y_scale))
+    style.legend(axes, handles + published, loc="best")
+    place_labels(axes, diagram.texts)
+    return style.save(figure, args, everything, "path")
+
+
+class Diagram:
+    """The curves of one picture, and the labels that are still to be placed."""
+
+    def __init__(self, axes, args):
+        self.axes, self.args, self.unstable, self.texts = axes, args, False, []
+        self.x: Column | None = None       # of the first path drawn
+        self.y: Column | None = None
+
+    def draw(self, results: Results, path: Path, look: dict):
+        """The path of the steps of a file, or one of its branches, with marks."""
+        args = self.args
+        x_name = args.x or next(iter(results.monitors), "point")
+        x, y = options.numbers(path, x_name), options.numbers(path, args.y)
+        self.x, self.y = self.x or x, self.y or y
+        root = None
+        if isinstance(path, Branch):
+            parent, row = results.path_number(path.of), path.point - 1
+            if 0 <= row < parent.n_points and x.name != "point" and y.name != "point":
+                root = tuple(scale * options.numbers(parent, name).values[row]
+                             for scale, name in ((args.x_scale, x_name), (args.y_scale, args.y)))
+        self.unstable |= path_curves.draw_path(self.axes, path, args.x_scale * x.values, args.y_scale * y.values, look,
+                                         "load_factor" in (x.name, y.name), root=root)
+        if args.points:
+            self.axes.plot(args.x_scale * x.values, args.y_scale * y.values, ".", color=look["color"], markersize=2.6,
+                           zorder=5)
+
+        def place(critical):
+            return (args.x_scale * path_curves.critical_value(path, critical, x),
+                    args.y_scale * path_curves.critical_value(path, critical, y))
+
+        def value(critical):
+            if args.values:
+                return place(critical)[1]
+            if critical.label not in ("LP", "BP"):
+                return None
+            factor = {x.name: args.x_scale, y.name: args.y_scale}.get("load_factor", 1.0)
+            return factor * critical.load_factor
+
+        self.draw_errors(path, x, y, look["color"])
+        self.texts += path_curves.draw_marks(self.axes, path, args.mark, place, look["color"], value)
+
+
+    def draw_errors(self, path: Path, x: Column, y: Column, colour: str):
+        """Error bars at critical points that are not as thin as a line, a band between points that have them."""
+        args = self.args
+        if y.name not in path.errors:
+            return
+        error = abs(args.y_scale) * path.errors[y.name].values
+        known = np.isfinite(error)
+        at, value = args.x_scale * x.values, args.y_scale * y.values
+        seen = known & (error > THINNEST_BAR * np.ptp(value))
+        if not seen.any():
+            return
+        marked = [critical.point - 1 for critical in path.critical if seen[critical.point - 1]]
+        self.axes.errorbar(at[marked], value[marked], yerr=error[marked], fmt="none", ecolor=colour, elinewidth=0.7,
+                           capsize=2.0, zorder=4)
+        self.axes.fill_between(at, value - error, value + error, where=known, color=colour, alpha=0.2, linewidth=0.0,
+                               zorder=1)
+
+
+def branch_looks(branches: list[Branch]) -> dict[str, dict]:
+    """A look for every name of branches (both sides have the same); none at all when they are too many."""
+    names = list(dict.fromkeys(branch.name for branch in branches))
+    if len(names) > MOST_NAMED:
+        return {}
+    return {name: style.look(k + 1) for k, name in enumerate(names)}
+
+
+def list_quantities(everything) -> int:
+    for results in everything:
+        print(f"{results.filename}: {results.n_points} points, {results.status}")
+        for name in results.column_names():
+            column = results.column(name)
+            print(f"   {name:<20} {column.units:<10} {column.description}".rstrip())
+        for branch in results.branches.values():
+            side = "plus" if branch.side > 0 else "minus"
+            print(f"   branch {branch.number:<13} {branch.name}, {side}: {branch.n_points} points from point "
+                  f"{branch.point} of {f'branch {branch.of}' if branch.of else 'the path'}")
+    return 0

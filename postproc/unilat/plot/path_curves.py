@@ -1,0 +1,104 @@
+"""Curves along a path, stable and unstable parts told apart, and the marks of critical points."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..options import LABELS, Parser, mark_list
+from ..results import Column, Critical, Path
+
+MARKERS = {"LP": "o", "BP": "D", "TP": "p", "C+": "^", "C-": "v", "UZ": "x", "EP": "s"}
+UNSTABLE = (0, (4.5, 1.8))
+MOST_LABELS = 8            # more points of one kind than this are marked without text
+
+
+def add_marks(parser: Parser, default: str):
+    parser.add_argument("--mark", metavar="LABELS", type=mark_list, default=mark_list(default),
+                        help=f"critical points to mark: some of {','.join(LABELS)}, or all, or none "
+                             f"(default {default}); hollow: bracketed, not located")
+
+
+def critical_value(results: Path, critical: Critical, column: Column) -> float:
+    """The quantity at a critical point; NaN when the file does not tell."""
+    if 1 <= critical.point <= results.n_points:
+        return float(column.values[critical.point - 1])
+    if column.name == "load_factor":
+        return critical.load_factor
+    return critical.monitors.get(column.name, float("nan"))
+
+
+def stretches(results: Path, breaks: bool) -> list[tuple[np.ndarray, bool]]:
+    """The path cut into rows of one stability: (rows, stable), neighbours sharing their end row.
+
+    The part between two points is stable when both have no negative pivot. A located limit or bifurcation point is
+    itself singular, so there the other point decides. With `breaks` steps are not joined (the load factor starts
+    again).
+    """
+    n = results.n_points
+    pivots = results.path["negative_pivots"].values if "negative_pivots" in results.path else np.zeros(n, dtype=int)
+    steps = results.path["step"].values if "step" in results.path else np.ones(n, dtype=int)
+    labels = results.path["label"].values if "label" in results.path else np.full(n, "")
+    negative, singular = pivots > 0, np.isin(labels, ("LP", "BP"))
+    pieces: list[tuple[list[int], bool]] = []
+    for row in range(n - 1):
+        ends = [k for k in (row, row + 1) if not singular[k]] or [row, row + 1]
+        stable = not any(negative[k] for k in ends)
+        if breaks and steps[row + 1] != steps[row]:
+            continue
+        if pieces and pieces[-1][1] == stable and pieces[-1][0][-1] == row:
+            pieces[-1][0].append(row + 1)
+        else:
+            pieces.append(([row, row + 1], stable))
+    return [(np.array(rows), stable) for rows, stable in pieces]
+
+
+def draw_path(axes, results: Path, x: np.ndarray, y: np.ndarray, line: dict, breaks: bool, first: int = 0,
+              root: tuple[float, float] | None = None) -> bool:
+    """A curve along the path, stable parts solid, unstable ones dashed; True when there is an unstable part.
+
+    `line` says how it is drawn otherwise (see look). `first` is the row of x[0]: the curve may be there for a part of
+    the path only. `root` is where a branch leaves the other path; what joins it to x[0] is as stable as the first part
+    of the branch.
+    """
+    last, unstable = first + len(x) - 1, False
+    if root is not None:
+        pieces = stretches(results, breaks)
+        stable = pieces[0][1] if pieces else "negative_pivots" not in results.path or \
+            not results.path["negative_pivots"].values[0] > 0
+        axes.plot((root[0], x[0]), (root[1], y[0]), linestyle="-" if stable else UNSTABLE, zorder=3, **line,
+                  solid_capstyle="round", dash_capstyle="butt")
+        unstable = not stable
+    for rows, stable in stretches(results, breaks):
+        rows = rows[(rows >= first) & (rows <= last)] - first
+        if rows.size < 2 or not np.any(np.isfinite(x[rows] + y[rows])):
+            continue
+        unstable = unstable or not stable
+        axes.plot(x[rows], y[rows], linestyle="-" if stable else UNSTABLE, zorder=3, **line,
+                  solid_capstyle="round", dash_capstyle="butt")
+    if len(x) == 1 and root is None:
+        axes.plot(x, y, marker=".", zorder=3, **line)
+    return unstable
+
+
+def draw_marks(axes, results: Path, wanted: list[str], place, colour: str, value_of=None) -> list[tuple]:
+    """Mark critical points; `place(critical)` gives (x, y). The labels still to be placed: (x, y, text, colour).
+
+    `value_of(critical)` gives the number to write beside a label, None for no number.
+    """
+    texts = []
+    for label in wanted:
+        points = [critical for critical in results.critical if critical.label == label]
+        dense = len(points) > MOST_LABELS
+        for critical in points:
+            x, y = place(critical)
+            if not np.isfinite(x + y):
+                continue
+            size = 2.4 if dense else 3.8
+            face = colour if critical.located else "white"
+            axes.plot(x, y, marker=MARKERS[label], markersize=size, color=colour, markerfacecolor=face,
+                      markeredgewidth=0.5 if dense else 0.9, linestyle="none", zorder=6)
+            if not dense:
+                value = value_of(critical) if value_of else None
+                text = label if value is None else f"{label} {value:.5g}"
+                texts.append((x, y, text.replace("-", "\N{MINUS SIGN}"), colour))
+    return texts

@@ -1,0 +1,291 @@
+"""What a unilat result file holds, as Python objects; reader reads them."""
+
+from __future__ import annotations
+
+import difflib
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from .contact_history import History, follow
+from .file import ResultsError, dataset, open_file
+
+FIELD_NAMES = ("displacement", "section_forces", "reaction", "reaction_density", "gap", "contact_point")
+
+
+@dataclass(frozen=True)
+class Column:
+    """One quantity along the path."""
+
+    name: str
+    values: np.ndarray        # (points)
+    units: str = "1"          # in words: "length", "force", "moment", "radian", "degree", "1", "second"
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class Mesh:
+    coordinates: np.ndarray   # (nodes, 2) stress-free positions
+    elements: np.ndarray      # (elements, 2) node rows, from 0
+    node_label: np.ndarray    # (nodes) the deck's numbers
+    element_label: np.ndarray
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    name: str
+    kind: str                 # "line", "circle", "arc", "polyline" or "spline"; "gap": the stops of a *GAP
+    side: str                 # circle: the structure is "inside" or "outside"; the others: "left" of the sense of the points
+    points: np.ndarray | None        # line: (2, 2); polyline, spline: (points, 2); gap: (stops, 2)
+    centre: np.ndarray | None        # circle, arc: (2)
+    radius: float | None             # circle, arc; polyline: of its corners
+    reference_angle: float    # [degrees] direction that contact angles count from
+    foundation: str           # "rigid", "winkler" or "law"
+    modulus: float            # force per unit length of rod and unit penetration; gap: force per unit penetration
+    angles: np.ndarray | None = None     # arc: (2) [degrees] directions from the centre to its ends
+    surface: np.ndarray | None = None    # arc, polyline, spline: (samples, 2) along it; it goes on straight beyond both ends
+    number: int = 0           # in the deck, from 1; the stops of *GAP after the obstacles
+    normal: np.ndarray | None = None     # gap: (2) direction in which the stops push
+
+    def moved(self, shift: np.ndarray) -> Obstacle:
+        """The obstacle somewhere else."""
+        moved = {name: getattr(self, name) + shift for name in ("points", "centre", "surface")
+                 if getattr(self, name) is not None}
+        return replace(self, **moved)
+
+
+@dataclass(frozen=True)
+class Critical:
+    label: str                # LP, BP, TP, C+, C-, UZ, EP
+    load_factor: float
+    point: int                # from 1
+    step: int
+    located: bool             # False: bracketed, not found to the tolerance
+    note: str
+    monitors: dict[str, float]
+    multiplicity: int = 0     # null vectors in the file: 0 none, 1 simple bifurcation, 2 double, ...
+    row: int = 0              # its row in /critical, from 1
+    error: float = float("nan")      # error bar of the load factor; NaN: no estimate, inf: the mesh is too coarse to tell
+    corrected: float = float("nan")  # load factor less its estimated error
+    monitor_errors: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Region:
+    """One stretch of contact at one point of the path."""
+
+    contact: int              # which *CONTACT, from 1
+    start: float              # stress-free arc length along the candidates
+    end: float
+    angle_start: float        # [degrees] from the obstacle's reference direction; NaN for lines
+    angle_end: float
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Contact regions: rows are points, columns regions in the order of the file, NaN where there is none."""
+
+    count: np.ndarray         # (points)
+    start: np.ndarray         # (points, regions)
+    end: np.ndarray
+    angle_start: np.ndarray
+    angle_end: np.ndarray
+    contact: np.ndarray       # (points, regions) which *CONTACT, from 1; 0 where there is none
+    reaction_total: np.ndarray       # (points, contacts)
+    candidates: np.ndarray           # node rows (from 0) of the candidates, contact after contact
+    candidate_contact: np.ndarray    # which *CONTACT (from 1) each belongs to
+    arc_length: np.ndarray           # (candidates) stress-free, along the candidates of each contact, which start and end count
+    chain_length: np.ndarray         # (contacts) once round a closed chain, 0: open
+    points: tuple[str, ...]          # of each contact, where reactions act: "nodes", "spans" or "distributed"
+    obstacles: tuple[str, ...] = ()  # name of the obstacle of each contact
+    obstacle_shift: np.ndarray | None = None     # (points, obstacles, 2) how far they have moved; None: they never do
+    obstacle_force: np.ndarray | None = None     # (points, obstacles, 2) of each on the structure; None: a file from before
+
+    def regions(self, point: int) -> list[Region]:
+        """The regions at a point (from 1)."""
+        row = point - 1
+        return [Region(int(self.contact[row, k]), *(float(values[row, k]) for values in self._spans()))
+                for k in range(self.count[row])]
+
+    def histories(self) -> list[History]:
+        """Every region followed from point to point until it ends, splits or merges, in order of appearance."""
+        return follow(self)
+
+    def _spans(self) -> tuple[np.ndarray, ...]:
+        return self.start, self.end, self.angle_start, self.angle_end
+
+
+@dataclass(frozen=True, kw_only=True)
+class Path:
+    """A path of equilibrium points: that of the steps (see Results), or a branch."""
+
+    filename: str
+    group: str                # where it is in the file: "" or "branch/<k>/"
+    n_points: int
+    path: dict[str, Column]
+    monitors: dict[str, Column]      # in the deck's order when the file keeps it, else by name
+    mesh: Mesh
+    contact: Contact | None   # None: a model without contact
+    critical: list[Critical]
+    obstacles: dict[str, Obstacle]
+    field_points: np.ndarray  # numbers (from 1) of the points with stored fields, see points_with
+    field_names: tuple[str, ...]     # of FIELD_NAMES, those in the file
+    errors: dict[str, Column]        # error bars of load_factor and of monitors, where the file has them; NaN: no estimate
+
+    def column_names(self) -> list[str]:
+        return ["point", *self.monitors, *self.path]
+
+    def column(self, name: str) -> Column:
+        """A quantity along the path by name: `point` (1, 2, ...), a dataset of /path or a monitor.
+
+        Upper and lower case are the same. A monitor that has the name of a dataset of /path is `monitor/<name>`.
+        """
+        if name.strip().lower() == "point":
+            return Column("point", np.arange(1, self.n_points + 1), "1", "number of the point")
+        return find_column(self.filename, name, self.path, self.monitors, "path quantity or monitor",
+                           self.column_names())
+
+    def obstacles_at(self, point: int) -> list[Obstacle]:
+        """The obstacles where they are at a point (from 1)."""
+        shift = self.contact.obstacle_shift if self.contact is not None else None
+        return [obstacle if shift is None else obstacle.moved(shift[point - 1, obstacle.number - 1])
+                for obstacle in self.obstacles.values()]
+
+    def field(self, name: str, point: int) -> np.ndarray:
+        """A stored field at a point (from 1).
+
+        displacement (nodes, 3): u, v, rotation; section_forces (elements, 2, 3): N, Q, M at both ends;
+        reaction, reaction_density, gap (candidates); contact_point (candidates, 2): where these are.
+        """
+        self._known_field(name)
+        found = np.flatnonzero(self.field_points == point)
+        if found.size == 0:
+            raise ResultsError(f"{self.filename}: no fields are stored at point {point} "
+                               f"({_nearest(self.field_points, point)})")
+        with open_file(self.filename) as file:
+            values = dataset(file, f"{self.group}fields/{name}", self.filename)[found[0]]
+        if np.all(np.isnan(values)):
+            raise ResultsError(f"{self.filename}: field '{name}' is not stored at point {point}, its step did not ask")
+        return values
+
+    def points_with(self, name: str) -> np.ndarray:
+        """Numbers of the points that hold this field: steps may ask for different ones."""
+        self._known_field(name)
+        with open_file(self.filename) as file:
+            item = dataset(file, f"{self.group}fields/{name}", self.filename)
+            first = item[(slice(len(self.field_points)), *(0,) * (item.ndim - 1))]
+        return self.field_points[np.isfinite(first)]
+
+    def null_vectors(self, critical: Critical) -> np.ndarray:
+        """Null vectors (multiplicity, nodes, 3) of a bifurcation of this path; the largest translation is 1."""
+        if critical.multiplicity == 0:
+            raise ResultsError(f"{self.filename}: no null vectors are stored for {critical.label} at point "
+                               f"{critical.point}")
+        with open_file(self.filename) as file:
+            return dataset(file, f"{self.group}critical/null_vector/{critical.row}", self.filename)[()]
+
+    def _known_field(self, name: str):
+        if name not in self.field_names:
+            stored = f"stored: {', '.join(self.field_names)}" if self.field_names else "the deck asked for none"
+            raise ResultsError(f"{self.filename}: field '{name}' is not in the file ({stored})")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Branch(Path):
+    """A path that leaves another one at a bifurcation."""
+
+    number: int               # from 1
+    name: str                 # both sides have the same one
+    step: int
+    of: int                   # the branch it leaves, 0: the path of the steps
+    bifurcation: int          # at the k-th BP of that path within the step
+    mode: int                 # along this null vector
+    side: int                 # 1 along it, -1 against it
+    point: int                # number of that BP's point on the path it leaves, from 1
+
+
+@dataclass(frozen=True)
+class Buckling:
+    """The modes of a buckling step."""
+
+    name: str                 # of the step
+    step: int
+    load_factor: np.ndarray   # (modes)
+    residual: np.ndarray      # (modes)
+    mode: np.ndarray          # (modes, nodes, 3) u, v, rotation, the largest translation is 1
+
+
+@dataclass(frozen=True)
+class LimitCurve:
+    """Limit points of a step while a parameter varies."""
+
+    filename: str
+    name: str
+    step: int
+    parameter: str            # MODULUS, GAP, IMPERFECTION, EA, EI, CONSTANT LOAD
+    of: str                   # name of the obstacle or element set
+    limit_point: int          # of the step's path, from 1
+    n_points: int
+    columns: dict[str, Column]       # parameter, rigid, load_factor, iterations, residual, load_rate, label
+    monitors: dict[str, Column]
+
+    def column(self, name: str) -> Column:
+        """A quantity along the curve by name, or a monitor; see Path.column."""
+        return find_column(self.filename, name, self.columns, self.monitors, "quantity of limit curves or monitor",
+                           [*self.columns, *self.monitors])
+
+    @property
+    def rigid(self) -> np.ndarray:
+        """True where the obstacle was rigid."""
+        return self.columns["rigid"].values > 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Results(Path):
+    """A result file. It is the path of the steps; the other things it holds are members."""
+
+    title: str
+    program: str
+    version: str
+    created: str
+    status: str               # "complete", "stopped: why" or "running"
+    deck: str
+    branches: dict[int, Branch] = field(default_factory=dict)      # by number
+    buckling: dict[str, Buckling] = field(default_factory=dict)    # by step name
+    limit_curves: dict[str, LimitCurve] = field(default_factory=dict)
+    performance: dict[str, list] = field(default_factory=dict)     # phase, seconds, calls; counter, value
+    accuracy: dict[str, float] = field(default_factory=dict)       # worst values over all points
+
+    @property
+    def complete(self) -> bool:
+        return self.status == "complete"
+
+    def path_number(self, number: int) -> Path:
+        """Branch `number`, or for 0 the path of the steps."""
+        if number == 0:
+            return self
+        if number not in self.branches:
+            known = f"it has {', '.join(map(str, self.branches))}" if self.branches else "it has none"
+            raise ResultsError(f"{self.filename}: no branch {number} ({known})")
+        return self.branches[number]
+
+
+def find_column(filename: str, name: str, columns: dict[str, Column], monitors: dict[str, Column], what: str,
+                known: list[str]) -> Column:
+    """A column by name; `monitor/<name>` is always a monitor. Upper and lower case are the same."""
+    key = name.strip().lower()
+    for group, prefix in ((columns, ""), (monitors, ""), (monitors, "monitor/")):
+        for column in group.values():
+            if prefix + column.name.lower() == key:
+                return column
+    near = difflib.get_close_matches(key, [n.lower() for n in known], 1)
+    hint = f"did you mean {next(n for n in known if n.lower() == near[0])}? " if near else ""
+    raise ResultsError(f"{filename}: no {what} '{name}' ({hint}known: {', '.join(known)})")
+
+
+def _nearest(points: np.ndarray, point: int) -> str:
+    if points.size == 0:
+        return "none are stored at all"
+    below, above = points[points < point], points[points > point]
+    near = [str(group) for group in ([below.max()] if below.size else []) + ([above.min()] if above.size else [])]
+    return f"nearest: {', '.join(near)}"

@@ -1,0 +1,94 @@
+"""A sweep file (TOML) and its deck: which runs there are, what is gathered of them, which pictures are drawn."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+
+from ..results import ResultsError
+from .deck_text import filled, parameters
+from .quantities import Quantity, read_quantity
+from .sampling import GROUPS, samples
+
+KNOWN = {"title", "deck", "timeout", "gather", "picture", *GROUPS}
+DEFAULT = {"limit_load": "LP"}
+OWN_COLUMNS = {"run", "points", "code", "message", "seconds", "key"}
+
+
+@dataclass(frozen=True)
+class Sweep:
+    name: str                  # of the file, without folder and ending
+    title: str
+    text: str                  # of the sweep file
+    deck_name: str
+    deck: str                  # its text, with ${parameters}
+    values: list[dict]         # parameters of every run
+    group: dict[str, str]      # which of GROUPS each parameter is in
+    decks: list[str]           # text of every run's deck
+    gather: dict[str, Quantity]
+    pictures: list[dict]
+    timeout: float | None      # [s] a run
+
+
+def read_sweep(filename: str) -> Sweep:
+    """Everything checked that can be checked before the first run."""
+    text = _text(filename)
+    content = _toml(text, filename)
+    unknown = set(content) - KNOWN
+    if unknown:
+        raise ResultsError(f"{filename}: '{min(unknown)}' is not known (known: {', '.join(sorted(KNOWN))})")
+    if "deck" not in content:
+        raise ResultsError(f"{filename}: deck is missing: deck = \"NAME.inp\"")
+    deck_name = os.path.join(os.path.dirname(filename), content["deck"])
+    deck = _text(deck_name)
+    values = samples({name: content[name] for name in GROUPS if name in content}, filename)
+    unused = set(values[0]) - parameters(deck)
+    if unused:
+        raise ResultsError(f"{filename}: parameter '{min(unused)}' is not in {deck_name}: no ${{{min(unused)}}}")
+    timeout = content.get("timeout")
+    if timeout is not None and not (isinstance(timeout, (int, float)) and timeout > 0):
+        raise ResultsError(f"{filename}: timeout must be a positive number of seconds")
+    gather = {name: read_quantity(word, filename) for name, word in content.get("gather", DEFAULT).items()}
+    clash = set(gather) & set(values[0])
+    if clash:
+        raise ResultsError(f"{filename}: '{min(clash)}' is a parameter and in [gather]")
+    taken = OWN_COLUMNS & (set(gather) | set(values[0]))
+    if taken:
+        raise ResultsError(f"{filename}: '{min(taken)}' is a column of every sweep; choose another name")
+    return Sweep(os.path.splitext(os.path.basename(filename))[0], content.get("title", ""), text, os.path.basename(deck_name), deck,
+                 values, {name: word for word in GROUPS for name in content.get(word, {}) if name in values[0]},
+                 [filled(deck, each, deck_name) for each in values], gather, _pictures(content, filename, gather, values[0]),
+                 timeout)
+
+
+def _pictures(content: dict, filename: str, gather: dict, values: dict) -> list[dict]:
+    known = [*values, *gather]
+    for picture in content.get("picture", []):
+        for key in ("x", "y", "value", "over"):
+            if key in picture and picture[key] not in known:
+                raise ResultsError(f"{filename}: picture: no parameter or gathered quantity '{picture[key]}' "
+                                   f"(known: {', '.join(known)})")
+    return content.get("picture", [])
+
+
+def _text(filename: str) -> str:
+    try:
+        with open(filename, encoding="utf-8") as file:
+            return file.read()
+    except (OSError, UnicodeDecodeError) as problem:
+        raise ResultsError(f"{filename}: cannot be read: {getattr(problem, 'strerror', None) or problem}") from problem
+
+
+def _toml(text: str, filename: str) -> dict:
+    try:
+        import tomllib
+    except ModuleNotFoundError:     # Python 3.10
+        try:
+            import tomli as tomllib
+        except ModuleNotFoundError:
+            raise ResultsError("sweep files need Python 3.11, or the package tomli: apt-get install python3-tomli, "
+                               "or pip install tomli") from None
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as problem:
+        raise ResultsError(f"{filename}: {problem}") from problem

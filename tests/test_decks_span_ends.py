@@ -1,0 +1,81 @@
+"""Contact at ends of rods and between lines: a free tip, a clamp on its obstacle, a hump that is pressed flat. Small rotations.
+
+Rotations are below 1e-3 or 1e-5, their squares are what the closed forms err by.
+"""
+import math
+
+import numpy as np
+
+import deck_runner as dr
+
+DECK = """*HEADING
+{title}
+*NODE
+1, 0., {height}
+2, {length}, {height}
+*LINE, ELSET=B, NSET=B, TYPE=GE8
+1, 2, {elements}
+{imperfection}*BEAM SECTION, ELSET=B, SECTION=STIFFNESS
+1e9, 1., , 1.
+*BOUNDARY
+{supports}
+{obstacle}
+*CONTACT, OBSTACLE=BED, NSET=B
+*MONITOR, NAME=push, OBSTACLE=BED
+RF2
+*STEP
+*STATIC, METHOD=LOAD
+{first}
+*CONTROLS, LOCATE=1e-10
+{load}
+*END STEP
+"""
+BED = "*OBSTACLE, NAME=BED, TYPE=LINE\n0., 0., 1., 0."
+
+
+def run_deck(**fields):
+    values = {"height": 0.0, "length": 1.0, "elements": 8, "imperfection": "", "supports": "1, ENCASTRE", "obstacle": BED}
+    run = dr.run_deck(DECK.format(**(values | fields)))
+    assert "do not get on" not in run.stdout
+    return run, run.results.contact
+
+
+def test_a_tip_lies_down():
+    """Clamped at the height h above a bed, weight q: its tip touches at q L^4/8 = h. What does not lie on the bed in the end is
+    s = (72 h/q)^(1/4), and the bed carries all but 2 q s/3."""
+    run, contact = run_deck(title="A cantilever above a bed", height=1e-4, first=0.1, load="*DLOAD\nB, GRAV, 0.1, 0., -1.")
+    assert [c.label for c in run.results.critical] == ["C+", "EP"]
+    dr.assert_close(run.load("C+"), 8e-4 / 0.1, relative=1e-7)
+    free = (72.0 * 1e-4 / 0.1) ** 0.25
+    dr.assert_close((contact.start[-1, 0], contact.end[-1, 0]), (free, 1.0), absolute=1e-6)
+    dr.assert_close(run.column("push")[-1], 0.1 * (1.0 - 2.0 * free / 3.0), relative=1e-6)
+
+
+def test_contact_that_begins_at_a_clamp():
+    """On a large drum, a force F at the tip: contact begins at F L = EI/R, and goes on to L - EI/(F R)."""
+    run, contact = run_deck(title="A strip clamped on a drum", first=0.2, load="*CLOAD\n2, 2, -0.004",
+                            obstacle="*OBSTACLE, NAME=BED, TYPE=CIRCLE, SIDE=OUTSIDE\n0., -1000., 1000.")
+    assert [c.label for c in run.results.critical] == ["C+", "EP"]
+    dr.assert_close(run.load("C+"), 0.25, relative=1e-6)
+    load = run.column("load_factor")
+    assert np.all(contact.count[load <= run.load("C+")] == 0)
+    rows = load > 0.26
+    dr.assert_close(contact.start[rows, 0], np.zeros(np.sum(rows)), absolute=1e-12)
+    dr.assert_close(contact.end[rows, 0], 1.0 - 0.25 / load[rows], absolute=1e-6)
+
+
+def test_a_hump_is_pressed_flat():
+    """Stress-free shape a sin^2(pi x/L), clamped on the bed at both ends, one of them on rollers, weight q. Contact begins at both clamps, where
+    q L^2/24 = EI a pi^2/L^2, and all of it lies on the bed where the pressure is zero in the middle, q = EI a/2 (2 pi/L)^4."""
+    length, a = 4.0, 1e-5
+    run, contact = run_deck(title="A hump is pressed flat", length=length, elements=32, supports="1, ENCASTRE\n2, YSYMM",
+                            first=0.02, imperfection=f"*IMPERFECTION, ELSET=B, SHAPE=CLAMPED\n{a}\n",
+                            load="*DLOAD\nB, GRAV, 1e-3, 0., -1.")
+    assert [c.label for c in run.results.critical] == ["C+", "C+", "EP"]
+    begins = 24.0 * a * math.pi**2 / length**4 / 1e-3
+    flat = 0.5 * a * (2.0 * math.pi / length)**4 / 1e-3
+    dr.assert_close([c.load_factor for c in run.labelled("C+")], [begins, flat], relative=1e-5)
+    load = run.column("load_factor")
+    assert np.all(contact.count[(load > begins * 1.001) & (load < flat * 0.999)] == 2)
+    assert np.all(contact.count[load > flat * 0.999] == 1)
+    dr.assert_close(run.column("push")[-1], length * 1e-3, relative=1e-8)

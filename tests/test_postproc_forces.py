@@ -1,0 +1,101 @@
+"""postproc: section forces along the rods, over the arc length and on the structure; notes on scales that differ."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+sys.path[:0] = [str(Path(__file__).resolve().parent)]
+
+import make_result_file as make  # noqa: E402
+from postproc_runner import axes_of, draw, drawn_share  # noqa: E402,F401
+from unilat.results import Mesh  # noqa: E402
+from unilat.results.rod_chains import along_chain, rod_chains  # noqa: E402
+
+S = np.linspace(0.0, np.pi, 25)
+
+
+@pytest.fixture(scope="module")
+def ring(tmp_path_factory):
+    """N = -2, Q = cos s, M = sin s along a half ring whose third element runs backwards."""
+    name = tmp_path_factory.mktemp("results") / "ring.h5"
+    make.write_ring(name, fields=("displacement", "section_forces"))
+    ends = np.column_stack((S[:-1], S[1:]))
+    forces = np.stack((np.full(ends.shape, -2.0), np.cos(ends), np.sin(ends)), axis=-1)
+    forces[2] = forces[2, ::-1] * (1.0, 1.0, -1.0)
+    with h5py.File(name, "a") as file:
+        file["fields/section_forces"][...] = forces
+        file["mesh/elements"][2] = file["mesh/elements"][2][::-1]
+    return name
+
+
+def mesh(coordinates, elements):
+    coordinates, elements = np.array(coordinates, dtype=float), np.array(elements)
+    return Mesh(coordinates, elements, np.arange(len(coordinates)), np.arange(len(elements)))
+
+
+def test_a_chain_runs_from_end_to_end_whatever_the_order_of_its_elements():
+    (chain,) = rod_chains(mesh([(0, 0), (1, 0), (3, 0), (6, 0)], [(2, 1), (3, 2), (0, 1)]))
+    assert chain.elements.tolist() in ([1, 0, 2], [2, 0, 1])
+    lengths = np.diff(chain.arc, axis=1).ravel()
+    assert lengths.tolist() in ([3.0, 2.0, 1.0], [1.0, 2.0, 3.0]) and chain.arc[-1, 1] == 6.0
+
+
+def test_chains_end_where_three_elements_meet_and_a_ring_is_one():
+    chains = rod_chains(mesh([(0, 0), (1, 0), (2, 0), (1, 1), (1, 2)], [(0, 1), (1, 2), (1, 3), (3, 4)]))
+    assert sorted(sorted(chain.elements.tolist()) for chain in chains) == [[0], [1], [2, 3]]
+    (ring,) = rod_chains(mesh([(0, 0), (1, 0), (0, 1)], [(0, 1), (1, 2), (2, 0)]))
+    assert ring.elements.tolist() == [0, 1, 2] and not ring.turned.any()
+
+
+def test_a_turned_element_keeps_n_and_q_and_changes_the_sign_of_m():
+    (chain,) = rod_chains(mesh([(0, 0), (1, 0), (2, 0)], [(0, 1), (2, 1)]))
+    forces = np.array([[(1, 2, 3), (4, 5, 6)], [(7, 8, -9), (4, 5, -6)]], dtype=float)
+    np.testing.assert_array_equal(along_chain(chain, forces).reshape(-1, 3), [(1, 2, 3), (4, 5, 6), (4, 5, 6), (7, 8, 9)])
+
+
+def test_forces_over_the_arc_length(ring, axes_of):
+    *panels, _ = axes_of("forces", ring, "--label", "LP", "--y-scale", 2)
+    chord = 2.0 * np.sin(0.5 * np.pi / 24.0)      # arc lengths are along the chords
+    for axes, name, exact in zip(panels, "NQM", (lambda s: -4.0 + 0.0 * s, lambda s: 2.0 * np.cos(s), lambda s: 2.0 * np.sin(s))):
+        curve = next(line for line in axes.get_lines() if len(line.get_xdata()) == 48)
+        x, y = curve.get_data()
+        np.testing.assert_allclose(y, exact(x / chord * np.pi / 24.0), atol=1e-12)
+        assert axes.get_ylabel() == f"2 × {name} ({'moment' if name == 'M' else 'force'})"
+
+
+def test_forces_on_the_structure(ring, axes_of):
+    """Q is positive to the left, which is inside the ring at its start; M is drawn on the side in tension."""
+    axes_q, axes_m = axes_of("forces", ring, "--on", "structure", "--rows", "1", "--quantities", "Q,M")
+    tips = np.array([line.get_xydata()[0] for line in axes_q.get_lines() if len(line.get_xdata()) == 9])
+    assert np.hypot(*tips[0]) < 0.8                     # cos 0 = 1
+    bent = [line.get_xydata()[4] for line in axes_m.get_lines() if len(line.get_xdata()) == 9]
+    assert np.hypot(*bent[12]) > 1.2                    # M > 0 bends to the left: tension on the right, outside
+
+
+def test_pictures_and_errors(ring, tmp_path, capsys):
+    for arguments in ([], ["--on", "structure"], ["--quantities", "m", "--rows", "1,-1"]):
+        assert draw("forces", ring, *arguments, "-o", tmp_path / "a.png") == 0
+        assert 0.005 < drawn_share(tmp_path / "a.png") < 0.5
+    capsys.readouterr()
+    make.write_ring(tmp_path / "no.h5", fields=("displacement",))
+    for arguments, message in (([tmp_path / "no.h5"], "no section forces are stored"),
+                               ([ring, "--quantities", "N,T"], "list of some of N,Q,M"),
+                               ([ring, "--on", "structure", "--evenly", "2"], "one point is drawn, not 2")):
+        assert draw("forces", *arguments) == 2
+        assert message in capsys.readouterr().err
+
+
+# Scales that differ are told
+
+
+def test_the_picture_says_that_y_is_stretched(ring, axes_of):
+    assert axes_of("shape", ring)[0].get_xlabel() == "x (length)"
+    (axes,) = axes_of("shape", ring, "--stretch-y", 5, "--scale", 2)
+    assert axes.get_xlabel() == "x (length); y is drawn 5 times larger; displacements times 2"
+    (axes,) = axes_of("shape", ring, "--stretch-y", 5, "--no-axes")
+    assert "y is drawn 5 times larger" in [text.get_text() for text in axes.get_legend().get_texts()]

@@ -1,0 +1,377 @@
+"""Sweeps: values of the runs, decks with ${parameters}, the pool, kills and resumes, what is gathered, pictures, errors.
+
+UNILAT names the program.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+import signal
+import statistics
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+TESTS = Path(__file__).resolve().parent
+sys.path[:0] = [str(TESTS), str(TESTS.parent / "postproc")]
+
+from postproc_runner import POSTPROC, drawn_share  # noqa: E402
+from unilat.results import ResultsError  # noqa: E402
+from unilat.sweep.deck_text import filled, parameters  # noqa: E402
+from unilat.sweep.pool import WIDTH, Progress  # noqa: E402
+from unilat.sweep.quantities import read_quantity  # noqa: E402
+from unilat.sweep.sampling import samples  # noqa: E402
+
+# A clamped strip bent by a moment of 2 pi EI/L times turns: its end has turned by turns * 2 pi, whatever EI.
+DECK = """*HEADING
+roll-up of a strip
+** ${comments} stay as they are
+*NODE
+1, 0, 0
+2, 1, 0
+*LINE, ELSET=STRIP, TYPE=GE8
+1, 2, 4
+*BEAM SECTION, ELSET=STRIP, SECTION=STIFFNESS
+1e6, ${EI}
+*BOUNDARY
+1, ENCASTRE
+*MONITOR, NAME=TURN
+2, UR
+*STEP
+*STATIC, METHOD=LOAD
+0.25
+*CLOAD
+2, 6, ${2*pi*EI*turns}
+*END STEP
+"""
+SWEEP = """title = "strips"
+deck = "strip.inp"
+[grid]
+turns = [0.25, 0.5]
+[latin]
+runs = 3
+EI = { from = 1.0, to = 10.0, scale = "log" }
+[gather]
+turn = "last turn"
+largest = "max load_factor"
+limit = "LP"
+"""
+N = 6
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "strip.inp").write_text(DECK)
+    (tmp_path / "strip.toml").write_text(SWEEP)
+    return tmp_path
+
+
+def command(folder, *arguments, program=None):
+    return [sys.executable, "-B", "-m", "unilat.sweep", *map(str, arguments), "--program", str(program or os.environ["UNILAT"])]
+
+
+def environment():
+    return {**os.environ, "PYTHONPATH": str(POSTPROC)}
+
+
+def sweep(folder, what="run", *arguments, code=0, program=None):
+    done = subprocess.run(command(folder, what, "strip.toml", *arguments, program=program), cwd=folder, env=environment(),
+                          capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == code, done.stdout + done.stderr
+    return done
+
+
+def table(folder, name="strip"):
+    with open(folder / f"{name}-sweep" / f"{name}.csv", newline="") as file:
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+
+
+def slow_program(folder, seconds=0.2):
+    """unilat that waits before it begins."""
+    program = folder / "slow"
+    program.write_text(f"#!/bin/sh\nsleep {seconds}\nexec '{os.environ['UNILAT']}' \"$@\"\n")
+    program.chmod(0o755)
+    return program
+
+
+# Values of the runs
+
+
+def values(**groups):
+    return samples(groups, "a.toml")
+
+
+def test_a_grid_is_every_combination():
+    runs = values(grid={"a": [1, 2], "b": {"from": 1, "to": 100, "count": 3, "scale": "log"}, "c": 5})
+    assert [(run["a"], run["c"]) for run in runs] == [(1, 5)] * 3 + [(2, 5)] * 3
+    assert [run["b"] for run in runs[:3]] == pytest.approx([1.0, 10.0, 100.0]) and runs[0]["b"] == 1.0 and runs[2]["b"] == 100.0
+
+
+def test_groups_multiply():
+    runs = values(list={"a": [1, 2], "b": ["x", "y"]}, seeds={"seed": 3})
+    assert [(run["a"], run["b"], run["seed"]) for run in runs] == [(1, "x", 1), (1, "x", 2), (1, "x", 3),
+                                                                   (2, "y", 1), (2, "y", 2), (2, "y", 3)]
+    assert [run["seed"] for run in values(seeds={"seed": {"from": 5, "to": 7}})] == [5, 6, 7]
+
+
+def test_a_latin_hypercube_has_one_value_in_each_class():
+    runs = values(latin={"runs": 50, "seed": 3, "a": {"from": 2.0, "to": 4.0}, "b": {"mean": 1.0, "deviation": 0.5}})
+    a, b = (np.array([run[name] for run in runs]) for name in "ab")
+    assert sorted(np.floor((a - 2.0) / 2.0 * 50).astype(int)) == list(range(50))
+    shares = [statistics.NormalDist(1.0, 0.5).cdf(value) for value in b]
+    assert sorted(int(share * 50) for share in shares) == list(range(50))
+    assert abs(np.corrcoef(a, b)[0, 1]) < 0.4
+    assert runs == values(latin={"runs": 50, "seed": 3, "a": {"from": 2.0, "to": 4.0}, "b": {"mean": 1.0, "deviation": 0.5}})
+
+
+def test_random_samples_have_their_distribution_and_depend_on_the_seed():
+    group = {"runs": 4000, "seed": 1, "a": {"mean": 3.0, "deviation": 2.0}, "b": {"from": 0.1, "to": 10.0, "scale": "log"}}
+    a, b = (np.array([run[name] for run in values(random=group)]) for name in "ab")
+    error = 5.0 / np.sqrt(4000)       # five standard errors
+    assert abs(np.mean(a) - 3.0) < 2.0 * error and abs(np.std(a) - 2.0) < 2.0 * error
+    assert abs(np.mean(b < 1.0) - 0.5) < 0.5 * error
+    assert values(random=group | {"seed": 2}) != values(random=group)
+
+
+@pytest.mark.parametrize("groups, message", [
+    ({}, "no parameters"), ({"grid": {"a": []}}, r"\[grid\]: a has no values"), ({"list": {"a": [1], "b": [1, 2]}}, "same length"),
+    ({"latin": {"a": {"from": 0, "to": 1}}}, "'runs' is missing"),
+    ({"latin": {"runs": 3, "a": {"from": 0, "to": 1, "scale": "log"}}}, "positive"),
+    ({"random": {"runs": 3, "a": {"mean": 0, "deviation": 0}}}, "deviation > 0"), ({"seeds": {"seed": 0}}, "number of seeds"),
+    ({"grid": {"a": [1]}, "seeds": {"a": 3}}, "'a' is in .grid. and in .seeds."),
+    ({"grid": {"a": {"from": 1, "to": 2, "step": 1}}}, "'step' is not known")])
+def test_wrong_groups_are_told(groups, message):
+    with pytest.raises(ResultsError, match=message):
+        samples(groups, "a.toml")
+
+
+# Decks
+
+
+def test_places_are_filled_but_not_in_comments():
+    text = "*NODE\n1, ${x}, ${-2*x**2}\n** ${y}\n2, ${sqrt(abs(n))}, ${word}\n"
+    assert filled(text, {"x": 0.5, "n": -4, "word": "a"}, "d.inp") == "*NODE\n1, 0.5, -0.5\n** ${y}\n2, 2.0, a\n"
+    assert parameters(text) == {"x", "n", "word"}
+
+
+def test_a_number_keeps_every_digit():
+    value = 0.1 + 0.2
+    assert float(filled("${a}", {"a": value}, "d.inp")) == value and filled("${3}", {}, "d.inp") == "3"
+
+
+@pytest.mark.parametrize("place, message", [
+    ("${b}", "no parameter 'b' .known: a"), ("${a +}", "not a name or a formula"), ("${a/0}", "division by zero"),
+    ("${__import__('os')}", "not a name or a formula"), ("${a.real}", "not a name or a formula")])
+def test_a_wrong_place_is_told_with_its_line(place, message):
+    with pytest.raises(ResultsError, match=f"^d.inp:2: .*{message}"):
+        filled(f"*NODE\n1, {place}\n", {"a": 1}, "d.inp")
+
+
+# Runs
+
+
+def test_all_runs_are_made_gathered_and_drawn(folder):
+    done = sweep(folder, "run", "-j", 2)
+    assert f"{N} of {N} runs complete" in done.stdout and f"{N} of {N} runs" in done.stderr
+    rows = table(folder)
+    assert [int(row["run"]) for row in rows] == list(range(1, N + 1)) and all(row["code"] == "0" for row in rows)
+    for row in rows:
+        assert float(row["turn"]) == pytest.approx(2.0 * np.pi * float(row["turns"]), rel=1e-9)
+        assert float(row["largest"]) == 1.0 and row["limit"] == "nan"
+    with h5py.File(folder / "strip-sweep" / "strip.h5") as file:
+        assert file.attrs["deck"] == DECK and file.attrs["sweep"] == SWEEP and file.attrs["unilat"].startswith("unilat ")
+        np.testing.assert_array_equal(file["runs/EI"][()], [float(row["EI"]) for row in rows])
+        mine = file["path/run"][()] == 4
+        np.testing.assert_allclose(file["path/TURN"][()][mine], np.pi * file["path/load_factor"][()][mine], rtol=1e-9)
+    names = [line.removeprefix("picture: ") for line in done.stdout.splitlines() if line.startswith("picture: ")]
+    assert names and all(0.005 < drawn_share(folder / name) < 0.9 for name in names)
+
+
+def test_killed_and_resumed_is_the_same_as_in_one_go(folder):
+    """kill -9 of the sweep and its runs, in the middle; the CSV then has the same bytes, and finished runs stay as they are."""
+    program = slow_program(folder)
+    one_go = folder / "one-go"
+    sweep(folder, "run", "--folder", one_go, "-j", 2, program=program)
+    resumed = folder / "resumed"
+    running = subprocess.Popen(command(folder, "run", "strip.toml", "--folder", resumed, "-j", "1", program=program), cwd=folder,
+                               env=environment(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+    while len(list((resumed / "runs").glob("*.json"))) < 2:
+        assert running.poll() is None
+        time.sleep(0.01)
+    os.killpg(running.pid, signal.SIGKILL)
+    running.wait()
+    before = {path.name: path.stat().st_mtime_ns for path in (resumed / "runs").glob("*.json")}
+    assert 2 <= len(before) < N
+    assert f"{len(before)} of {N} runs complete, {N - len(before)} missing" in sweep(folder, "status", "--folder", resumed, code=1,
+                                                                                   program=program).stdout
+    done = sweep(folder, "run", "--folder", resumed, "-j", 2, program=program)
+    assert f"{len(before)} finished before" in done.stdout
+    assert (resumed / "strip.csv").read_bytes() == (one_go / "strip.csv").read_bytes()
+    assert all((resumed / "runs" / name).stat().st_mtime_ns == then for name, then in before.items())
+    assert not list((resumed / "runs").glob("*.part"))
+    with h5py.File(resumed / "strip.h5") as first, h5py.File(one_go / "strip.h5") as second:
+        for group in ("path", "critical"):
+            for name in first[group]:
+                np.testing.assert_array_equal(first[group][name][()], second[group][name][()])
+
+
+def test_nothing_is_run_twice_and_a_changed_deck_is_run_again(folder):
+    sweep(folder)
+    assert f"{N} finished before" in sweep(folder).stdout
+    (folder / "strip.toml").write_text(SWEEP.replace("[0.25, 0.5]", "[0.25, 0.5, 0.75]"))
+    assert f"9 runs, {N} finished before" in sweep(folder).stdout
+    (folder / "strip.inp").write_text(DECK.replace("1, 2, 4", "1, 2, 5"))
+    assert "9 runs, 0 finished before" in sweep(folder).stdout
+
+
+def test_runs_that_fail_are_listed_with_their_message_and_the_others_go_on(folder):
+    (folder / "strip.inp").write_text(DECK.replace("1e6, ${EI}", "1e6, ${EI - 2}"))
+    (folder / "strip.toml").write_text('deck = "strip.inp"\n[grid]\nturns = 0.25\nEI = [1, 3, 4]\n[gather]\nturn = "last TURN"\n')
+    done = sweep(folder, code=1)
+    assert "2 of 3 runs complete, 1 not complete" in done.stdout and "run 1 (turns = 0.25, EI = 1): " in done.stdout
+    assert "exit code 1; deck and listing: " in done.stdout
+    listing = Path(next(line for line in done.stdout.splitlines() if "deck and listing" in line).split(": ")[-1])
+    assert "1e6, -1" in (folder / listing).read_text()
+    first, second, _ = table(folder)
+    assert first["code"] == "1" and "*BEAM SECTION" in first["message"] and first["turn"] == "nan" and second["code"] == "0"
+    assert "3 finished before" in sweep(folder, code=1).stdout          # the same deck fails again
+    assert "2 finished before" in sweep(folder, "run", "--retry", code=1).stdout
+
+
+def test_a_run_that_takes_too_long_and_one_that_is_killed(folder):
+    program = folder / "odd"
+    program.write_text(f"#!/bin/sh\ngrep -q '^1e6, 1$' && exec sleep 20\n[ -e '{folder}/mended' ] || kill -9 $$\nexit 0\n")
+    program.chmod(0o755)
+    (folder / "strip.toml").write_text("deck = \"strip.inp\"\ntimeout = 0.3\n[grid]\nturns = 0.25\nEI = [1, 2]\n")
+    first, second = table_of(folder, sweep(folder, code=5, program=program))
+    assert (first["code"], first["message"]) == ("124", "took longer than 0.3 s") and second["code"] == "-9"
+    (folder / "mended").touch()
+    assert "1 finished before" in sweep(folder, code=5, program=program).stdout     # what a signal ended is made again
+    assert table(folder)[1]["code"] == "0"
+
+
+def table_of(folder, done):
+    assert "no run has limit_load" in done.stderr
+    return table(folder)
+
+
+def test_interrupted_by_hand(folder):
+    """Ctrl-C: finished runs stay, the sweep ends without a traceback."""
+    running = subprocess.Popen(command(folder, "run", "strip.toml", "-j", "1", program=slow_program(folder)), cwd=folder,
+                               env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    while not list((folder / "strip-sweep" / "runs").glob("*.json")):
+        assert running.poll() is None
+        time.sleep(0.01)
+    os.killpg(running.pid, signal.SIGINT)
+    _, said = running.communicate(timeout=30)
+    assert running.returncode == 130 and "Traceback" not in said and "run it again" in said
+
+
+class Screen(io.StringIO):
+    """A terminal."""
+
+    def isatty(self):
+        return True
+
+
+def test_the_bar_on_a_terminal_and_the_lines_elsewhere():
+    screen, log = Screen(), io.StringIO()
+    for stream in (screen, log):
+        progress = Progress(40, stream)
+        for number in range(40):
+            progress.add(1 if number == 3 else 0)
+    bars = screen.getvalue().split("\r")
+    assert bars[-1].startswith(f"[{'#' * WIDTH}] 40 of 40 runs, 1 not complete, ") and bars[-1].endswith("\n")
+    assert screen.getvalue().count("\n") == 1
+    lines = log.getvalue().splitlines()
+    assert len(lines) == 10 and lines[0].startswith("4 of 40 runs, 1 not complete, ") and lines[-1].startswith("40 of 40")
+
+
+# What is gathered
+
+
+def test_words_of_quantities():
+    word = read_quantity("C+2.shortening", "a.toml")
+    assert (word.label, word.number, word.name) == ("C+", 2, "shortening")
+    assert read_quantity("LP", "a.toml").name == "load_factor" and read_quantity("max v", "a.toml").how == "max"
+    for wrong in ("LQ", "v", "most v", "LP.", 3):
+        with pytest.raises(ResultsError, match="neither a label"):
+            read_quantity(wrong, "a.toml")
+
+
+@pytest.mark.parametrize("change, message", [
+    (("deck = \"strip.inp\"", "deck = \"none.inp\""), "none.inp: cannot be read: No such file"),
+    (("[gather]", "[gathers]"), "'gathers' is not known"),
+    (("turns = [0.25, 0.5]", "turns = [0.25, 0.5]\nlost = [1]"), "parameter 'lost' is not in strip.inp: no ${lost}"),
+    (("[latin]", "[latin"), "strip.toml: "), (("limit = \"LP\"", "limit = \"LPX\""), "'LPX' is neither a label"),
+    (('limit = "LP"', 'limit = "LP"\n[[picture]]\nkind = "line"\nx = "lost"\ny = "limit"'), "no parameter or gathered quantity"),
+    (("limit = \"LP\"", "code = \"LP\""), "'code' is a column of every sweep"),
+    (("limit = \"LP\"", "EI = \"LP\""), "'EI' is a parameter and in [gather]"),
+    (("EI = { from = 1.0, to = 10.0, scale = \"log\" }", ""), "[latin]: no parameters")])
+def test_wrong_sweep_files_are_one_line_before_anything_runs(folder, change, message):
+    assert change[0] in SWEEP
+    (folder / "strip.toml").write_text(SWEEP.replace(*change))
+    done = sweep(folder, code=2)
+    assert done.stdout == "" and message in done.stderr and done.stderr.count("\n") == 1
+    assert not (folder / "strip-sweep").exists()
+
+
+def test_no_slurm_here_is_told(folder):
+    done = subprocess.run(command(folder, "run", "strip.toml", "--slurm"), cwd=folder, env=environment() | {"PATH": str(folder)},
+                          capture_output=True, text=True, check=False)
+    assert done.returncode == 2 and "there is no sbatch here" in done.stderr
+
+
+PICTURES = """
+[[picture]]
+kind = "histogram"
+x = "turn"
+[[picture]]
+kind = "scatter"
+x = "EI"
+y = "turn"
+value = "turns"
+[[picture]]
+kind = "line"
+x = "turns"
+y = "turn"
+[[picture]]
+kind = "line"
+x = "EI"
+y = "turn"
+over = "turns"
+x_scale = "log"
+[[picture]]
+kind = "map"
+x = "EI"
+y = "turns"
+value = "turn"
+"""
+
+
+def test_pictures(folder):
+    (folder / "strip.toml").write_text(SWEEP + PICTURES)
+    done = sweep(folder)
+    names = [line.removeprefix("picture: ") for line in done.stdout.splitlines() if line.startswith("picture: ")]
+    assert len(names) == 5 and all(0.005 < drawn_share(folder / name) < 0.95 for name in names)
+    (folder / "strip.toml").write_text(SWEEP + "[[picture]]\nkind = \"pie\"\n")
+    assert "kind is one of line, map" in sweep(folder, "draw", code=5).stderr
+
+
+def test_example_sweeps_are_good():
+    """Every sweep file of input/sweeps can be read, and its first and last deck are good decks."""
+    from unilat.sweep.sweep_file import read_sweep
+    files = sorted((TESTS.parent / "input" / "sweeps").glob("*.toml"))
+    assert files
+    for name in files:
+        read = read_sweep(str(name))
+        for deck in (read.decks[0], read.decks[-1]):
+            done = subprocess.run([os.environ["UNILAT"], "--check"], input=deck, capture_output=True, text=True, check=False)
+            assert done.returncode == 0, done.stderr

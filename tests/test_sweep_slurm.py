@@ -1,0 +1,61 @@
+"""A sweep through a real Slurm on this machine, cancelled half-way and resumed; skipped where Slurm is not installed.
+
+UNILAT names the program.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+TESTS = Path(__file__).resolve().parent
+sys.path[:0] = [str(TESTS), str(TESTS.parent / "postproc")]
+
+from slurm_machine import SlurmMachine, why_not  # noqa: E402
+from test_sweep import N, command, environment, folder, slow_program, sweep  # noqa: E402,F401
+
+pytestmark = pytest.mark.skipif(bool(why_not()), reason=why_not())
+
+
+@pytest.fixture
+def slurm(tmp_path_factory):
+    machine = SlurmMachine(tmp_path_factory.mktemp("slurm"))
+    try:
+        machine.start()
+        yield machine
+    finally:
+        machine.stop()
+
+
+def test_cancelled_half_way_and_resumed_is_the_same_as_on_the_pool(slurm, folder):  # noqa: F811
+    program = slow_program(folder, 1.0)
+    sweep(folder, "run", "--folder", folder / "pool", program=program)
+    here = environment() | slurm.environment | {"PYTHONPATH": environment()["PYTHONPATH"]}
+    words = command(folder, "run", "strip.toml", "--folder", folder / "array", "--slurm", "--tasks", "2", program=program)
+    running = subprocess.Popen(words, cwd=folder, env=here,
+                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    told = ""
+    while "job array" not in told:
+        line = running.stdout.readline()
+        assert line, told
+        told += line
+    job = re.search(r"Slurm job array (\d+): 2 tasks", told).group(1)
+    end = time.monotonic() + 30.0
+    while not list((folder / "array" / "runs").glob("*.json")):
+        assert time.monotonic() < end and running.poll() is None
+        time.sleep(0.02)
+    subprocess.run(["scancel", job], env=slurm.environment, check=True)
+    told += running.communicate(timeout=60)[0]
+    assert running.returncode == 1 and re.search(r"[1-5] of 6 runs complete, [1-5] missing", told), told
+    done = subprocess.run(words, cwd=folder, env=here,
+                          capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0 and f"{N} of {N} runs complete" in done.stdout, done.stdout + done.stderr
+    assert not re.search(r"runs, 0 finished before", done.stdout)
+    assert (folder / "array" / "strip.csv").read_bytes() == (folder / "pool" / "strip.csv").read_bytes()
+    assert os.path.exists(folder / "array" / "job.sh")
