@@ -136,13 +136,13 @@ def test_error_bars(files, tmp_path, axes_of):
     assert np.all(np.isnan(ring.errors["load_factor"].values[:2]))
     np.testing.assert_allclose(ring.errors["load_factor"].values[2:-1], 0.01 * load[2:-1])
     np.testing.assert_allclose(ring.column("corrected").values[2:-1], 0.995 * load[2:-1])
-    axes, = axes_of(plot_path, tmp_path / "ring.h5", "--x", "v", "--y", "load_factor", "--y-scale", "2")
+    axes, = axes_of("path", tmp_path / "ring.h5", "--x", "v", "--y", "load_factor", "--y-scale", "2")
     band, = (c for c in axes.collections if isinstance(c, PolyCollection))
     corners = band.get_paths()[0].vertices
     assert corners[:, 1].max() == pytest.approx(2.0 * 1.01 * load[2:-1].max())
     whiskers = [c for c in axes.collections if isinstance(c, LineCollection) and len(c.get_segments()) == 1]
     assert any(np.ptp(c.get_segments()[0][:, 1]) == pytest.approx(2.0 * 2.0 * 0.01 * limit.load_factor) for c in whiskers)
-    axes, = axes_of(plot_path, files / "ring.h5", "--x", "v")
+    axes, = axes_of("path", files / "ring.h5", "--x", "v")
     assert not any(isinstance(c, PolyCollection) for c in axes.collections)
 
 
