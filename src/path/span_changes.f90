@@ -10,7 +10,8 @@ module span_changes
    use span_problem, only: hold_touches
    use state_transfer, only: carried
    use span_regions, only: beginning_region, find_span_regions
-   use span_tests, only: span_test_t, run_span_tests, test_slack, test_gap, test_force, test_curvature, test_pressure, test_closing
+   use span_tests, only: span_test_t, run_span_tests, test_slack, test_gap, test_force, test_curvature, test_pressure, &
+      & test_length, test_closing
    use span_set, only: change_set, begin_touch, touched_at, test_words
    use touchdown_points, only: stands
    use held_openings, only: find_flat_point, held_load, first_length, longest_length
@@ -121,10 +122,13 @@ contains
       label = '  '
       if (first > 0) label = change_label(after(first))
       if (first > 0 .and. .not. (lies .or. standing)) then
-         ! Contact that begins where a clamp stands.
-         if (there(first)%kind == test_curvature) then
-            if (stands(problem, place, there(first)%candidate)) label = 'C+'
-         end if
+         ! Contact that begins, or ends, where a clamp stands.
+         do k = 1, problem%candidates%n
+            if (problem%candidates%touch(k) == 0 .or. problem%candidates%touch(k) /= there(first)%touch) cycle
+            if (.not. stands(problem, place, k)) cycle
+            if (there(first)%kind == test_curvature) label = 'C+'
+            if (there(first)%kind == test_length) label = 'C-'
+         end do
       end if
       merges = .false.
       if (first == 0) merges = size(find_span_regions(laid, start)) < size(find_span_regions(problem, place))
