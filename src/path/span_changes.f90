@@ -121,12 +121,12 @@ contains
       end if
       label = '  '
       if (first > 0) label = change_label(after(first))
-      if (first > 0 .and. .not. (lies .or. standing)) then
+      if (first > 0 .and. .not. lies) then
          ! Contact that begins, or ends, where a clamp stands.
          do k = 1, problem%candidates%n
             if (problem%candidates%touch(k) == 0 .or. problem%candidates%touch(k) /= there(first)%touch) cycle
             if (.not. stands(problem, place, k)) cycle
-            if (there(first)%kind == test_curvature) label = 'C+'
+            if (there(first)%kind == test_curvature .and. .not. standing) label = 'C+'
             if (there(first)%kind == test_length) label = 'C-'
          end do
       end if
