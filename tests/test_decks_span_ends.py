@@ -65,8 +65,9 @@ def test_contact_that_begins_at_a_clamp():
 
 
 def test_a_hump_is_pressed_flat():
-    """Stress-free shape a sin^2(pi x/L), clamped on the bed at both ends, one of them on rollers, weight q. Contact begins at both clamps, where
-    q L^2/24 = EI a pi^2/L^2, and all of it lies on the bed where the pressure is zero in the middle, q = EI a/2 (2 pi/L)^4."""
+    """Stress-free shape a sin^2(pi x/L), clamped on the bed at both ends, one on rollers, weight q. Contact begins at both,
+    where q L^2/24 = EI a pi^2/L^2, and all of it lies on the bed where the pressure is zero in the middle, at
+    q = EI a/2 (2 pi/L)^4."""
     length, a = 4.0, 1e-5
     run, contact = run_deck(title="A hump is pressed flat", length=length, elements=32, supports="1, ENCASTRE\n2, YSYMM",
                             first=0.02, imperfection=f"*IMPERFECTION, ELSET=B, SHAPE=CLAMPED\n{a}\n",
@@ -79,3 +80,29 @@ def test_a_hump_is_pressed_flat():
     assert np.all(contact.count[(load > begins * 1.001) & (load < flat * 0.999)] == 2)
     assert np.all(contact.count[load > flat * 0.999] == 1)
     dr.assert_close(run.column("push")[-1], length * 1e-3, relative=1e-8)
+
+
+BACK = "*END STEP\n*STEP\n*STATIC, METHOD=LOAD\n0.1\n*CONTROLS, LOCATE=1e-10\n"
+
+
+def test_a_tip_comes_up_again():
+    """The weight is taken off again: the line becomes shorter, then the tip alone touches, down to the weight at which it began."""
+    run, contact = run_deck(title="A cantilever above a bed", height=1e-4, first=0.1,
+                            load="*DLOAD\nB, GRAV, 0.1, 0., -1.\n" + BACK + "*DLOAD\nB, GRAV, 0.1, 0., 1.")
+    assert [c.label for c in run.results.critical] == ["C+", "EP", "C-", "EP"]
+    dr.assert_close(run.load("C-"), 1.0 - 8e-4 / 0.1, relative=1e-7)
+    assert contact.count[-1] == 0
+
+
+def test_contact_that_ends_at_a_clamp():
+    """The force is taken off a strip that lies on a drum from its clamp on, and lifts its tip in the end."""
+    run, contact = run_deck(title="A strip clamped on a drum", first=0.2,
+                            load="*CLOAD\n2, 2, -0.004\n" + BACK + "*CLOAD\n2, 2, 0.005",
+                            obstacle="*OBSTACLE, NAME=BED, TYPE=CIRCLE, SIDE=OUTSIDE\n0., -1000., 1000.")
+    assert [c.label for c in run.results.critical] == ["C+", "EP", "C-", "EP"]
+    # The line ends where it is 1e-4 long.
+    dr.assert_close(run.load("C-"), 0.6, absolute=1e-4)
+    force = np.where(run.column("step") == 1, 0.004 * run.column("load_factor"), 0.004 - 0.005 * run.column("load_factor"))
+    rows = (run.column("step") == 2) & (force > 0.0011)
+    dr.assert_close(contact.end[rows, 0], 1.0 - 1e-3 / force[rows], absolute=1e-6)
+    assert contact.count[-1] == 0

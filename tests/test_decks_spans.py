@@ -107,7 +107,7 @@ def test_example_decks_need_no_contact_at_nodes(name):
 
 def test_clamped_column_between_walls_that_are_near():
     """Small rotations: between clamps and a line there is a wave length each, at any load. The line is free to buckle where it is
-    as long as that, at 9 Pcr, or two of them, at 16; or where tan(k l/2) = k l/2, which opens one half and would press the other."""
+    as long as that, at 9 Pcr, or two of them, at 16; or where tan(k l/2) = k l/2, which opens one half and presses the other."""
     text = WALLS.format(title="column", length=1.0, elements=24, guide="2, 2\n2, 6", factor=-1, trigger="", end=45,
                         branch="*BRANCH, SIDE=PLUS\nLOAD, ABOVE, 790.\n")
     run = dr.run_deck(dr.changed(text, ("1., 0.1, 0., 0.1", "1., 1e-4, 0., 1e-4"), ("0., -0.1, 1., -0.1", "0., -1e-4, 1., -1e-4"),

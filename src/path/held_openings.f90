@@ -100,7 +100,8 @@ contains
       logical, intent(out) :: ok
       type(timers_t), intent(inout) :: timers
       problem%opening = [candidate, 0]
-      call solve_held(problem, run%system, .true., held_steps(problem, run), flatness, place, ok, timers)
+      call solve_held(problem, run%system, problem%candidates%moves(candidate), held_steps(problem, run), flatness, place, ok, &
+         & timers)
       problem%opening = 0
    end subroutine find_flat_point
 

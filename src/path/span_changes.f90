@@ -11,7 +11,7 @@ module span_changes
    use state_transfer, only: carried
    use span_regions, only: beginning_region, find_span_regions
    use span_tests, only: span_test_t, run_span_tests, virtual_pressure, test_slack, test_gap, test_force, test_curvature, &
-      & test_pressure, test_closing
+      & test_pressure, test_length, test_closing
    use span_set, only: change_set, begin_touch, touched_at, test_words
    use touchdown_points, only: stands
    use held_openings, only: find_flat_point, held_load, first_length, longest_length
@@ -133,17 +133,11 @@ contains
             if (.not. divides) label = '  '
          end if
          if (after(first)%kind == test_curvature .and. .not. (lies .or. standing)) then
-            if (stands(problem, place, there(first)%candidate)) then
-               ! Contact that begins where a clamp stands.
-               label = 'C+'
-            else
-               divides = virtual_pressure(problem, place, there(first)%candidate) < 0.0_wp
-               if (divides) label = 'C-'
-            end if
+            divides = virtual_pressure(problem, place, there(first)%candidate) < 0.0_wp
+            if (divides) label = 'C-'
          end if
+         if (.not. lies) call begin_or_end_at_clamp()
       end if
-      if (first > 0 .and. .not. allocated(bars)) &
-         & call bars_at_point(problem, step, run, place, heading, label, .false., first, bars, timers)
       shorter = .false.
       ! Two changes at once, of which the first has its point: where contact only spreads Newton's method has yet to follow.
       if (.not. (standing .and. label == '  ')) &
@@ -198,6 +192,18 @@ contains
          heading%u = heading%u / length
          heading%load = (place%load_factor - run%state%load_factor) / length
       end function arrival
+
+      !> Contact that begins, or ends, where a clamp stands.
+      subroutine begin_or_end_at_clamp()
+         integer :: c
+         do c = 1, problem%candidates%n
+            if (problem%candidates%touch(c) == 0 .or. problem%candidates%touch(c) /= there(first)%touch) cycle
+            if (.not. stands(problem, place, c)) cycle
+            if (there(first)%kind == test_curvature .and. .not. standing) label = 'C+'
+            if (there(first)%kind == test_length) label = 'C-'
+            if (label == 'C+') divides = .false.
+         end do
+      end subroutine begin_or_end_at_clamp
 
       !> A shorter increment may tell.
       subroutine go_less_far()

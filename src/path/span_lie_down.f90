@@ -37,15 +37,19 @@ contains
       logical, intent(out) :: lies               !! false: no span lies down
       type(timers_t), intent(inout) :: timers
       type(span_test_t), allocatable :: tests(:)
+      real(wp) :: left, come
       integer :: c, side
       lies = .false.
       do c = 1, problem%candidates%n
          do side = 1, 2
             if (.not. beside_free_span(problem, c, side)) cycle
+            ! Not some other equilibrium: the path has come further than what is left, of the gap and of the way.
+            left = span_gap(problem, state, c, side)
+            come = span_gap(problem, earlier, c, side)
+            if (abs(left) > abs(come - left)) cycle
             next = new_span_problem(problem, laid_down(problem, state, c, side))
             call find_begin(problem, next, state, step, start, system, rate, lies, timers)
             if (.not. lies) cycle
-            ! Not some other equilibrium: the path has come further than what is left of the gap.
             lies = path_length(next, carried(problem, state, next), start) <= path_length(problem, earlier, state)
             if (lies) call look_at_ends(next, start, max(system%force_scale, tiny(rate)), lies)
             if (.not. lies) cycle
@@ -110,6 +114,8 @@ contains
          loads = [loads(2), guess]
          pressure = [pressure(2), least_pressure()]
          slack = 1.0e-3_wp * test_slack(test_pressure)
+         ! No load tells them apart.
+         if (try > 1 .and. .not. abs(loads(2) - loads(1)) > 0.0_wp) return
          if (try > 1) rate = (pressure(2) - pressure(1)) / (loads(2) - loads(1))
          found = try > 1 .and. pressure(2) >= 0.0_wp .and. pressure(2) <= slack
          if (found) return

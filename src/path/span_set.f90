@@ -11,11 +11,11 @@ module span_set
    use span_tests, only: span_test_t, gap_at, virtual_pressure, test_gap, test_force, test_curvature, test_pressure, &
       & test_length, test_closing, test_crossing, test_slope, shortest, beyond, across
    use span_mesh, only: take_touches
-   use held_openings, only: open_span, rest_held, too_flat, held_load, small_load, spreading_rate
+   use held_openings, only: open_span, rest_held, find_flat_point, too_flat, held_load, small_load, spreading_rate
    use path_control, only: control_t, is_arc_length
    use path_continuity, only: heading_at
    use path_events, only: new_probe
-   use path_run, only: run_t
+   use path_run, only: run_t, heading_of
    use corrector, only: increment_t, correct
    use touchdown_points, only: point_force
    use conforming_span, only: flat_excess, excess_curvature
@@ -96,6 +96,7 @@ contains
       ok = run%system%ok
       if (ok .and. any(opened > 0)) call open_span(problem, run, opened, ok, timers)
       if (ok .and. any(crossed > 0)) call open_span(problem, run, crossed, ok, timers)
+      if (ok .and. any(test%kind == [test_length, test_closing]) .and. all(crossed == 0)) call come_to_rest()
       if (.not. ok) then
          run%stuck = 'no way on from where '//test_words(test)
          return
@@ -122,7 +123,11 @@ contains
             length = 0.5_wp * share * whole / max(abs(rate * run%heading%load), tiny(rate))
          end if
       case default
-         run%heading = heading_at(problem, run%system, run%heading%u, run%heading%load)
+         if (is_arc_length(run%control%method)) then
+            run%heading = heading_at(problem, run%system, run%heading%u, run%heading%load)
+         else
+            run%heading = heading_of(problem, run, run%state)
+         end if
       end select
       run%probe = new_probe(problem, run%state, run%system, run%heading%load)
       if (is_arc_length(run%control%method)) then
@@ -180,6 +185,30 @@ contains
          numbers = [touch(k)%number, new%number]
          if (way < 0) numbers = numbers([2, 1])
       end subroutine go_on_behind
+
+      !> What was taken for none had a length: without it the equilibrium at the same load is a little another. It stays where none
+      !> is found, as at a limit point.
+      subroutine come_to_rest()
+         type(control_t) :: here
+         type(increment_t) :: report
+         type(state_t) :: state
+         logical :: found
+         integer :: c
+         here%method = method_load
+         here%whole = run%state%load_factor
+         state = run%state
+         call correct(problem, run%state, here, .true., state, run%system, report, timers)
+         if (report%converged) run%state = state
+         call linearise(problem, run%state, run%state, run%system, timers)
+         if (test%kind /= test_length) return
+         ! Where the line would be none the point is as curved as the obstacle.
+         c = findloc(problem%candidates%touch, findloc(problem%touch%number, touch(k)%number, 1), 1)
+         if (c == 0 .or. .not. report%converged) return
+         state = run%state
+         call find_flat_point(problem, run, c, state, found, timers)
+         if (found) run%state = state
+         call linearise(problem, run%state, run%state, run%system, timers)
+      end subroutine come_to_rest
 
       !> A line that has become as short as none: what is left is a point, or, where it goes on past a breakpoint, the line there.
       subroutine shrink()
