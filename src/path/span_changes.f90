@@ -138,6 +138,8 @@ contains
          end if
          if (.not. lies) call begin_or_end_at_clamp()
       end if
+      if (first > 0 .and. .not. allocated(bars)) &
+         & call bars_at_point(problem, step, run, place, heading, label, .false., first, bars, timers)
       shorter = .false.
       ! Two changes at once, of which the first has its point: where contact only spreads Newton's method has yet to follow.
       if (.not. (standing .and. label == '  ')) &
