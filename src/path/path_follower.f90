@@ -68,7 +68,8 @@ contains
             before = relation
             relation = relate(problem, run%state, trial, run%heading, ahead, run%fresh)
             astray = .not. same_path(relation)
-            if (astray .and. cuts > 0) then
+            ! With contact spans corners are where their changes are located, and the heading is that after them.
+            if (astray .and. cuts > 0 .and. .not. problem%spans) then
                if (at_corner(before, relation)) &
                   & astray = .not. same_path(relate(problem, run%state, trial, run%heading, ahead, .true.))
             end if
