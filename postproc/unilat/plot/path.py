@@ -136,10 +136,13 @@ class Diagram:
         if not seen.any():
             return
         marked = [critical.point - 1 for critical in path.critical if seen[critical.point - 1]]
+        # The path sets the scale: bars that are wider than the picture go through it.
+        limits = self.axes.dataLim.frozen()
         self.axes.errorbar(at[marked], value[marked], yerr=error[marked], fmt="none", ecolor=colour, elinewidth=0.7,
                            capsize=2.0, zorder=4)
         self.axes.fill_between(at, value - error, value + error, where=known, color=colour, alpha=0.2, linewidth=0.0,
                                zorder=1)
+        self.axes.dataLim.set(limits)
 
 
 def branch_looks(branches: list[Branch]) -> dict[str, dict]:
