@@ -59,14 +59,13 @@ contains
       type(timers_t), intent(inout) :: timers
       type(functional_t) :: functional
       type(monitor_row_t) :: inside
-      real(wp) :: force(6, problem%model%mesh%n_elements), w(system%n), tangent(system%n), load(problem%model%mesh%n_elements), &
-         & share(problem%model%mesh%n_elements), rhs, along, &
-         & along_load, load_rounding, rest, change
+      real(wp) :: force(6, problem%model%mesh%n_elements), w(system%n), of_load(system%n), tangent(system%n), &
+         & share(problem%model%mesh%n_elements), rhs, along, along_load, rest, change
       integer :: e, m, n
       n = 1 + size(problem%model%monitor)
       allocate (shares%sum(n), shares%size(n), shares%rounding(n), shares%inside(n), source=0.0_wp)
       allocate (shares%known(n), source=.false.)
-      do e = 1, size(load)
+      do e = 1, size(share)
          force(:, e) = unbalanced(problem, system, at_start, e)
       end do
       call control_row(problem, control, state, state, system, rhs, timers)
@@ -76,29 +75,25 @@ contains
       call leave_out(problem, modes, tangent)
       along = dot_product(system%path_row, tangent) + system%path_corner
       if (.not. abs(along) > 0.0_wp) return
-      w = w / along
-      do e = 1, size(load)
-         load(e) = dot_product(nodal(w, e), force(:, e))
-      end do
+      of_load = w / along
+      share = shares_by(of_load)
       shares%known(1) = .true.
       ! What Newton's method has left is not the elements'.
-      rest = dot_product(w, merge(0.0_wp, system%residual, system%fixed))
-      shares%sum(1) = sum(load) + rest
-      shares%size(1) = sum(abs(load)) + abs(rest)
-      load_rounding = rounding_of(w)
-      shares%rounding(1) = rounding_factor * load_rounding
+      rest = dot_product(of_load, merge(0.0_wp, system%residual, system%fixed))
+      shares%sum(1) = sum(share) + rest
+      shares%size(1) = sum(abs(share)) + abs(rest)
+      shares%rounding(1) = rounding_factor * rounding_of(of_load)
       do m = 2, n
          call new_functional(problem, state, system, m - 1, functional)
          if (.not. functional%known) cycle
          call solve_effective(system, merge(0.0_wp, functional%by_unknown, system%fixed), w, timers)
          call leave_out(problem, modes, w)
          along_load = dot_product(functional%by_unknown, tangent) + functional%by_load
-         w = functional%by_force - w
-         change = dot_product(w, merge(0.0_wp, system%residual, system%fixed)) + along_load * rest + &
+         ! In one vector: at a limit point both parts are without bounds.
+         w = functional%by_force - w + along_load * of_load
+         change = dot_product(w, merge(0.0_wp, system%residual, system%fixed)) + &
             & dot_product(functional%by_force, system%residual - system%raw)
-         do e = 1, size(load)
-            share(e) = dot_product(nodal(w, e), force(:, e)) + along_load * load(e)
-         end do
+         share = shares_by(w)
          shares%known(m) = .true.
          if (problem%deck%monitor(m - 1)%quantity == quantity_displacement) then
             ! A monitor between the nodes has an error of its own.
@@ -113,10 +108,18 @@ contains
          end if
          shares%sum(m) = sum(share) + change
          shares%size(m) = sum(abs(share)) + abs(change)
-         shares%rounding(m) = rounding_factor * (rounding_of(w) + abs(along_load) * load_rounding)
+         shares%rounding(m) = rounding_factor * rounding_of(w)
       end do
 
    contains
+
+      !> What the elements contribute, by the work of what is out of balance on a dual displacement.
+      function shares_by(w) result(by)
+         real(wp), intent(in) :: w(:)
+         real(wp) :: by(problem%model%mesh%n_elements)
+         integer :: e
+         by = [(dot_product(nodal(w, e), force(:, e)), e=1, size(by))]
+      end function shares_by
 
       !> The unknowns of an element's nodes.
       pure function nodal(x, e) result(local)
