@@ -74,6 +74,7 @@ program unilat
       deck_model%contact%along = .false.
       call follow_deck()
    end if
+   if (allocated(outcome%accuracy%bar_words)) call note_failure(outcome%accuracy%bar_words)
 
    ! ---- the end ----
    status = 'complete'
@@ -102,12 +103,19 @@ contains
       call timing_stop(timers, phase_output)
       call follow_path(path_problem, recorder, outcome, timers)
       status = failed_checks(outcome%accuracy)
-      if (status /= '') then
-         outcome%complete = .false.
-         if (allocated(outcome%why)) status = outcome%why//'; '//status
-         outcome%why = status
-      end if
+      if (status /= '') call note_failure(status)
    end subroutine follow_deck
+
+   !> The run has come to its end, but not to what the deck asks for.
+   subroutine note_failure(words)
+      character(*), intent(in) :: words
+      outcome%complete = .false.
+      if (allocated(outcome%why)) then
+         outcome%why = outcome%why//'; '//words
+      else
+         outcome%why = words
+      end if
+   end subroutine note_failure
 
    !> True where contact spans have not got on; says so, and closes the results.
    logical function begins_again()

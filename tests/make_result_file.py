@@ -170,6 +170,22 @@ def write_critical(file, points):
     put(group, "monitor/v", np.array([point[4] for point in points]), "length")
 
 
+def add_error_bars(filename):
+    """Bars to a file of the half ring: a percent of the load and of v along the path, none at the first two points, none that is
+    known at the last; the limit point has its own."""
+    with h5py.File(filename, "r+") as file:
+        for name, place, label in (("load_factor", "error", "corrected"), ("monitor/v", "monitor_error/v", "monitor_corrected/v")):
+            value = file[f"path/{name}"][()]
+            error = 0.01 * np.abs(value)
+            error[:2], error[-1] = np.nan, np.inf
+            put(file["path"], place, error)
+            put(file["path"], label, value - 0.5 * error)
+            value = file[f"critical/{name}"][()]
+            error = np.array([0.03, np.inf]) * value
+            put(file["critical"], place, error)
+            put(file["critical"], label, np.where(np.isfinite(error), value - 0.5 * error, np.nan))
+
+
 def write_column(filename, n=41, n_elements=30):
     """A bent rod of length 1 beside a wall at y = 0.02: a point of contact that wanders, then a stretch, then none."""
     s = np.linspace(0.0, 1.0, n_elements + 1)

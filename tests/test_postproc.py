@@ -10,6 +10,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from matplotlib.collections import LineCollection, PolyCollection
 
 TESTS = Path(__file__).resolve().parent
 POSTPROC = TESTS.parent / "postproc"
@@ -118,6 +119,31 @@ def test_critical_points(files):
     assert limit.load_factor == make.RING[LIMIT - 1, 1] and limit.monitors == {"v": make.RING[LIMIT - 1, 0]}
     assert end.label == "EP"
     assert [c.located for c in read_results(files / "column.h5").critical] == [True, True, False]
+
+
+def test_error_bars(files, tmp_path, axes_of):
+    """Those of the load and of monitors, at critical points and along the path; a band is drawn where they can be seen."""
+    ring = read_results(files / "ring.h5")
+    assert all(np.isnan(c.error) and np.isnan(c.corrected) and not c.monitor_errors for c in ring.critical) and not ring.errors
+    make.write_ring(tmp_path / "ring.h5")
+    make.add_error_bars(tmp_path / "ring.h5")
+    ring = read_results(tmp_path / "ring.h5")
+    limit, end = ring.critical
+    assert limit.error == pytest.approx(0.03 * limit.load_factor) and limit.corrected == pytest.approx(0.985 * limit.load_factor)
+    assert limit.monitor_errors["v"] == pytest.approx(0.03 * limit.monitors["v"])
+    assert np.isinf(end.error) and np.isnan(end.corrected)
+    load = ring.column("load_factor").values
+    assert np.all(np.isnan(ring.errors["load_factor"].values[:2]))
+    np.testing.assert_allclose(ring.errors["load_factor"].values[2:-1], 0.01 * load[2:-1])
+    np.testing.assert_allclose(ring.column("corrected").values[2:-1], 0.995 * load[2:-1])
+    axes, = axes_of("path", tmp_path / "ring.h5", "--x", "v", "--y", "load_factor", "--y-scale", "2")
+    band, = (c for c in axes.collections if isinstance(c, PolyCollection))
+    corners = band.get_paths()[0].vertices
+    assert corners[:, 1].max() == pytest.approx(2.0 * 1.01 * load[2:-1].max())
+    whiskers = [c for c in axes.collections if isinstance(c, LineCollection) and len(c.get_segments()) == 1]
+    assert any(np.ptp(c.get_segments()[0][:, 1]) == pytest.approx(2.0 * 2.0 * 0.01 * limit.load_factor) for c in whiskers)
+    axes, = axes_of("path", files / "ring.h5", "--x", "v")
+    assert not any(isinstance(c, PolyCollection) for c in axes.collections)
 
 
 def test_fields(files):

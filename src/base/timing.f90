@@ -10,7 +10,7 @@ module timing
    public :: count_up, counted
    public :: n_phases, phase_name, n_counters, counter_name
    public :: phase_reading, phase_numbering, phase_elements, phase_assembly, phase_factorisation
-   public :: phase_solution, phase_contact, phase_path, phase_output
+   public :: phase_solution, phase_contact, phase_path, phase_accuracy, phase_output
    public :: counter_points, counter_newton, counter_factorisation, counter_solution, counter_lcp
    public :: counter_lcp_pivots, counter_lcp_failed, counter_set_changes, counter_rejected, counter_cut
    public :: counter_located
@@ -24,11 +24,12 @@ module timing
       enumerator :: phase_solution    !! solutions with a factored matrix
       enumerator :: phase_contact     !! gaps, LCPs, contact regions
       enumerator :: phase_path        !! increments, events, everything else of the path loop
+      enumerator :: phase_accuracy    !! discretisation errors, all that they take
       enumerator :: phase_output      !! result file and listing
    end enum
    integer, parameter :: n_phases = phase_output
    character(*), parameter :: phase_name(n_phases) = [character(13) :: 'reading', 'numbering', 'elements', &
-      & 'assembly', 'factorisation', 'solution', 'contact', 'path', 'output']
+      & 'assembly', 'factorisation', 'solution', 'contact', 'path', 'error bars', 'output']
 
    enum, bind(c)
       enumerator :: counter_points = 1    !! accepted points

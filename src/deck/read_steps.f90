@@ -46,6 +46,8 @@ contains
             call read_buckle(deck, names, model%fixed, diagnostics, card, model%step(s)%n_modes)
          case ('CONTROLS')
             call read_controls(deck, diagnostics, card, model%step(s))
+         case ('ACCURACY')
+            call read_accuracy(deck, card, model%step(s))
          end select
       end do
       if (names%unknown_cards) return
@@ -71,7 +73,8 @@ contains
       do card = 1, deck%n_cards
          if (deck%card(card)%step /= s) cycle
          select case (deck%card(card)%keyword)
-         case ('CONTROLS', 'STOP', 'LOCATE', 'TURNING POINTS', 'FIELD OUTPUT', 'BRANCH', 'LIMIT CURVE', 'IMPERFECTION')
+         case ('CONTROLS', 'ACCURACY', 'STOP', 'LOCATE', 'TURNING POINTS', 'FIELD OUTPUT', 'BRANCH', 'LIMIT CURVE', &
+            & 'IMPERFECTION')
             call complain(deck, diagnostics, card, deck%card(card)%place, &
                'belongs to a step with *STATIC; this one has *BUCKLE')
          end select
@@ -98,6 +101,7 @@ contains
       call parse_integer(default_text(deck, 'CONTROLS', 'ITERATIONS'), step%max_iterations, ok)
       call parse_integer(default_text(deck, 'CONTROLS', 'DESIRED'), step%desired_iterations, ok)
       call parse_integer(default_text(deck, 'CONTROLS', 'POINTS'), step%max_points, ok)
+      call parse_real(default_text(deck, 'ACCURACY', 'WIDEST'), step%widest_bar, ok)
       allocate (step%stop(0), step%locate(0), step%turning(0), step%branch(0), step%limit_curve(0), step%mode_offset(0))
    end subroutine begin_step
 
@@ -182,6 +186,16 @@ contains
       if (n_modes > n_free) call complain(deck, diagnostics, card, field_place(deck, line, 1), &
          'there are only '//plural(n_free, 'free degree')//' of freedom')
    end subroutine read_buckle
+
+   !> *ACCURACY: which points get error bars, and how wide these may be.
+   subroutine read_accuracy(deck, card, step)
+      type(deck_t), intent(in) :: deck
+      integer, intent(in) :: card
+      type(step_t), intent(inout) :: step
+      step%error_bars = parameter_word(deck, card, 'POINTS') /= 'NONE'
+      step%bars_everywhere = parameter_word(deck, card, 'POINTS') == 'ALL'
+      step%widest_bar = parameter_real(deck, card, 'WIDEST')
+   end subroutine read_accuracy
 
    subroutine read_controls(deck, diagnostics, card, step)
       type(deck_t), intent(in) :: deck

@@ -62,6 +62,13 @@ contains
       call param(t, 'ITERATIONS', kind_integer, 'most iterations of an increment', default='15', bound=positive)
       call param(t, 'DESIRED', kind_integer, 'iterations that keep the increment as it is', default='5', bound=positive)
       call param(t, 'POINTS', kind_integer, 'most points of the step', default='1000', bound=positive)
+
+      call card(t, 'ACCURACY', in_step, 'Error bars: how far the numbers of the mesh may be from those of infinitely fine '// &
+         'ones, for this step only.', once=.true.)
+      call param(t, 'POINTS', kind_word, 'which points get them: CRITICAL ones and the end, ALL, or NONE', default='CRITICAL', &
+         words='CRITICAL|ALL|NONE')
+      call param(t, 'WIDEST', kind_real, 'part of its value that the bar of a critical load may be; wider ones end the run '// &
+         'with code 2', default='0.01', bound=positive)
    end subroutine step_cards
 
    pure subroutine load_cards(t)

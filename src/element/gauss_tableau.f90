@@ -1,4 +1,4 @@
-!> Gauss collocation with s = 1 to 4 points on (0, 1): order 2 s, symplectic.
+!> Gauss collocation with s = 1 to 5 points on (0, 1): order 2 s, symplectic. Decks have up to four; one more tells errors.
 !> Source: Hairer, Lubich, Wanner, Geometric Numerical Integration, II.1; b_i a_ij + b_j a_ji = b_i b_j.
 module gauss_tableau
    use kinds, only: wp
@@ -6,7 +6,7 @@ module gauss_tableau
    private
    public :: tableau_t, max_stages, new_tableau, gauss_points, stage_basis
 
-   integer, parameter :: max_stages = 4
+   integer, parameter :: max_stages = 5
 
    type :: tableau_t
       integer :: stages = 0

@@ -223,6 +223,9 @@ module model
       integer :: max_iterations = 0
       integer :: desired_iterations = 0
       integer :: max_points = 0
+      logical :: error_bars = .true.            !! at critical points and the end
+      logical :: bars_everywhere = .false.      !! at all points
+      real(wp) :: widest_bar = 0.0_wp           !! over the size of the value: wider ones fail the run
       type(threshold_t), allocatable :: stop(:)
       type(threshold_t), allocatable :: locate(:)
       integer, allocatable :: turning(:)        !! monitors whose turning points are located

@@ -2,7 +2,7 @@
 !>
 !> The first part, what the deck says, is deck_summary. A column grows when a number needs more room.
 module listing
-   use kinds, only: name_length
+   use kinds, only: wp, name_length
    use timing, only: timers_t
    use model, only: model_t
    use model_words, only: method_name
@@ -13,19 +13,22 @@ module listing
    use side_tables, only: limit_table_t, open_limit_table, write_limit_point, leave_limit_table, write_buckling_table
    use run_summary, only: write_accuracy, write_cost
    use text, only: plural
+   use error_bar, only: error_bars_t
    implicit none
    private
    public :: listing_t, listing_open, listing_close
    public :: listing_point, listing_critical, listing_branch, listing_buckling, listing_limit_point
 
    integer, parameter :: load_digits = 10
+   integer, parameter :: corrected_digits = 13
    integer, parameter :: first_monitor = 4        !! its column, after point, label and load factor
    integer, parameter :: nowhere = -1             !! the last row was not one of a path
 
    !> A row of the table of critical points.
    type :: critical_row_t
       integer :: branch = 0
-      type(cell_t), allocatable :: cell(:)        !! label, point, step, load factor, monitors
+      type(cell_t), allocatable :: cell(:)        !! label, point, step, load factor, its error bar, corrected, monitors
+      character(:), allocatable :: unbarred       !! why there is no error bar; not allocated where none is asked for
       character(:), allocatable :: remark
    end type critical_row_t
 
@@ -155,17 +158,38 @@ contains
       associate (row => longer(n + 1))
          row%branch = listing%branch
          row%remark = remark(critical)
-         allocate (row%cell(4 + listing%n_monitors))
+         allocate (row%cell(6 + listing%n_monitors))
          row%cell(1)%text = trim(critical%label)
          row%cell(2)%text = whole(critical%point)
          row%cell(3)%text = whole(critical%step)
          row%cell(4)%text = significant(critical%load_factor, load_digits)
+         row%cell(5)%text = ''
+         row%cell(6)%text = ''
+         if (allocated(critical%bars)) call write_bar(critical, row)
          do i = 1, listing%n_monitors
-            row%cell(4 + i)%text = significant(critical%monitor(i), monitor_digits)
+            row%cell(6 + i)%text = significant(critical%monitor(i), monitor_digits)
          end do
       end associate
       call move_alloc(longer, listing%critical)
    end subroutine listing_critical
+
+   !> The error bar of a critical load, and the load with its error taken off.
+   subroutine write_bar(critical, row)
+      type(critical_t), intent(in) :: critical    !! with bars
+      type(critical_row_t), intent(inout) :: row
+      associate (load => critical%bars%load)
+         row%unbarred = ''
+         if (load%told .and. .not. load%bar > 0.0_wp) then
+            row%cell(5)%text = 'given'
+         else if (load%told) then
+            row%cell(5)%text = trim(merge('+-', '> ', load%bounded))//' '//scientific(load%bar, 2)
+            if (load%bounded) row%cell(6)%text = significant(critical%load_factor + load%correction, corrected_digits)
+         else
+            row%cell(5)%text = 'no estimate'
+            if (allocated(critical%bars%why)) row%unbarred = critical%bars%why
+         end if
+      end associate
+   end subroutine write_bar
 
    !> The points that follow belong to a branch, or to the path of the steps again.
    subroutine listing_branch(listing, start)
@@ -222,25 +246,40 @@ contains
       type(listing_t), intent(in) :: listing
       type(column_t), allocatable :: column(:)
       type(cell_t), allocatable :: cell(:, :)
-      integer :: first, k
+      integer :: k, j, n
+      logical :: shown(6 + listing%n_monitors + 1)
       if (size(listing%critical) == 0) return
-      first = merge(2, 1, listing%n_branches == 0)
-      column = [column_t('branch', 6), column_t('', 2), column_t('point', 6), column_t('step', 4), &
-         & listing%column(3:first_monitor - 1 + listing%n_monitors)]
-      allocate (cell(size(column), size(listing%critical)))
-      do k = 1, size(listing%critical)
+      n = size(listing%critical)
+      column = [column_t('branch', 6), column_t('', 2), column_t('point', 6), column_t('step', 4), listing%column(3), &
+         & column_t('error', 10), column_t('corrected', 17), listing%column(first_monitor:first_monitor - 1 + listing%n_monitors)]
+      ! Columns that have something in them.
+      shown = .true.
+      shown(1) = listing%n_branches > 0
+      shown(6:7) = any([(allocated(listing%critical(k)%unbarred), k=1, n)])
+      allocate (cell(size(column), n))
+      do k = 1, n
          cell(1, k)%text = ''
          if (listing%critical(k)%branch > 0) cell(1, k)%text = whole(listing%critical(k)%branch)
          cell(2:, k) = listing%critical(k)%cell
       end do
-      do k = 1, size(listing%critical)
+      do k = 1, n
          call widen_columns(column, cell(:, k))
       end do
+      column = pack(column, shown)
       write (listing%unit, '(/a)') 'Critical points'
-      call write_head(listing%unit, column(first:))
-      do k = 1, size(listing%critical)
-         call write_row(listing%unit, column(first:), cell(first:, k), listing%critical(k)%remark)
+      call write_head(listing%unit, column)
+      do k = 1, n
+         call write_row(listing%unit, column, pack(cell(:, k), shown), listing%critical(k)%remark)
       end do
+      rows: do k = 1, n
+         if (.not. allocated(listing%critical(k)%unbarred)) cycle rows
+         if (listing%critical(k)%unbarred == '') cycle rows
+         do j = 1, k - 1
+            if (.not. allocated(listing%critical(j)%unbarred)) cycle
+            if (listing%critical(j)%unbarred == listing%critical(k)%unbarred) cycle rows
+         end do
+         write (listing%unit, '(a)') 'No estimate of the error: '//listing%critical(k)%unbarred//'.'
+      end do rows
    end subroutine write_critical
 
    !> What to say beside a critical point.

@@ -2,6 +2,7 @@
 module path_record
    use kinds, only: wp, name_length
    use errors, only: error_t
+   use error_bar, only: error_bars_t
    use timing, only: timers_t
    implicit none
    private
@@ -28,6 +29,7 @@ module path_record
       integer :: lcp_size = 0, lcp_pivots = 0 !! largest LCP and all pivots of this increment
       character(:), allocatable :: warning    !! something begins here that makes the answer doubtful: one sentence
       real(wp), allocatable :: monitor(:)
+      type(error_bars_t), allocatable :: bars !! of the discretisation; not allocated: not asked for
       type(region_t), allocatable :: region(:)        !! allocated only when the model has contacts
       real(wp), allocatable :: reaction_total(:)      !! (n_contacts) sum of the normal reactions
       real(wp), allocatable :: obstacle_force(:, :)   !! (2, n_obstacles) sum of the forces of each on the structure
@@ -49,6 +51,7 @@ module path_record
       real(wp) :: load_factor = 0.0_wp
       logical :: located = .true.             !! false: bracketed, but not found to the tolerance
       real(wp), allocatable :: monitor(:)
+      type(error_bars_t), allocatable :: bars !! of the discretisation; not allocated: not asked for
       character(:), allocatable :: note       !! in words, for the listing
       real(wp), allocatable :: null_vector(:, :, :) !! (3, n_nodes, multiplicity) BP only: largest displacement 1
    end type critical_t

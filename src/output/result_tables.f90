@@ -257,6 +257,8 @@ contains
          & 'longest element beside or in contact: N h^2/EI, or the error that it makes, over what the mesh can carry')
       call put('rounding', accuracy%rounding, &
          & 'largest part of the stiffness along the path that is rounding')
+      call put('error_bar', accuracy%error_bar, &
+         & 'widest error bar of a critical load over the largest load factor of its step so far; point 0: none was told')
 
    contains
 

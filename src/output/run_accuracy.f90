@@ -32,8 +32,12 @@ module run_accuracy
       type(worst_t) :: foundation             !! largest |reaction - that of the gap| of foundations at nodes, over the largest
       type(worst_t) :: mesh                   !! a measure of too long elements over its limit, see mesh_adequacy
       type(worst_t) :: rounding               !! part of the stiffness along the path, see tangent_rounding
+      type(worst_t) :: error_bar              !! widest of a critical load over the largest load of its step
+      character(:), allocatable :: bar_words  !! which one, allocated when it was wider than the deck allows
       character(:), allocatable :: mesh_words !! which elements, why, what to do; allocated when it was above 1
       real(wp) :: force = 0.0_wp              !! largest force of the run so far: what balances are measured against
+      real(wp) :: load = 0.0_wp               !! largest size of the load factor in a step so far
+      integer :: load_step = 0                !! that step
       real(wp) :: reaction = 0.0_wp           !! largest reaction at a node of the run so far
       real(wp) :: stiffness = 0.0_wp          !! along the path, at the last point without a label
       character(:), allocatable :: rounding_words !! as mesh_words

@@ -30,6 +30,7 @@ contains
          call write_value('mesh: longest element / allowed', accuracy%mesh%value)
       end if
       call write_value('rounding / stiffness along the path', accuracy%rounding%value)
+      if (accuracy%error_bar%at%point > 0) call write_value('error bar of a critical load / load', accuracy%error_bar%value)
       call write_value('balance of forces', accuracy%force_balance%value)
       call write_value('balance of moments', accuracy%moment_balance%value)
       call write_value('balance of every node', accuracy%node_balance%value)

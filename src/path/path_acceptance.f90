@@ -22,6 +22,8 @@ module path_acceptance
    use sightings, only: sighting_t
    use event_location, only: locate
    use point_report, only: report_point
+   use error_bar, only: error_bars_t
+   use error_report, only: bars_at_event, bars_at_point, note_load, note_bar
    use point_checks, only: check_point
    use path_record, only: recorder_t, point_t, critical_t
    use run_accuracy, only: accuracy_t, place_t
@@ -50,7 +52,7 @@ contains
    !> Detects what happened up to a converged trial point, locates it, puts it in order, records it and the point, and goes
    !> there. `shorter` instead, and nothing recorded, when an event was not located and the caller can cut the increment.
    subroutine accept(problem, step, run, trial, ahead, label, report, can_cut, recorder, shorter, finished, outcome, timers, &
-      & touching, divides, changes)
+      & touching, divides, changes, bars)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the trial on entry and on return, else anywhere
@@ -66,12 +68,14 @@ contains
       type(timers_t), intent(inout) :: timers
       logical, intent(in), optional :: touching(:) !! (candidates) what is about to carry force at a C+
       logical, intent(in), optional :: divides   !! at a C-: of the contact a part stays on both sides
+      type(error_bars_t), allocatable, intent(in), optional :: bars !! at a change of contact spans
       logical, intent(in), optional :: changes   !! the contact set is about to change at the trial, with a label or without
       type(sighting_t), allocatable :: seen(:)
       type(system_t), allocatable :: at_trial    ! what is looked at on the way changes nothing of it
       type(probe_t) :: probe
       logical, allocatable :: told(:)
       integer, allocatable :: order(:)
+      type(error_bars_t), allocatable :: shown_bars
       integer :: i, unseen
       logical :: splits, set_changes
 
@@ -104,7 +108,13 @@ contains
       end do
       if (allocated(at_trial)) run%system = at_trial
       finished = stop_met(step, run%probe, probe)
-      call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers, touching)
+      if (present(bars)) then
+         if (allocated(bars)) shown_bars = bars
+      end if
+      if (.not. allocated(shown_bars)) &
+         & call bars_at_point(problem, step, run, trial, ahead, label, finished, 0, shown_bars, timers)
+      call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers, touching, &
+         & shown_bars)
       if (allocated(outcome%why)) return
       do i = 1, size(seen)
          if (told(i) .or. seen(i)%located) cycle
@@ -117,12 +127,12 @@ contains
          call keep_landmark(problem, run, seen(i)%event%label, trial, trial, 1.0_wp, &
             & run%arc_length + path_length(problem, run%state, trial), probe%negative_pivots, 0)
       end do
-      if (label == 'C+') call announce(problem, run, new_critical(label, 'contact gained'), trial, probe, .true., recorder, &
-         & outcome, timers)
+      if (label == 'C+') call announce(problem, run, new_critical(label, 'contact gained', shown_bars), trial, probe, .true., &
+         & recorder, outcome, timers)
       if (label == 'C-') call announce(problem, run, new_critical(label, trim(merge('a contact region splits', &
-         & 'contact lost           ', splits))), trial, probe, .true., recorder, outcome, timers)
-      if (finished) call announce(problem, run, new_critical('EP', 'end of the step'), trial, probe, .true., recorder, outcome, &
-         & timers)
+         & 'contact lost           ', splits)), shown_bars), trial, probe, .true., recorder, outcome, timers)
+      if (finished) call announce(problem, run, new_critical('EP', 'end of the step', shown_bars), trial, probe, .true., &
+         & recorder, outcome, timers)
       if (allocated(outcome%why)) return
       unseen = 0
       do i = 1, size(seen)
@@ -329,14 +339,16 @@ contains
       type(state_t) :: released
       type(system_t) :: other
       real(wp) :: arc_length
+      type(error_bars_t), allocatable :: bars
       logical :: weak
       finished = .false.
       associate (event => sighting%event, place => sighting%place)
-         critical = new_critical(event%label, event%note)
          call linearise(problem, place, place, run%system, timers)
+         call bars_at_event(problem, step, run, trial, event, place, sighting%heading, bars, timers)
+         critical = new_critical(event%label, event%note, bars)
          if (any(event%kind == [event_bifurcation, event_limit])) run%system%negative_pivots = pivots
          call record(problem, run, place, event%label, sighting%report, recorder, outcome, timers, first_touch(problem, event, &
-            & place))
+            & place), bars)
          if (allocated(outcome%why)) return
          call count_up(timers, counter_located)
          probe = new_probe(problem, place, run%system, sighting%heading%load)
@@ -363,8 +375,8 @@ contains
          if (allocated(outcome%why)) return
          if (any(event%kind == [event_bifurcation, event_limit])) then
             finished = is_home(problem, run, place)
-            if (finished) call announce(problem, run, new_critical('EP', 'back on the path it left, at a bifurcation'), place, &
-               & probe, .true., recorder, outcome, timers)
+            if (finished) call announce(problem, run, new_critical('EP', 'back on the path it left, at a bifurcation', bars), &
+               & place, probe, .true., recorder, outcome, timers)
          else if (event%kind == event_stop) then
             finished = .true.
             call go_to(problem, run, place, sighting%heading, probe)
@@ -442,6 +454,8 @@ contains
       full%load_factor = state%load_factor
       full%located = exact
       full%monitor = values%monitor
+      if (allocated(full%bars)) call note_bar(full%bars, full%label, place_t(run%branch, problem%step, run%points, &
+         & state%load_factor), problem%model%step(problem%step)%widest_bar, outcome%accuracy)
       call recorder%critical(full, timers, error)
       if (allocated(error)) outcome%why = error%message
    end subroutine announce
@@ -472,15 +486,18 @@ contains
    end subroutine find_null_vectors
 
    !> A critical point with its words. (gfortran 12 loses the length of a deferred-length component in a constructor.)
-   function new_critical(label, note) result(critical)
+   function new_critical(label, note, bars) result(critical)
       character(*), intent(in) :: label, note
+      type(error_bars_t), allocatable, intent(in), optional :: bars
       type(critical_t) :: critical
       critical%label = label
       critical%note = note
+      if (.not. present(bars)) return
+      if (allocated(bars)) critical%bars = bars
    end function new_critical
 
    !> Hands a converged point to the recorder and to the independent measures.
-   subroutine record(problem, run, state, label, report, recorder, outcome, timers, touching)
+   subroutine record(problem, run, state, label, report, recorder, outcome, timers, touching, bars)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       type(state_t), intent(in) :: state
@@ -490,6 +507,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
       logical, intent(in), optional :: touching(:) !! (candidates) shown as contact, though without force yet
+      type(error_bars_t), allocatable, intent(in), optional :: bars
       type(point_t) :: point
       type(state_t) :: shown
       type(error_t), allocatable :: error
@@ -497,6 +515,9 @@ contains
       shown = state
       if (present(touching)) shown%active = state%active .or. touching
       point = report_point(problem, shown, run%system, run%points, label)
+      if (present(bars)) then
+         if (allocated(bars)) point%bars = bars
+      end if
       point%iterations = report%iterations
       point%residual = max(report%residual, run%system%force_residual)
       point%lcp_size = report%lcp_size
@@ -510,6 +531,7 @@ contains
       if (allocated(run%beginning) .and. label == 'C+') point%region = [point%region, run%beginning]
       call check_point(problem, state, run%system, place_t(run%branch, problem%step, run%points, state%load_factor), point, &
          & outcome%accuracy)
+      call note_load(problem%step, state%load_factor, outcome%accuracy)
       call count_up(timers, counter_points)
       call recorder%point(point, timers, error)
       if (allocated(error)) outcome%why = error%message

@@ -27,6 +27,8 @@ module span_changes
    use corrector, only: increment_t, correct
    use step_control, only: smallest
    use path_record, only: recorder_t
+   use error_bar, only: error_bars_t
+   use error_report, only: bars_at_point, bars_at_touch
    use timing, only: timers_t
    implicit none
    private
@@ -62,6 +64,7 @@ contains
       logical :: shorter, found, lies, looked_ahead, shallow, divides, standing, violated, merges
       character(:), allocatable :: why
       character(2) :: label
+      type(error_bars_t), allocatable :: bars
       integer :: k, first
       finished = .false.
       increment = run%control%increment
@@ -139,11 +142,13 @@ contains
             end if
          end if
       end if
+      if (first > 0 .and. .not. allocated(bars)) &
+         & call bars_at_point(problem, step, run, place, heading, label, .false., first, bars, timers)
       shorter = .false.
       ! Two changes at once, of which the first has its point: where contact only spreads Newton's method has yet to follow.
       if (.not. (standing .and. label == '  ')) &
          & call accept(problem, step, run, place, heading, label, report, looked_ahead, recorder, shorter, finished, outcome, &
-         & timers, divides=divides, changes=.true.)
+         & timers, divides=divides, changes=.true., bars=bars)
       run%control%increment = increment
       if (allocated(run%beginning)) deallocate (run%beginning)
       if (shorter) then
@@ -359,15 +364,20 @@ contains
          control%whole = place%load_factor
          better = place
          call correct(problem, place, control, .true., better, run%system, anew, timers)
-         if (.not. anew%converged) return
+         found = anew%converged
          ! Where the path turns back the load tells nothing.
-         if (path_length(problem, place, better) > near_by * path_length(problem, run%state, trial)) return
+         if (found) found = path_length(problem, place, better) <= near_by * path_length(problem, run%state, trial)
+         if (.not. found) then
+            call linearise(problem, place, run%state, run%system, timers)
+            return
+         end if
          place = better
          report%iterations = report%iterations + anew%iterations
          report%residual = anew%residual
          heading = heading_of(problem, run, place)
          there = run_span_tests(problem, place, scale)
          there(first)%at = touched_at(next, touched)
+         call bars_at_touch(problem, step, run, place, heading, next, touched, bars, timers)
       end subroutine sharpen
 
       !> A point contact that is about to become as curved as its obstacle: no increment may get there.

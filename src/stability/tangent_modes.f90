@@ -18,7 +18,8 @@ module tangent_modes
    use timing, only: timers_t
    implicit none
    private
-   public :: modes_t, lowest_modes, choose_null_vectors, apply_tangent, nodal_mode, deck_mode, numbered_eigenvalue
+   public :: modes_t, lowest_modes, choose_null_vectors, apply_tangent, nodal_mode, deck_mode, numbered_eigenvalue, &
+      & mode_tolerance
 
    !> The eigenvalues nearest zero, the nearest first.
    type :: modes_t
@@ -29,7 +30,7 @@ module tangent_modes
       real(wp), allocatable :: x(:, :)       !! (unknowns, n) node axes, <x, x> = 1 in the metric
    end type modes_t
 
-   real(wp), parameter :: tolerance = 1.0e-5_wp !! of the eigenvectors; the eigenvalues are as good as its square
+   real(wp), parameter :: mode_tolerance = 1.0e-5_wp !! of the eigenvectors; the eigenvalues are as good as its square
 
    !> x -> K^-1 M x.
    type, extends(operator_t) :: inverse_tangent_t
@@ -66,7 +67,7 @@ contains
       operator%system => system
       operator%problem => problem
       operator%timers => timers
-      call largest_eigenvalues(operator, wanted, tolerance, spectrum, error)
+      call largest_eigenvalues(operator, wanted, mode_tolerance, spectrum, error)
       modes%n = spectrum%n
       modes%pivots = system%negative_pivots
       modes%was_negative = spectrum%value < 0.0_wp
@@ -110,7 +111,7 @@ contains
             call furthest(part(:, :, node), reach(node), along)
          end do
          ! Equal ones, as in equal parts, are told apart by their numbers, not by the error of the modes.
-         node = findloc(reach >= (1.0_wp - 10.0_wp * tolerance) * maxval(reach), .true., 1)
+         node = findloc(reach >= (1.0_wp - 10.0_wp * mode_tolerance) * maxval(reach), .true., 1)
          call furthest(part(:, :, node), reach(node), along)
          c = matmul(along, part(:, :, node))
          do j = 1, i - 1
@@ -139,7 +140,7 @@ contains
       reach = sqrt(0.5_wp * (xx + yy) + half)
       along = [1.0_wp, 0.0_wp]
       ! All ways alike: that of x.
-      if (half <= tolerance * (xx + yy)) return
+      if (half <= mode_tolerance * (xx + yy)) return
       angle = 0.5_wp * atan2(2.0_wp * xy, xx - yy)
       along = [cos(angle), sin(angle)]
    end subroutine furthest

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from matplotlib.lines import Line2D
 
 from .. import captions, options
@@ -14,7 +15,8 @@ Draw a path of equilibrium points of one or more result files: any path quantity
 the load factor over the first monitor when nothing else is asked. Branches are drawn with the path that they leave: a
 bifurcation diagram. Stable parts (no negative pivot of the tangent) are solid, unstable ones dashed; critical points
 are marked by their labels, LP and BP with their load factor: LP limit point, BP bifurcation, TP turning point of a
-monitor, C+ contact gained, C- contact lost, UZ user value, EP end."""
+monitor, C+ contact gained, C- contact lost, UZ user value, EP end. Error bars of the discretisation are drawn where the
+file has them, between neighbouring points as a band."""
 
 EXAMPLES = """\
 examples:
@@ -26,6 +28,7 @@ examples:
   unilat-plot path ring.h5 --list
 """
 
+THINNEST_BAR = 0.002   # of what the path spans along y: half a line's width
 MOST_NAMED = 8     # branches with a colour and a legend entry of their own
 
 
@@ -117,7 +120,26 @@ class Diagram:
             factor = {x.name: args.x_scale, y.name: args.y_scale}.get("load_factor", 1.0)
             return factor * critical.load_factor
 
+        self.draw_errors(path, x, y, look["color"])
         self.texts += path_curves.draw_marks(self.axes, path, args.mark, place, look["color"], value)
+
+
+    def draw_errors(self, path: Path, x: Column, y: Column, colour: str):
+        """Error bars at critical points that are not as thin as a line, a band between points that have them."""
+        args = self.args
+        if y.name not in path.errors:
+            return
+        error = abs(args.y_scale) * path.errors[y.name].values
+        known = np.isfinite(error)
+        at, value = args.x_scale * x.values, args.y_scale * y.values
+        seen = known & (error > THINNEST_BAR * np.ptp(value))
+        if not seen.any():
+            return
+        marked = [critical.point - 1 for critical in path.critical if seen[critical.point - 1]]
+        self.axes.errorbar(at[marked], value[marked], yerr=error[marked], fmt="none", ecolor=colour, elinewidth=0.7,
+                           capsize=2.0, zorder=4)
+        self.axes.fill_between(at, value - error, value + error, where=known, color=colour, alpha=0.2, linewidth=0.0,
+                               zorder=1)
 
 
 def branch_looks(branches: list[Branch]) -> dict[str, dict]:

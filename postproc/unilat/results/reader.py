@@ -78,17 +78,20 @@ def _path(group: h5py.Group, filename: str, mesh: Mesh, obstacles: dict[str, Obs
     """The members of a Path in a group: the file itself, or that of a branch."""
     path = {name: _column(item) for name, item in group["path"].items() if isinstance(item, h5py.Dataset)}
     monitors = {name: _column(item) for name, item in group.get("path/monitor", {}).items()}
+    errors = {name: _column(item) for name, item in group.get("path/monitor_error", {}).items()}
+    if "error" in path:
+        errors["load_factor"] = path["error"]
     if "load_factor" not in path:
         raise ResultsError(f"{filename}: {group.name.rstrip('/')}/path/load_factor is missing")
     contact, n_contact = _contact(group, filename, mesh)
-    n_points = min([len(c.values) for c in (*path.values(), *monitors.values())] + n_contact)
-    path, monitors = (_shortened(columns, n_points) for columns in (path, monitors))
+    n_points = min([len(c.values) for c in (*path.values(), *monitors.values(), *errors.values())] + n_contact)
+    path, monitors, errors = (_shortened(columns, n_points) for columns in (path, monitors, errors))
     if contact is not None:
         contact = _cut(contact, n_points)
     field_points, field_names = _fields(group, n_points)
     return dict(filename=filename, group=group.name.strip("/") + "/" if group.name != "/" else "", n_points=n_points,
                 path=path, monitors=monitors, mesh=mesh, contact=contact, critical=_critical(group, path, monitors),
-                obstacles=obstacles, field_points=field_points, field_names=field_names)
+                obstacles=obstacles, field_points=field_points, field_names=field_names, errors=errors)
 
 
 def _branch(group: h5py.Group, filename: str, mesh: Mesh, obstacles: dict[str, Obstacle]) -> Branch:
@@ -184,15 +187,18 @@ def _critical(path_group: h5py.Group, path: dict[str, Column], monitors: dict[st
                          {name: float(c.values[row]) for name, c in monitors.items()})
                 for row, label in enumerate(path["label"].values) if label]
     columns = {name: group[name][()] for name in ("label", "load_factor", "point", "step", "located", "note",
-                                                  "multiplicity") if name in group}
+                                                  "multiplicity", "error", "corrected") if name in group}
     values = {name: item[()] for name, item in group.get("monitor", {}).items()}
-    n = min(len(item) for item in (*columns.values(), *values.values()))
+    errors = {name: item[()] for name, item in group.get("monitor_error", {}).items()}
+    n = min(len(item) for item in (*columns.values(), *values.values(), *errors.values()))
     return [Critical(text(columns["label"][k]), float(columns["load_factor"][k]), int(columns["point"][k]),
                      int(columns["step"][k]) if "step" in columns else 0,
                      bool(columns["located"][k]) if "located" in columns else True,
                      text(columns["note"][k]) if "note" in columns else "",
                      {name: float(item[k]) for name, item in values.items()},
-                     int(columns["multiplicity"][k]) if "multiplicity" in columns else 0, k + 1) for k in range(n)]
+                     int(columns["multiplicity"][k]) if "multiplicity" in columns else 0, k + 1,
+                     *(float(columns[name][k]) if name in columns else float("nan") for name in ("error", "corrected")),
+                     {name: float(item[k]) for name, item in errors.items()}) for k in range(n)]
 
 
 def _obstacle(name: str, item: h5py.Group | h5py.Dataset) -> Obstacle:

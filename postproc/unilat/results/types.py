@@ -65,6 +65,9 @@ class Critical:
     monitors: dict[str, float]
     multiplicity: int = 0     # null vectors in the file: 0 none, 1 simple bifurcation, 2 double, ...
     row: int = 0              # its row in /critical, from 1
+    error: float = float("nan")      # error bar of the load factor; NaN: no estimate, inf: the mesh is too coarse to tell
+    corrected: float = float("nan")  # load factor less its estimated error
+    monitor_errors: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -127,6 +130,7 @@ class Path:
     obstacles: dict[str, Obstacle]
     field_points: np.ndarray  # numbers (from 1) of the points with stored fields, see points_with
     field_names: tuple[str, ...]     # of FIELD_NAMES, those in the file
+    errors: dict[str, Column]        # error bars of load_factor and of monitors, where the file has them; NaN: no estimate
 
     def column_names(self) -> list[str]:
         return ["point", *self.monitors, *self.path]

@@ -1,0 +1,39 @@
+!> Where one more point in every element says nothing of the error.
+module accuracy_limits
+   use model, only: family_ge
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   implicit none
+   private
+   public :: why_not_told
+
+contains
+
+   !> The reason why errors are not told at a converged state, in words; '' where they are.
+   !>
+   !> What has no kink inside an element converges as its order says. Contact at nodes has one wherever a node begins or ceases
+   !> to touch, a foundation where its contact ends, a law at its corners. The UL2 element is of another kind.
+   function why_not_told(problem, state) result(why)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      character(:), allocatable :: why
+      integer :: c, e
+      why = ''
+      if (any(problem%model%mesh%family /= family_ge)) why = 'the mesh has UL2 elements'
+      if (any(problem%opening > 0)) why = 'a contact span has just begun to open'
+      do c = 1, problem%candidates%n
+         if (problem%candidates%touch(c) > 0 .or. .not. state%active(c)) cycle
+         ! Stops stand at nodes that the deck names.
+         if (problem%model%obstacle(problem%candidates%obstacle(c))%at_nodes) cycle
+         if (size(problem%model%contact(problem%candidates%contact(c))%node) > 1) why = 'contact is at the nodes of the mesh'
+      end do
+      do c = 1, problem%ground%chain%n
+         e = problem%ground%chain%element(2, c)
+         if (e == 0) cycle
+         associate (obstacle => problem%model%obstacle(problem%ground%chain%obstacle(c)))
+            if (obstacle%law > 0) why = 'the law of a foundation has corners'
+            if (.not. obstacle%bilateral) why = 'contact with a foundation may end inside an element'
+         end associate
+      end do
+   end function why_not_told
+end module accuracy_limits

@@ -1,0 +1,168 @@
+!> Which points of a run have their discretisation errors told, and of what kind they are.
+module error_report
+   use kinds, only: wp
+   use model, only: step_t, method_load, method_displacement, quantity_displacement
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use path_control, only: control_t, path_length
+   use path_continuity, only: heading_t, heading_at
+   use monitors, only: monitor_rate
+   use span_tests, only: span_test_t, run_span_tests, test_force
+   use path_events, only: event_t, event_contact, event_release, event_value_reached, event_stop
+   use path_run, only: run_t
+   use error_bar, only: error_bars_t, no_error_bars, moved_error_bar
+   use path_errors, only: point_errors, event_errors
+   use located_zero, only: zero_t, new_zero
+   use run_accuracy, only: accuracy_t, place_t, note_worst
+   use columns, only: whole, brief, scientific
+   use timing, only: timers_t, timing_start, timing_stop, phase_accuracy
+   implicit none
+   private
+   public :: bars_at_event, bars_at_point, bars_at_touch, note_load, note_bar
+
+   character(*), parameter :: inside_elements = 'contact at nodes and with foundations begins and ends inside elements'
+
+contains
+
+   !> Bars of an event of the path that was located between the run's last point and a trial.
+   subroutine bars_at_event(problem, step, run, trial, event, place, heading, bars, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(in) :: run             !! its system is factored at the place
+      type(state_t), intent(in) :: trial
+      type(event_t), intent(in) :: event
+      type(state_t), intent(in) :: place
+      type(heading_t), intent(in) :: heading     !! tangent there
+      type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck does not want them
+      type(timers_t), intent(inout) :: timers
+      type(timers_t) :: own                      ! the work is not the path's
+      type(zero_t) :: zero
+      type(control_t) :: control
+      if (.not. step%error_bars) return
+      allocate (bars)
+      call timing_start(timers, phase_accuracy)
+      if (any(event%kind == [event_contact, event_release])) then
+         bars = no_error_bars(size(problem%model%monitor), inside_elements)
+      else if (any(event%kind == [event_value_reached, event_stop]) .and. can_be_held(problem, event%monitor)) then
+         control%method = method_load
+         if (event%monitor > 0) control%method = method_displacement
+         control%monitor = event%monitor
+         call point_errors(problem, place, run%system, control, heading, bars, own)
+      else
+         call new_zero(problem, event, place, run%system, zero, own)
+         call event_errors(problem, place, run%system, zero, heading, path_length(problem, run%state, trial), &
+            & trial%load_factor - run%state%load_factor, bars, own)
+      end if
+      call timing_stop(timers, phase_accuracy)
+   end subroutine bars_at_event
+
+   !> True for the load factor, and for monitors that an increment can prescribe.
+   pure logical function can_be_held(problem, monitor)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: monitor             !! 0: the load factor
+      can_be_held = monitor == 0
+      if (monitor > 0) can_be_held = problem%deck%monitor(monitor)%quantity == quantity_displacement
+   end function can_be_held
+
+   !> Bars of an accepted point: of one where a test of contact spans is zero, or of any, which the control holds.
+   subroutine bars_at_point(problem, step, run, place, heading, label, finished, test, bars, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(in) :: run             !! its system is factored there; its state is the last point
+      type(state_t), intent(in) :: place
+      type(heading_t), intent(in) :: heading     !! tangent there
+      character(*), intent(in) :: label          !! C+ and C- are told in the table of critical points
+      logical, intent(in) :: finished            !! and so is the end
+      integer, intent(in) :: test                !! number of the test in run_span_tests; 0: none
+      type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck does not want them
+      type(timers_t), intent(inout) :: timers
+      type(timers_t) :: own                      ! the work is not the path's
+      type(zero_t) :: zero
+      if (.not. (step%error_bars .and. (label /= '' .or. finished .or. step%bars_everywhere))) return
+      allocate (bars)
+      call timing_start(timers, phase_accuracy)
+      zero%test = test
+      if (label /= '' .and. .not. problem%spans) then
+         bars = no_error_bars(size(problem%model%monitor), inside_elements)
+      else if (label /= '' .and. test == 0) then
+         bars = no_error_bars(size(problem%model%monitor), 'a whole span lies down here')
+      else if (test > 0) then
+         call event_errors(problem, place, run%system, zero, heading, path_length(problem, run%state, place), &
+            & place%load_factor - run%state%load_factor, bars, own)
+      else
+         call point_errors(problem, place, run%system, run%control, heading, bars, own)
+      end if
+      call timing_stop(timers, phase_accuracy)
+   end subroutine bars_at_point
+
+   !> Bars of a point where contact begins. The gap of a free span is known as well as its elements' polynomials only; where the
+   !> force of the new contact vanishes the nodes tell.
+   subroutine bars_at_touch(problem, step, run, place, heading, begun, touched, bars, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(in) :: run             !! its system is factored at the place
+      type(state_t), intent(in) :: place
+      type(heading_t), intent(in) :: heading     !! tangent there
+      type(problem_t), intent(in) :: begun       !! the problem with the new contact
+      type(run_t), intent(in) :: touched         !! at the same load, where the contact carries nothing yet; its system is
+      !! factored there
+      type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck does not want them, or a node touches first
+      type(timers_t), intent(inout) :: timers
+      type(timers_t) :: own
+      type(span_test_t), allocatable :: tests(:)
+      type(error_bars_t) :: held, moved
+      type(zero_t) :: zero
+      type(control_t) :: control
+      integer :: k, m
+      if (.not. step%error_bars) return
+      call timing_start(timers, phase_accuracy)
+      tests = run_span_tests(begun, touched%state, touched%system%force_scale)
+      do k = 1, size(tests)
+         if (tests(k)%kind /= test_force) cycle
+         if (begun%touch(tests(k)%touch)%number /= touched%touches) cycle
+         if (begun%candidates%moves(tests(k)%candidate)) zero%test = k
+      end do
+      if (zero%test > 0) then
+         allocate (bars)
+         call event_errors(begun, touched%state, touched%system, zero, heading_at(begun, touched%system, 0.0_wp * touched%state%u, &
+            & heading%load), path_length(problem, run%state, place), place%load_factor - run%state%load_factor, moved, own)
+         control%method = method_load
+         call point_errors(problem, place, run%system, control, heading, held, own)
+         bars = moved
+         do m = 1, size(bars%monitor)
+            bars%monitor(m) = moved_error_bar(held%monitor(m), moved%load, monitor_rate(problem, m, place, run%system))
+         end do
+      end if
+      call timing_stop(timers, phase_accuracy)
+   end subroutine bars_at_touch
+
+   !> Keeps the largest load of a step, which error bars are measured against.
+   pure subroutine note_load(step, load_factor, accuracy)
+      integer, intent(in) :: step                !! its number
+      real(wp), intent(in) :: load_factor
+      type(accuracy_t), intent(inout) :: accuracy
+      if (step /= accuracy%load_step) accuracy%load = 0.0_wp
+      accuracy%load_step = step
+      accuracy%load = max(accuracy%load, abs(load_factor))
+   end subroutine note_load
+
+   !> Keeps the widest bar of a critical load, and words where one is wider than the deck allows.
+   subroutine note_bar(bars, label, at, widest, accuracy)
+      type(error_bars_t), intent(in) :: bars
+      character(*), intent(in) :: label
+      type(place_t), intent(in) :: at
+      real(wp), intent(in) :: widest             !! over the load
+      type(accuracy_t), intent(inout) :: accuracy
+      real(wp) :: ratio
+      ! What is only looked for decides nothing.
+      if (any(label == ['UZ', 'TP'])) return
+      if (.not. bars%load%told .or. .not. accuracy%load > 0.0_wp) return
+      ratio = bars%load%bar / accuracy%load
+      call note_worst(accuracy%error_bar, ratio, at)
+      if (ratio <= widest .or. allocated(accuracy%bar_words)) return
+      accuracy%bar_words = 'the mesh is too coarse for what was asked: the load factor of '//label//' at point '// &
+         & whole(at%point)//' is '//brief(at%load_factor)//trim(merge(' +- ', ', > ', bars%load%bounded))//' '// &
+         & scientific(bars%load%bar, 2)//', and WIDEST on *ACCURACY allows '//brief(widest)// &
+         & ' of it; give more elements or a higher order'
+   end subroutine note_bar
+end module error_report

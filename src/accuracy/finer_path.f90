@@ -1,0 +1,124 @@
+!> Points of the path that the finer problem has, next to a point of the problem's own path.
+module finer_path
+   use kinds, only: wp
+   use problem, only: problem_t, dof
+   use rod_state, only: state_t
+   use linear_system, only: system_t, new_system
+   use bordered_system, only: linearise, apply_increment
+   use contact_set, only: contact_step_t, solve_contact_step
+   use touchdown_points, only: move_touchdown_points
+   use path_control, only: control_t, control_row, follow_nodes
+   use path_continuity, only: heading_t, heading_at
+   use monitors, only: monitor_values
+   use finer_problem, only: new_finer_problem, finer_state
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: finer_path_t, finer_point_t, new_finer_path, start_point, next_point, leave_out, likeness
+
+   type :: finer_path_t
+      type(problem_t) :: problem
+      type(state_t) :: base                      !! the problem's own point
+      type(control_t) :: control                 !! what tells points apart: its increment counts from the base
+      type(heading_t) :: heading                 !! tangent of the problem's own path
+      real(wp), allocatable :: modes(:, :)       !! (unknowns, multiplicity) at a bifurcation: null vectors, along which the path
+      !! does not go
+   end type finer_path_t
+
+   type :: finer_point_t
+      type(state_t) :: state
+      type(system_t) :: system                   !! factored there
+      type(heading_t) :: heading
+      real(wp), allocatable :: value(:)          !! load factor, monitors
+      logical :: ok = .false.                    !! false: Newton's method does not get there; nothing else means anything
+   end type finer_point_t
+
+   !> Newton steps to a point, from a guess as good as the mesh, or as a tangent of a small part of an increment.
+   integer, parameter :: steps = 2
+
+contains
+
+   !> The finer path next to a converged point.
+   function new_finer_path(problem, state, control, heading) result(path)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(control_t), intent(in) :: control     !! its tangent set where its method wants one
+      type(heading_t), intent(in) :: heading     !! tangent there
+      type(finer_path_t) :: path
+      path%problem = new_finer_problem(problem)
+      path%base = finer_state(problem, state, path%problem)
+      path%control = control
+      path%heading = heading
+   end function new_finer_path
+
+   !> The finer problem linearised at the problem's own point: where Newton's method starts.
+   subroutine start_point(path, point, timers)
+      type(finer_path_t), intent(in) :: path
+      type(finer_point_t), intent(out) :: point
+      type(timers_t), intent(inout) :: timers
+      point%state = path%base
+      point%system = new_system(path%problem)
+      call linearise(path%problem, point%state, point%state, point%system, timers)
+      point%ok = point%system%ok
+   end subroutine start_point
+
+   !> From a point, or the start, to the one at the control's increment.
+   subroutine next_point(path, increment, point, timers)
+      type(finer_path_t), intent(in) :: path
+      real(wp), intent(in) :: increment
+      type(finer_point_t), intent(inout) :: point
+      type(timers_t), intent(inout) :: timers
+      type(contact_step_t) :: step
+      type(state_t) :: origin, before
+      type(control_t) :: control, seen
+      real(wp) :: rhs
+      integer :: k
+      control = path%control
+      control%increment = increment
+      origin = path%base
+      seen = control
+      associate (problem => path%problem)
+         do k = 1, steps
+            if (.not. point%ok) return
+            if (problem%spans) call follow_nodes(problem, path%base, control, point%state, origin, seen)
+            call control_row(problem, seen, origin, point%state, point%system, rhs, timers)
+            call solve_contact_step(problem, point%state, point%system, rhs, .true., step, timers)
+            point%ok = step%ok
+            if (.not. point%ok) return
+            call leave_out(problem, path%modes, step%x)
+            before = point%state
+            call apply_increment(problem, point%system, step%x, step%y, point%state)
+            point%state%reaction = step%reaction
+            if (problem%spans) call move_touchdown_points(problem, before, point%state)
+            call linearise(problem, point%state, point%state, point%system, timers)
+            point%ok = point%system%ok
+         end do
+         if (.not. point%ok) return
+         point%value = [point%state%load_factor, monitor_values(problem, point%state, point%system)]
+         point%heading = heading_at(problem, point%system, path%heading%u, path%heading%load)
+      end associate
+   end subroutine next_point
+
+   !> Takes null vectors out of a solution: over a vanishing eigenvalue rounding is any share of them.
+   pure subroutine leave_out(problem, modes, x)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: modes(:, :)        !! (unknowns, any number) orthonormal in the metric, node axes
+      real(wp), intent(inout) :: x(:)            !! (unknowns)
+      integer :: k
+      do k = 1, size(modes, 2)
+         x = x - likeness(problem, modes(:, k), x) * modes(:, k)
+      end do
+   end subroutine leave_out
+
+   !> The part of a vector that is a mode.
+   pure real(wp) function likeness(problem, mode, x)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: mode(:), x(:)      !! (unknowns) node axes; the mode has length 1 in the metric
+      integer :: node, d
+      likeness = 0.0_wp
+      do node = 1, size(problem%weight)
+         d = dof(problem, node, 1)
+         likeness = likeness + problem%weight(node) * dot_product(mode(d:d + 1), x(d:d + 1))
+      end do
+   end function likeness
+end module finer_path

@@ -1,0 +1,114 @@
+!> What is zero at a located event, asked of another point of the path, and of another problem than the one that located it.
+module located_zero
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
+   use kinds, only: wp
+   use errors, only: error_t
+   use problem, only: problem_t, dof
+   use rod_state, only: state_t
+   use linear_system, only: system_t
+   use path_events, only: event_t, new_probe, event_value, event_bifurcation
+   use span_tests, only: span_test_t, run_span_tests
+   use tangent_modes, only: modes_t, lowest_modes, mode_tolerance
+   use finer_path, only: likeness
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: zero_t, new_zero, zero_value, mode_rounding
+
+   !> One event. Either an event of the path or a test of contact spans.
+   type :: zero_t
+      type(event_t), allocatable :: event
+      real(wp), allocatable :: modes(:, :)       !! (unknowns, multiplicity) bifurcation: null vectors, node axes
+      real(wp) :: next = 0.0_wp                  !! bifurcation: size of the next eigenvalue
+      integer :: test = 0                        !! number of the test in run_span_tests
+   end type zero_t
+
+   integer, parameter :: eigenvalues_looked_at = 5
+   real(wp), parameter :: as_zero = 1.0e-4_wp !! of an eigenvalue's change over the increment: it vanishes, too
+
+contains
+
+   !> An event as its functions are asked of other points: a bifurcation is known by its null vector.
+   subroutine new_zero(problem, event, state, system, zero, timers)
+      type(problem_t), intent(in) :: problem
+      type(event_t), intent(in) :: event
+      type(state_t), intent(in) :: state         !! where it was located
+      type(system_t), intent(in) :: system       !! factored there
+      type(zero_t), intent(out) :: zero
+      type(timers_t), intent(inout) :: timers
+      type(modes_t) :: modes
+      type(error_t), allocatable :: error
+      integer :: n
+      zero%event = event
+      if (event%kind /= event_bifurcation) return
+      call lowest_modes(problem, state, system, eigenvalues_looked_at, modes, error, timers)
+      ! Next to a singular tangent the iteration may not settle, and has the mode all the same.
+      n = max(count(abs(modes%mu) <= as_zero * event%scale), min(modes%n, 1))
+      if (n > 0) zero%modes = modes%x(:, :n)
+      if (modes%n > n) zero%next = abs(modes%mu(n + 1))
+   end subroutine new_zero
+
+   !> Its function at a converged point; not a number where it is not to be had.
+   function zero_value(problem, zero, state, system, load_rate, timers) result(value)
+      type(problem_t), intent(in) :: problem
+      type(zero_t), intent(in) :: zero
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system       !! factored there
+      real(wp), intent(in) :: load_rate          !! of the path there
+      type(timers_t), intent(inout) :: timers
+      real(wp) :: value
+      type(span_test_t), allocatable :: tests(:)
+      value = ieee_value(value, ieee_quiet_nan)
+      if (zero%test > 0) then
+         tests = run_span_tests(problem, state, max(system%force_scale, tiny(value)))
+         if (size(tests) >= zero%test) value = tests(zero%test)%value
+      else if (.not. allocated(zero%event)) then
+         return
+      else if (zero%event%kind == event_bifurcation) then
+         if (allocated(zero%modes)) value = eigenvalue_of(problem, zero%modes, state, system, timers)
+      else
+         value = event_value(problem, zero%event, state, new_probe(problem, state, system, load_rate))
+      end if
+   end function zero_value
+
+   !> Of the eigenvalues whose modes are mostly combinations of given ones the one that is nearest to zero.
+   function eigenvalue_of(problem, given, state, system, timers) result(value)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: given(:, :)
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      type(timers_t), intent(inout) :: timers
+      real(wp) :: value
+      type(modes_t) :: modes
+      type(error_t), allocatable :: error
+      integer :: i, k
+      value = ieee_value(value, ieee_quiet_nan)
+      call lowest_modes(problem, state, system, eigenvalues_looked_at, modes, error, timers)
+      ! The nearest come first.
+      do i = 1, modes%n
+         if (sum([(likeness(problem, given(:, k), modes%x(:, i))**2, k=1, size(given, 2))]) < 0.5_wp) cycle
+         value = modes%mu(i)
+         return
+      end do
+   end function eigenvalue_of
+
+   !> What rounding does to the eigenvalue of a bifurcation's null vector: that of the mode's displacements on the forces that it
+   !> makes in the elements (its products are taken from the elements' own deformations, see tangent_modes), and what the
+   !> iteration leaves of other modes.
+   pure real(wp) function mode_rounding(problem, system, zero) result(rounding)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system       !! assembled where the mode is
+      type(zero_t), intent(in) :: zero           !! with its mode
+      real(wp) :: local(6)
+      integer :: e, i, d
+      rounding = 0.0_wp
+      do e = 1, problem%model%mesh%n_elements
+         do i = 1, 2
+            d = dof(problem, problem%model%mesh%node(i, e), 1)
+            local(3 * i - 2:3 * i) = zero%modes(d:d + 2, 1)
+         end do
+         rounding = rounding + sum((local * matmul(system%ek(:, :, e), local))**2)
+      end do
+      rounding = epsilon(rounding) * sqrt(rounding) + mode_tolerance**2 * zero%next
+   end function mode_rounding
+end module located_zero

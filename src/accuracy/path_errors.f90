@@ -1,0 +1,230 @@
+!> Discretisation errors at points of the path: of the load factor and the monitors, what the control prescribes held; and at
+!> located events, where the finer problem has the event elsewhere.
+module path_errors
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use kinds, only: wp
+   use model, only: method_linearised, method_load, method_displacement
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t
+   use path_control, only: control_t, metric, is_arc_length
+   use path_continuity, only: heading_t
+   use path_events, only: event_limit, event_turning
+   use monitors, only: monitor_values
+   use tangent_rounding, only: path_stiffness, bending_stiffness
+   use error_bar, only: error_bar_t, error_bars_t, new_error_bar, no_error_bars
+   use accuracy_limits, only: why_not_told
+   use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point
+   use element_shares, only: shares_t, find_shares
+   use located_zero, only: zero_t, zero_value, mode_rounding
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: point_errors, event_errors
+
+   real(wp), parameter :: small_part = 1.0e-3_wp !! of an increment, over which slopes along the path are taken
+   real(wp), parameter :: no_modes(0, 0) = reshape([real(wp) ::], [0, 0])
+   character(*), parameter :: no_convergence = 'elements of a higher order do not converge from here', &
+      & no_function = 'what is zero at this point is not to be had from elements of a higher order', &
+      & not_known = 'sums of contact forces have no estimate'
+
+contains
+
+   !> Errors at a point of the path, held by its control: at the given load, at the given monitor, or normal to the path.
+   subroutine point_errors(problem, state, system, control, heading, bars, timers)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state         !! converged
+      type(system_t), intent(in) :: system       !! factored there
+      type(control_t), intent(in) :: control
+      type(heading_t), intent(in) :: heading     !! tangent there
+      type(error_bars_t), intent(out) :: bars
+      type(timers_t), intent(inout) :: timers
+      type(finer_path_t) :: path
+      type(finer_point_t) :: point
+      type(shares_t) :: shares
+      type(error_bar_t) :: given
+      real(wp), allocatable :: value(:), unseen(:)
+      bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state))
+      if (bars%why /= '') return
+      call begin(problem, state, system, holding(problem, control, heading, state%load_factor), heading, no_modes, path, point, &
+         & shares, value, timers)
+      if (point%ok) call next_point(path, 0.0_wp, point, timers)
+      if (.not. point%ok) then
+         bars%why = no_convergence
+         return
+      end if
+      unseen = point%value - value - shares%sum
+      call set_bars(shares, value, point%value - value, unseen, shares%size, shares%rounding, bars)
+      ! What is held is what it is held at.
+      given = new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
+      if (path%control%method == method_load) bars%load = given
+      if (path%control%method == method_displacement) bars%monitor(path%control%monitor) = given
+   end subroutine point_errors
+
+   !> Errors of a located event. The finer problem has it further along its path by what its function is at this point, over the
+   !> function's slope.
+   subroutine event_errors(problem, state, system, zero, heading, length, rise, bars, timers)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state         !! where it was located
+      type(system_t), intent(in) :: system       !! factored there
+      type(zero_t), intent(in) :: zero           !! what vanishes there
+      type(heading_t), intent(in) :: heading     !! tangent there
+      real(wp), intent(in) :: length, rise       !! arc length and change of the load factor of the increment around it
+      type(error_bars_t), intent(out) :: bars
+      type(timers_t), intent(inout) :: timers
+      type(control_t) :: control
+      type(finer_path_t) :: path
+      type(finer_point_t) :: first, ahead, near
+      type(shares_t) :: shares
+      real(wp), allocatable :: modes(:, :), value(:), rate(:), final(:), unseen(:), sizes(:), rounding(:)
+      real(wp) :: f, f_ahead, slope, way, more, reach
+      bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state))
+      if (bars%why /= '') return
+      if (.not. metric(problem, heading%u, heading%u) > 0.0_wp .or. .not. (length > 0.0_wp .or. abs(rise) > 0.0_wp)) then
+         bars%why = 'nothing moves there'
+         return
+      end if
+      allocate (modes(size(system%residual), 0))
+      if (allocated(zero%modes)) modes = zero%modes
+      control%method = method_linearised
+      control = holding(problem, control, heading, state%load_factor)
+      ! The control's measure of the increment: where nothing moves its arc length is rounding.
+      reach = sqrt(length**2 + (control%load_scale * rise)**2)
+      call begin(problem, state, system, control, heading, modes, path, first, shares, value, timers)
+      if (first%ok) call next_point(path, 0.0_wp, first, timers)
+      ahead = first
+      if (first%ok) call next_point(path, small_part * reach, ahead, timers)
+      if (.not. ahead%ok) then
+         bars%why = no_convergence
+         return
+      end if
+      f = value_at(first)
+      f_ahead = value_at(ahead)
+      if (.not. (ieee_is_finite(f) .and. ieee_is_finite(f_ahead))) then
+         bars%why = no_function
+         return
+      end if
+      slope = (f_ahead - f) / (small_part * reach)
+      rate = (ahead%value - first%value) / (small_part * reach)
+      if (.not. abs(slope) > 0.0_wp) then
+         bars%why = no_function
+         return
+      end if
+      way = -f / slope
+      near = first
+      call next_point(path, way, near, timers)
+      if (.not. near%ok) then
+         bars%why = no_convergence
+         return
+      end if
+      ! The rest of the way by its tangent.
+      more = value_at(near)
+      if (.not. ieee_is_finite(more)) then
+         bars%why = no_function
+         return
+      end if
+      more = -more / slope
+      rate(1) = near%heading%load / (metric(problem, control%tangent, near%heading%u) + &
+         & control%load_scale**2 * control%tangent_load * near%heading%load)
+      final = near%value + more * rate
+      unseen = abs(first%value - value - shares%sum) + abs(more * rate)
+      sizes = shares%size + abs(near%value - first%value)
+      rounding = shares%rounding + abs(rate) * location_rounding() / abs(slope)
+      if (is_kind(event_limit)) rounding(1) = shares%rounding(1) + 0.5_wp * location_rounding()**2 / abs(slope)
+      call set_bars(shares, value, final - value, unseen, sizes, rounding, bars)
+
+   contains
+
+      !> The event's function on the finer path.
+      real(wp) function value_at(point)
+         type(finer_point_t), intent(in) :: point
+         value_at = zero_value(path%problem, zero, point%state, point%system, point%heading%load, timers)
+      end function value_at
+
+      logical function is_kind(kind)
+         integer, intent(in) :: kind             !! event_...
+         is_kind = .false.
+         if (allocated(zero%event)) is_kind = zero%event%kind == kind
+      end function is_kind
+
+      !> What rounding of the tangent does to the function: the load's slope along the path, or an eigenvalue.
+      real(wp) function location_rounding() result(error)
+         real(wp) :: stiffness, rounding, work
+         error = 0.0_wp
+         if (is_kind(event_limit)) then
+            call path_stiffness(problem, state, system, stiffness, rounding)
+            work = abs(dot_product(system%tangent, system%load) * heading%load)
+            if (work > 0.0_wp) error = rounding / work
+         else if (is_kind(event_turning)) then
+            ! The direction of the path is as good as the stiffness along it, beside what it turns by over the increment.
+            call path_stiffness(problem, state, system, stiffness, rounding)
+            stiffness = max(stiffness, bending_stiffness(problem))
+            error = rounding / stiffness * abs(slope) * reach
+         else if (allocated(zero%modes)) then
+            error = mode_rounding(problem, system, zero)
+         end if
+      end function location_rounding
+   end subroutine event_errors
+
+   !> What holds a point of an arc-length path: the plane normal to it. Load and monitor are held as they are. A change by all of
+   !> the load counts as much as a displacement by the structure's size: where little moves the load is held, at limit points the
+   !> displacements are.
+   function holding(problem, control, heading, load_factor) result(held)
+      type(problem_t), intent(in) :: problem
+      type(control_t), intent(in) :: control
+      type(heading_t), intent(in) :: heading
+      real(wp), intent(in) :: load_factor        !! at the point
+      type(control_t) :: held
+      real(wp) :: norm
+      held%method = control%method
+      held%monitor = control%monitor
+      if (.not. is_arc_length(control%method)) return
+      held%method = method_load
+      if (.not. metric(problem, heading%u, heading%u) > 0.0_wp) return
+      held%method = method_linearised
+      if (abs(load_factor) > 0.0_wp) held%load_scale = 1.0_wp / abs(load_factor)
+      norm = sqrt(1.0_wp + (held%load_scale * heading%load)**2)
+      held%tangent = heading%u / norm
+      held%tangent_load = heading%load / norm
+   end function holding
+
+   !> The finer problem linearised at the point, and the elements' shares of the errors there.
+   subroutine begin(problem, state, system, control, heading, modes, path, point, shares, value, timers)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      type(control_t), intent(in) :: control
+      type(heading_t), intent(in) :: heading
+      real(wp), intent(in) :: modes(:, :)        !! (unknowns, multiplicity) bifurcation: null vectors
+      type(finer_path_t), intent(out) :: path
+      type(finer_point_t), intent(out) :: point
+      type(shares_t), intent(out) :: shares
+      real(wp), allocatable, intent(out) :: value(:) !! load factor, monitors
+      type(timers_t), intent(inout) :: timers
+      type(system_t) :: here
+      path = new_finer_path(problem, state, control, heading)
+      path%modes = modes
+      call start_point(path, point, timers)
+      value = [state%load_factor, monitor_values(problem, state, system)]
+      here = system
+      call find_shares(problem, state, here, path%problem, point%state, point%system, control, modes, shares, timers)
+   end subroutine begin
+
+   !> Bars from estimates. What is taken from the polynomial inside an element errs by one order more in the finer one only, not
+   !> by two, so that as much again may be missing.
+   subroutine set_bars(shares, value, correction, unseen, sizes, rounding, bars)
+      type(shares_t), intent(in) :: shares
+      real(wp), intent(in) :: value(:), correction(:), unseen(:), sizes(:), rounding(:)
+      type(error_bars_t), intent(inout) :: bars
+      real(wp) :: noise(size(value))
+      integer :: m
+      noise = rounding + 4.0_wp * epsilon(noise) * abs(value)
+      if (shares%known(1)) bars%load = new_error_bar(correction(1), unseen(1), sizes(1), noise(1))
+      do m = 1, size(bars%monitor)
+         if (.not. shares%known(m + 1)) cycle
+         bars%monitor(m) = new_error_bar(correction(m + 1), unseen(m + 1), sizes(m + 1), noise(m + 1))
+         bars%monitor(m)%bar = bars%monitor(m)%bar + abs(shares%inside(m + 1))
+      end do
+      if (.not. all(shares%known)) bars%why = not_known
+   end subroutine set_bars
+end module path_errors

@@ -1,0 +1,74 @@
+!> What is known of the discretisation error of one number.
+!>
+!> C: estimated exact value less the computed one; A: the sum of the sizes of the elements' shares of it; D: what of C the
+!> linear estimate by these shares did not see. The bar 1.2 |C| + 2 |D| + 0.2 A holds as long as D is small beside A: C alone may
+!> be small because shares cancel, or because two meshes that are both too coarse agree. Constants: from 2550 runs of a
+!> prototype over orders, meshes and structures, at most a third too small there; held against 1394 others.
+module error_bar
+   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+   use kinds, only: wp
+   implicit none
+   private
+   public :: error_bar_t, error_bars_t, new_error_bar, no_error_bars, moved_error_bar, largest_unseen
+
+   !> One number. All in its unit.
+   type :: error_bar_t
+      logical :: told = .false.               !! there is an estimate at all
+      logical :: bounded = .false.            !! the error is within `bar`; else it may be larger, the mesh being too coarse
+      real(wp) :: correction = 0.0_wp         !! C
+      real(wp) :: bar = 0.0_wp                !! > 0
+   end type error_bar_t
+
+   !> Load factor and monitors of a point.
+   type :: error_bars_t
+      type(error_bar_t) :: load
+      type(error_bar_t), allocatable :: monitor(:) !! (monitors of the deck)
+      character(:), allocatable :: why        !! some are not told: the reason
+   end type error_bars_t
+
+   real(wp), parameter :: of_estimate = 1.2_wp, of_unseen = 2.0_wp, of_shares = 0.2_wp
+   real(wp), parameter :: largest_unseen = 0.3_wp !! D over A
+   real(wp), parameter :: at_least = 5.0_wp       !! times A + |D|: what errors come to that cannot be told
+
+contains
+
+   !> The bar of a number by its estimate. Without D < 0.3 A there is none, only a size that the error may exceed.
+   elemental function new_error_bar(correction, unseen, shares, rounding) result(error)
+      real(wp), intent(in) :: correction      !! C
+      real(wp), intent(in) :: unseen          !! D
+      real(wp), intent(in) :: shares          !! A >= 0
+      real(wp), intent(in) :: rounding        !! what rounding may do to the number, >= 0
+      type(error_bar_t) :: error
+      error%told = ieee_is_finite(correction) .and. ieee_is_finite(unseen) .and. ieee_is_finite(shares)
+      if (.not. error%told) return
+      error%correction = correction
+      error%bounded = abs(unseen) <= largest_unseen * shares + rounding
+      if (error%bounded) then
+         error%bar = of_estimate * abs(correction) + of_unseen * abs(unseen) + of_shares * shares + rounding
+      else
+         error%bar = at_least * (shares + abs(unseen)) + rounding
+      end if
+   end function new_error_bar
+
+   !> The bar of a number that is known where another one, its argument, is held, and of that argument.
+   elemental function moved_error_bar(held, argument, rate) result(error)
+      type(error_bar_t), intent(in) :: held
+      type(error_bar_t), intent(in) :: argument
+      real(wp), intent(in) :: rate            !! of the number by its argument
+      type(error_bar_t) :: error
+      error%told = held%told .and. argument%told .and. ieee_is_finite(rate)
+      if (.not. error%told) return
+      error%bounded = held%bounded .and. argument%bounded
+      error%correction = held%correction + rate * argument%correction
+      error%bar = held%bar + abs(rate) * argument%bar
+   end function moved_error_bar
+
+   !> Nothing told.
+   pure function no_error_bars(monitors, why) result(bars)
+      integer, intent(in) :: monitors         !! how many
+      character(*), intent(in) :: why         !! in words
+      type(error_bars_t) :: bars
+      allocate (bars%monitor(monitors))
+      bars%why = why
+   end function no_error_bars
+end module error_bar

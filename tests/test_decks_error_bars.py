@@ -1,0 +1,206 @@
+"""Error bars against exact values: of many meshes that nobody tuned none is outside its bar, and the estimate is the error.
+
+Exact loads: reference/ of the tests (arch-deep-hinged, the ring R/h = 100), Euler's columns with axial stiffness, limit loads
+of the frame and the column beside a wall by meshes twelve times as fine whose own bars are far below what is compared.
+"""
+from __future__ import annotations
+
+import functools
+import math
+import re
+
+import numpy as np
+import pytest
+
+import deck_runner as dr
+
+ORDERS = ("GE2", "GE4", "GE6", "GE8")
+RING_100 = 81.557427564661
+NOISE = 3e-11                    # over the largest load: what location and rounding leave of exact values
+
+
+def remeshed(text, kind, n):
+    """Another element, and n of them for every line or arc; bars of any width are fine."""
+    text = dr.changed(text)
+    text = re.sub(r"TYPE=GE\d", f"TYPE={kind}", text)
+    rows = re.search(r"(\*(?:LINE|ARC)[^\n]*\n)((?:\d+,[^\n]*\n)+)", text)
+    data = []
+    for line in rows[2].splitlines():
+        fields = line.split(",")
+        data.append(", ".join([*(f.strip() for f in fields[:4 if "*ARC" in rows[1] else 2]), str(n)]))
+    text = text.replace(rows[2], "\n".join(data) + "\n")
+    text = re.sub(r"\*BRANCH[^*]*", "", text)
+    return text.replace("*STEP\n", "*STEP\n*CONTROLS, LOCATE=1E-11\n*ACCURACY, WIDEST=1E9\n", 1)
+
+
+def euler(kind, n):
+    """A clamped column whose other end moves along its axis only: it buckles at 4 pi^2 EI, less what EA = 1E5 gives way by."""
+    return (f"*NODE\n1, 0., 0.\n2, 1., 0.\n*LINE, ELSET=C, TYPE={kind}\n1, 2, {n}\n*BEAM SECTION, ELSET=C, SECTION=STIFFNESS\n1E5, 1.\n"
+            "*BOUNDARY\n1, ENCASTRE\n2, YSYMM\n*MONITOR, NAME=x\n2, U1, -1.\n*STEP\n*CONTROLS, LOCATE=1E-11\n"
+            "*ACCURACY, WIDEST=1E9\n*STATIC, METHOD=LOAD\n2., 1E-9, 3.\n*CLOAD\n2, 1, -10.\n*STOP\nLOAD, ABOVE, 5.\n")
+
+
+def euler_load():
+    """P (1 - P/EA) = 4 pi^2 EI in tenths: the column is shorter by P/EA, its sections turn with strain energy EI as before."""
+    return 0.1 * 0.5 * (1.0 - math.sqrt(1.0 - 4.0 * 4.0 * math.pi**2 / 1e5)) * 1e5
+
+
+@functools.cache
+def critical(name, kind, n):
+    text = euler(kind, n) if name == "euler" else remeshed(dr.example(name), kind, n)
+    run = dr.run_deck(text + ("*END STEP\n" if name == "euler" else ""))
+    return run.results.critical
+
+
+@functools.cache
+def exact(name):
+    """Loads of the limit points, bifurcations and contact events of a scene, in order, by label."""
+    if name == "euler":
+        return {"BP": [euler_load()]}
+    if name == "ring":
+        return {"LP": [RING_100]}
+    fine = [c for c in critical(name, "GE8", {"column": 90}.get(name, 48)) if c.label in ("LP", "BP", "C+", "C-")]
+    found = {}
+    for c in fine:
+        assert c.error < 1e-8 * max(abs(d.load_factor) for d in fine), f"{name}: the reference has a bar of {c.error}"
+        found.setdefault(c.label, []).append(c.load_factor)
+    return found
+
+
+def compared(name, kinds, meshes):
+    """Rows (estimate, bar, true error, scale) of all critical loads whose error is above the noise; others must be within it."""
+    rows = []
+    scale = max(abs(load) for loads in exact(name).values() for load in loads)
+    for kind in kinds:
+        for n in meshes:
+            number = {}
+            for c in critical(name, kind, n):
+                k = number[c.label] = number.get(c.label, -1) + 1
+                if k >= len(exact(name).get(c.label, [])):
+                    continue
+                rows.append((c.corrected - c.load_factor, c.error, exact(name)[c.label][k] - c.load_factor, scale))
+    return np.array(rows)
+
+
+def assert_bars(rows, least, under=0):
+    """No error outside its bar, those above the noise well estimated, and bars for nearly all below one percent."""
+    estimate, bar, error, scale = rows.T
+    size = np.abs(error)
+    assert not np.any(np.isnan(bar)), "no estimate"
+    small = size <= 1e-2 * scale
+    unknown = np.isinf(bar)
+    outside = ~unknown & (size > bar + NOISE * scale)
+    assert np.count_nonzero(outside & small) <= under, f"outside their bars: {rows[outside]}"
+    assert np.count_nonzero(unknown & small) <= max(1, 0.1 * np.count_nonzero(small)), f"without a bar: {rows[unknown & small]}"
+    told = ~unknown & small & (size > 10.0 * NOISE * scale)
+    assert np.count_nonzero(told) >= least
+    ratio = estimate[told] / error[told]
+    assert 0.95 < np.median(ratio) < 1.05, f"estimate over error {np.sort(ratio)}"
+    assert 1.0 < np.median(bar[told] / size[told]) < 4.0, f"bar over error {np.sort(bar[told] / size[told])}"
+
+
+@pytest.mark.parametrize("name, kinds, meshes, least", [
+    ("lee-frame", ORDERS, (3, 5, 7, 11, 16), 18),
+    ("arch-clamped-hinged", ORDERS[1:], (5, 7, 11, 16), 6),
+    ("arch-deep-hinged", ORDERS[1:], (5, 7, 11, 16), 14),
+    ("euler", ORDERS, (3, 5, 7, 11, 16, 23), 14),
+    ("ring", ORDERS[1:], (5, 13, 21), 4),
+    ("column", ORDERS[1:], (5, 9, 13), 20)])
+def test_bars_of_critical_loads(name, kinds, meshes, least):
+    """Limit points, bifurcations, contact that begins and ends; orders 2 to 8."""
+    assert_bars(compared(name, kinds, meshes), least)
+
+
+def test_estimates_fall_as_the_errors_do():
+    """Order 4: both by 16 when the mesh is halved."""
+    errors, estimates = [], []
+    for n in (8, 16, 32):
+        c = next(c for c in critical("euler", "GE4", n) if c.label == "BP")
+        errors.append(euler_load() - c.load_factor)
+        estimates.append(c.corrected - c.load_factor)
+    dr.assert_order(errors, 4, below=0.5, above=0.5)
+    dr.assert_order(estimates, 4, below=0.5, above=0.5)
+
+
+# ---- points of the path ----
+
+def test_every_point_of_a_path():
+    """POINTS=ALL: the frame's load at given v, by two elements of order 4 for each half of it, and by twelve of order 8."""
+    def frame(kind, n):
+        text = dr.changed(remeshed(dr.example("lee-frame"), kind, n), ("WIDEST=1E9", "WIDEST=1E9, POINTS=ALL"),
+                          ("METHOD=CYLINDRICAL\n0.3, 1E-9, 0.02", "METHOD=DISPLACEMENT, MONITOR=v\n0.02, 0.02, 0.02"),
+                          ("LOAD, ABOVE, 40.", "v, ABOVE, 0.36"))
+        return dr.run_deck(text).results
+    coarse, fine = frame("GE4", 4), frame("GE8", 12)
+    rows = slice(1, 17)
+    v = coarse.column("v").values[rows]
+    dr.assert_close(fine.column("v").values[rows], v, absolute=1e-12)
+    load = coarse.column("load_factor").values[rows]
+    error = fine.column("load_factor").values[rows] - load
+    dr.assert_close(coarse.column("corrected").values[rows] - load, error, relative=0.2, absolute=1e-6)
+    bar = coarse.errors["load_factor"].values[rows]
+    assert np.all(np.abs(error) <= bar) and np.all(bar <= 10.0 * np.abs(error) + 1e-3)
+    assert np.all(coarse.errors["v"].values[rows] == 0.0) and np.all(coarse.errors["u"].values[rows] > 0.0)
+
+
+def test_monitors_at_a_given_load():
+    """A cantilever that rolls far up: displacements and rotation of its tip, reactions of its clamp."""
+    def tip(kind, n):
+        text = (f"*NODE\n1, 0., 0.\n2, 1., 0.\n*LINE, ELSET=C, TYPE={kind}\n1, 2, {n}\n*BEAM SECTION, ELSET=C, SECTION=STIFFNESS\n1E4, 1.\n"
+                "*BOUNDARY\n1, ENCASTRE\n*MONITOR, NAME=u\n2, U1\n*MONITOR, NAME=v\n2, U2\n*MONITOR, NAME=turn\n2, UR\n"
+                "*MONITOR, NAME=push\n1, RF1\n*MONITOR, NAME=couple\n1, RM\n*STEP\n*STATIC, METHOD=LOAD\n0.1\n*CLOAD\n2, 2, 8.\n*END STEP\n")
+        return dr.run_deck(text).only("EP")
+    fine = tip("GE8", 40)
+    for kind, n in (("GE2", 40), ("GE4", 6), ("GE6", 4), ("GE8", 3)):
+        end = tip(kind, n)
+        assert end.error == 0.0
+        for name in ("u", "v", "turn", "couple"):
+            error = abs(fine.monitors[name] - end.monitors[name])
+            assert 1e-9 < error <= end.monitor_errors[name] <= 10.0 * error + 1e-9, f"{kind} {name}: {error}"
+
+
+def test_sums_of_contact_forces():
+    """What the cavity pushes the half ring with, normal, in x and in y, at given loads; in y it is the ring's own weight."""
+    def ring(kind, n):
+        watched = "".join(f"*MONITOR, NAME={q}, OBSTACLE=CAVITY\n{q}\n" for q in ("RN", "RF1", "RF2"))
+        text = remeshed(dr.example("ring"), kind, n).replace("*STEP\n", watched + "*STEP\n", 1)
+        return dr.run_deck(text).labelled("UZ")
+    fine = ring("GE8", 40)
+    for kind, n in (("GE4", 5), ("GE6", 5)):
+        for end, exact in zip(ring(kind, n), fine):
+            assert end.load_factor == pytest.approx(exact.load_factor, rel=1e-9)
+            for name in ("RN", "RF1"):
+                error = abs(exact.monitors[name] - end.monitors[name])
+                assert error <= end.monitor_errors[name] + 1e-8 * abs(end.monitors[name])
+                assert np.isfinite(end.monitor_errors[name])
+
+
+# ---- what is not known, and what fails ----
+
+def test_nothing_is_told_without_reason():
+    """UL2 elements, contact at nodes, foundations: no estimate, and the listing says why."""
+    for name, why in (("ring-ul2", "the nodes of the mesh"), ("arch-soil", "a foundation may end inside"),
+                      ("winkler-point", "a foundation may end inside")):
+        run = dr.run_deck(dr.example(name))
+        assert run.results.critical
+        assert all(math.isnan(c.error) and math.isnan(c.corrected) for c in run.results.critical)
+        assert "no estimate" in run.stdout and why in run.stdout
+
+
+def test_too_wide_a_bar_fails_the_run():
+    """Code 2, and the status says which load; the path is there to its end. With a wider WIDEST all is well."""
+    text = remeshed(dr.example("lee-frame"), "GE4", 2)
+    wide = dr.run_deck(text.replace("WIDEST=1E9", "WIDEST=0.001"), code=2)
+    good = dr.run_deck(text)
+    assert "the mesh is too coarse for what was asked: the load factor of LP at point" in wide.results.status
+    assert wide.results.n_points == good.results.n_points and good.results.status == "complete"
+    load = np.abs(good.column("load_factor"))
+    worst = max(c.error / np.max(load[:c.point]) for c in good.results.critical)
+    dr.assert_close(good.results.accuracy["error_bar"], worst, relative=1e-12)
+
+
+def test_no_bars_when_none_are_wanted():
+    text = dr.changed(dr.example("lee-frame"), ("*STEP\n", "*STEP\n*ACCURACY, POINTS=NONE\n"))
+    run = dr.run_deck(text)
+    assert "+-" not in run.stdout and "error bars" not in run.stdout
+    assert all(math.isnan(c.error) for c in run.results.critical)
