@@ -11,7 +11,7 @@ module span_set
    use span_tests, only: span_test_t, gap_at, virtual_pressure, test_gap, test_force, test_curvature, test_pressure, &
       & test_length, test_closing, test_crossing, test_slope, shortest, beyond, across
    use span_mesh, only: take_touches
-   use held_openings, only: open_span, rest_held, too_flat, held_load, small_load, spreading_rate
+   use held_openings, only: open_span, rest_held, too_flat, small_load, spreading_rate
    use path_control, only: control_t, is_arc_length
    use path_continuity, only: heading_at
    use path_events, only: new_probe
