@@ -20,7 +20,7 @@ module contact_regions
    use path_record, only: region_t
    implicit none
    private
-   public :: find_regions, resolved_contact, candidate_coordinate, region_of, rigid_overhang
+   public :: find_regions, resolved_contact, candidate_coordinate, region_of
 
    real(wp), parameter :: unresolved = 8.0_wp !! elements: shorter open stretches do not divide a region
 

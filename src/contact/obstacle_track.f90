@@ -12,7 +12,7 @@ module obstacle_track
    use obstacle_curve, only: foot_t, nearest_point, shape_arc, shape_cubic, arc_length, turned_angle
    implicit none
    private
-   public :: track_t, track_foot, track_at, track_ahead, track_between, track_joints
+   public :: track_t, track_foot, track_at, track_ahead, track_between
 
    !> A point of the track.
    type :: track_t
@@ -117,19 +117,6 @@ contains
       end do
       between%piece = i
    end function track_between
-
-   !> Arc lengths sigma where the curvature of the track jumps, ascending.
-   pure function track_joints(obstacle, offset) result(sigma)
-      type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: offset
-      real(wp), allocatable :: sigma(:)
-      integer :: i
-      allocate (sigma(0))
-      if (obstacle%kind == obstacle_line .or. obstacle%kind == obstacle_circle) return
-      do i = 0, size(obstacle%curve%piece)
-         if (jumps(obstacle, i)) sigma = [sigma, piece_start(obstacle, offset, i + 1)]
-      end do
-   end function track_joints
 
    pure type(track_t) function on_line(obstacle, offset, sigma) result(track)
       type(obstacle_t), intent(in) :: obstacle

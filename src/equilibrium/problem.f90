@@ -20,7 +20,7 @@ module problem
    use ground_coupling, only: coupling_t, new_coupling
    implicit none
    private
-   public :: problem_t, new_problem, remeshed_problem, derive_problem, structure_size, rounding_gap, dof
+   public :: problem_t, new_problem, remeshed_problem, derive_problem, rounding_gap, dof
 
    type :: problem_t
       type(model_t) :: model                             !! on the working mesh

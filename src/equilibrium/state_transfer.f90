@@ -17,8 +17,7 @@ module state_transfer
    use ge_element, only: ge_interior
    implicit none
    private
-   public :: find_point, point_displacement, carried, carried_field, carry_to, move_nodes, displacements_at, field_at, &
-      & node_coordinate
+   public :: find_point, point_displacement, carried, carried_field, carry_to, move_nodes, displacements_at, field_at
 
 contains
 

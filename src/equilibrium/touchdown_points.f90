@@ -172,7 +172,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       type(track_t) :: track
-      real(wp) :: local(3), place(2), angle, density, sense
+      real(wp) :: local(3), place(2), angle, sense
       integer :: side, e
       track = node_track(problem, state, candidate)
       force = 0.0_wp
@@ -183,7 +183,7 @@ contains
          e = problem%candidates%element(side, candidate)
          if (e == 0) cycle
          if (problem%conforms(e) == 0) cycle
-         call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, place, angle, density)
+         call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, place, angle)
          force = force + sense * merge(1.0_wp, -1.0_wp, side == 1) * local(2)
       end do
    end function held_force

@@ -6,7 +6,7 @@ module remeshed_model
    use reference_curve, only: curve_point
    implicit none
    private
-   public :: division_t, new_remeshed_model, mapped_load, deck_division
+   public :: division_t, new_remeshed_model, mapped_load
 
    !> Where the nodes of a mesh stand on one stretch.
    type :: division_t
@@ -14,16 +14,6 @@ module remeshed_model
    end type division_t
 
 contains
-
-   !> The division of all stretches by the deck's nodes.
-   pure function deck_division(layout) result(division)
-      type(layout_t), intent(in) :: layout
-      type(division_t) :: division(size(layout%stretch))
-      integer :: j
-      do j = 1, size(division)
-         division(j)%at = layout%stretch(j)%at
-      end do
-   end function deck_division
 
    !> Nodes: the deck's breakpoints in its order, then those inside stretch by stretch. Elements: stretch by stretch, in order; each
    !> has curve, coordinates and label of the deck's element that holds its first end, and may go beyond that one's curve.

@@ -120,11 +120,13 @@ contains
       integer, intent(in) :: tangent_updates   !! iterations after which the tangent is factored anew
       type(increment_t), intent(inout) :: report
       type(timers_t), intent(inout) :: timers
-      type(state_t) :: origin, from
+      type(state_t) :: origin
       type(control_t) :: control
       type(contact_step_t) :: step
-      real(wp), allocatable :: before(:, :), spring(:)
-      real(wp) :: rhs, tolerance, at_length, best, correction, travelled, work, worse, previous, last_residual, second_order
+      real(wp), allocatable :: spring(:)
+      real(wp) :: rhs, tolerance, at_length, best, travelled, last_residual, second_order
+      real(wp) :: correction                   ! of the displacements by the last step, squared, on the nodes of that step
+      real(wp) :: previous                     ! residual that the next step starts from
       logical :: refactor, settled, searching
       ! What leaves a stress-free start on a foundation has no scale of its own, as long as the strains rotation^2/2 make no forces.
       real(wp), parameter :: negligible = 0.01_wp
@@ -153,35 +155,17 @@ contains
          call solve_step(problem, state, system, rhs, frozen, step, report, timers)
          if (allocated(report%message)) return
          refactor = iteration <= tangent_updates .or. any(step%active .neqv. state%active)
-         correction = 0.0_wp
-         if (step%flipped) then
-            state%active = step%active
-            state%reaction = step%reaction
-         else
-            before = state%u
-            work = 0.0_wp
-            if (searching) work = step_work(system, step%x)
-            if (searching .or. problem%spans) from = state
-            call move(problem, system, step, state)
-            if (problem%spans) then
-               before = state%u - before
-               correction = metric(problem, before, before)
-               call move_touchdown_points(problem, from, state)
-               call follow_nodes(problem, start, given, state, origin, control)
-            end if
-            if (.not. problem%spans) correction = metric(problem, state%u - before, state%u - before)
-         end if
          report%iterations = report%iterations + 1
          call count_up(timers, counter_newton)
          spring = system%spring
          grip = system%grip
-         call assemble(problem, state, origin, system, timers)
-         if (searching .and. system%ok .and. .not. step%flipped) then
-            worse = max(system%force_residual, system%defect_residual)
-            if (worse > far_worse * max(previous, far_from_balance)) &
-               & call shorten_step(problem, origin, from, step%x, work, state, system, timers)
-            previous = max(system%force_residual, system%defect_residual)
-            correction = metric(problem, state%u - before, state%u - before)
+         correction = 0.0_wp
+         if (step%flipped) then
+            state%active = step%active
+            state%reaction = step%reaction
+            call assemble(problem, state, origin, system, timers)
+         else
+            call take_step()
          end if
          if (any(system%grip /= grip)) then
             last_change = iteration
@@ -239,6 +223,32 @@ contains
       if (allocated(blamed)) report%hopeless = problem%resting .and. all(abs(origin%u) <= 0.0_wp) .and. second_order <= negligible
 
    contains
+
+      !> Goes along the solved step, not as far where foundations make it far too long, then lets the touchdown points follow.
+      subroutine take_step()
+         type(state_t) :: from
+         real(wp) :: work
+         logical :: assembled
+         from = state
+         if (searching) work = step_work(system, step%x)
+         call move(problem, system, step, state)
+         assembled = searching
+         if (searching) then
+            ! The work along a step is that of the equations it solves: with the touchdown points where they were.
+            call assemble(problem, state, origin, system, timers)
+            if (.not. system%ok) return
+            if (max(system%force_residual, system%defect_residual) > far_worse * max(previous, far_from_balance)) &
+               & call shorten_step(problem, origin, from, step%x, work, state, system, timers)
+         end if
+         correction = metric(problem, state%u - from%u, state%u - from%u)
+         if (problem%spans) then
+            call move_touchdown_points(problem, from, state)
+            call follow_nodes(problem, start, given, state, origin, control)
+            assembled = .false.
+         end if
+         if (.not. assembled) call assemble(problem, state, origin, system, timers)
+         previous = max(system%force_residual, system%defect_residual)
+      end subroutine take_step
 
       !> Says when foundations too stiff are the reason.
       subroutine give_up(message)

@@ -13,7 +13,7 @@ module limit_curves
    use bordered_system, only: linearise
    use path_run, only: run_t
    use path_acceptance, only: outcome_t, note_trouble
-   use span_changes, only: spans_hold
+   use span_validity, only: spans_hold
    use second_parameter, only: present_value
    use limit_search, only: follower_t, trial_t, stand_here, scale_rate, evaluate, search, as_coordinate, as_value, small_drop
    use monitors, only: monitor_values

@@ -13,7 +13,7 @@ module path_acceptance
    use state_transfer, only: carry_to
    use weak_lines, only: release_lines, count_released, let_turn, line_opening
    use path_control, only: path_length
-   use path_continuity, only: heading_t, heading_at
+   use path_continuity, only: heading_t
    use corrector, only: increment_t
    use path_run, only: run_t, landmark_t, probe_at, keep_landmark, leave_trail
    use step_control, only: stop_met

@@ -27,7 +27,7 @@ module path_follower
    integer, parameter :: max_cuts = 40          !! halvings of one increment
    integer, parameter :: cuts_before_corner = 2 !! failures after which the path may have a corner
    integer, parameter :: cuts_before_change = 3 !! failures after which a change of contact spans is looked for ahead
-   integer, parameter :: cuts_before_nodes = 8  !! failures after which contact spans give way to contact at nodes
+   integer, parameter :: cuts_of_spans = 8      !! failures after which a path with contact spans ends
    real(wp), parameter :: least_load = 0.01_wp  !! of the load factor, that an increment after a corner may add
    integer, parameter :: max_searches = 4       !! halvings to tell events apart
 
@@ -96,7 +96,7 @@ contains
                if (changed) cycle points
                call linearise(problem, run%state, run%state, run%system, timers)
             end if
-            if (problem%spans .and. cuts > cuts_before_nodes) then
+            if (problem%spans .and. cuts > cuts_of_spans) then
                if (.not. allocated(report%message)) report%message = 'no equilibrium'
                call why_stuck(problem, step, run, report, outcome%why, outcome%turns, timers)
                return

@@ -49,7 +49,7 @@ module path_run
       integer :: points = 0                      !! recorded so far, all steps
       integer :: step_points = 0                 !! accepted in this step
       integer :: touches = 0                     !! contacts that have begun so far: their numbers
-      character(:), allocatable :: stuck         !! what contact spans could not do: contact is to go on at nodes
+      character(:), allocatable :: stuck         !! what contact spans could not do: the step ends with that reason
       type(region_t), allocatable :: beginning   !! a point contact that begins at the next point
       integer :: span_tries = 0                  !! increments with contact at nodes that could not be taken for contact spans
       logical :: on_bifurcation = .false.        !! the last point is one that was recorded: its pivots have the sign of rounding

@@ -1,10 +1,13 @@
 !> A line contact that its obstacle would have to pull opens: where its pressure is zero a free span begins with no length, and
 !> there nothing tells where its ends are. The laws of its first stretch do, from the zone of the line that is pulled a little
-!> further along the path: the free span has there, with w'''' = -r/EI from the density r of the line,
+!> further along the path. The gap w of the free span has EI w'''' = -r there, with x along the rod and the density r of the line's
+!> force, positive where it pushes; r1, r2 > 0:
 !>
-!>   inside the line, r = r2 (x^2 - x0^2)/2:  w = r2 (a^2 - x^2)^3/(720 EI), a = sqrt(5) x0 to both sides of the middle;
-!>   at its end, r = r1 (x0 - x):             w = r1 x^3 (l - x)^2/(120 EI), l = 5 x0/3, and a point stays where the line ended;
-!>   at a clamp on the obstacle:              w = r1 x^2 (l - x)^3/(120 EI), l = 5 x0/3, from the clamp on.
+!>   inside the line, pulled for |x| < x0, r = r2 (x^2 - x0^2)/2:
+!>                               w = r2 (a^2 - x^2)^3/(720 EI) for |x| < a = sqrt(5) x0;
+!>   at its end, x from there into the line, pulled for 0 < x < x0, r = r1 (x - x0):
+!>                               w = r1 x^2 (l - x)^3/(120 EI) for 0 < x < l = 5 x0/3, and a point stays at x = 0 and does not turn;
+!>   at a clamp on the obstacle: the same, x from the clamp.
 !>
 !> Half of the first, at a mirror. Where a force F lifts the end of a line that a breakpoint of the rod holds, the line is pressed
 !> as before, r > 0, and w = T x^3/(6 EI) - r x^4/(24 EI) with x from its new end: l = 2 F/r, T = F at a free end of the rod,
@@ -21,7 +24,8 @@ module span_opening
    use obstacle_track, only: track_t
    use contact_touch, only: touch_t
    use span_problem, only: new_span_problem, hold_touches, present_touches, touch_place
-   use span_tests, only: span_test_t, run_span_tests, test_slack, test_force
+   use span_tests, only: span_test_t, test_force
+   use span_validity, only: spans_hold
    use touchdown_points, only: held_force
    use state_transfer, only: carried, find_point
    use path_control, only: control_t
@@ -49,7 +53,6 @@ contains
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
       type(touch_t), allocatable :: touch(:)
-      type(span_test_t), allocatable :: tests(:)
       logical, allocatable :: follows(:), moves(:)
       type(control_t) :: here
       type(increment_t) :: report
@@ -79,8 +82,7 @@ contains
       next%candidates%follows = follows
       if (found) call settle()
       if (.not. found) return
-      tests = run_span_tests(next, state, max(system%force_scale, tiny(1.0_wp)))
-      found = .not. any(tests%value < -test_slack(tests%kind))
+      found = spans_hold(next, state, system%force_scale)
 
    contains
 

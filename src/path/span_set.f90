@@ -11,7 +11,7 @@ module span_set
    use span_tests, only: span_test_t, gap_at, virtual_pressure, test_gap, test_force, test_curvature, test_pressure, &
       & test_length, test_closing, test_crossing, test_slope, shortest, beyond, across
    use span_mesh, only: take_touches
-   use held_openings, only: open_span, rest_held, find_flat_point, too_flat, held_load, small_load, spreading_rate
+   use held_openings, only: open_span, rest_held, find_flat_point, too_flat, small_load, spreading_rate
    use path_control, only: control_t, is_arc_length
    use path_continuity, only: heading_at
    use path_events, only: new_probe
@@ -62,7 +62,7 @@ contains
          if (virtual_pressure(problem, run%state, test%candidate) >= 0.0_wp) then
             do c = 1, problem%candidates%n
                flat = as_flat(c)
-               if (flat .or. c == test%candidate) call become_line(c)
+               if (flat .or. c == test%candidate) call become_line(problem%candidates%touch(c), problem%candidates%moves(c))
             end do
          else if (problem%candidates%moves(test%candidate)) then
             new = touch(k)
@@ -75,7 +75,7 @@ contains
          else
             ! On a mirror, or where a support holds the rotation.
             touch(k)%at = merge(0.5_wp * length, whole - 0.5_wp * length, touch(k)%at <= 0.0_wp)
-            call go_on_behind(opened)
+            call go_on_behind(k, length, opened)
          end if
       case (test_length)
          call shrink()
@@ -153,25 +153,28 @@ contains
       end function as_flat
 
       !> A point becomes a line. Its ends have forces, so Newton's method finds their places from any nearby.
-      subroutine become_line(c)
-         integer, intent(in) :: c
+      subroutine become_line(point, moves)
+         integer, intent(in) :: point         !! index into the touches
+         logical, intent(in) :: moves         !! false: it stands at a breakpoint
+         real(wp) :: long, half
          integer :: numbers(2)
-         k = problem%candidates%touch(c)
-         whole = problem%layout%stretch(touch(k)%stretch)%length
-         length = share * whole
-         touch(k)%line = .true.
-         touch(k)%at = [max(touch(k)%at(1) - 0.5_wp * length, 0.0_wp), min(touch(k)%at(2) + 0.5_wp * length, whole)]
-         if (.not. problem%candidates%moves(c)) call go_on_behind(numbers)
+         long = problem%layout%stretch(touch(point)%stretch)%length
+         half = 0.5_wp * share * long
+         touch(point)%line = .true.
+         touch(point)%at = [max(touch(point)%at(1) - half, 0.0_wp), min(touch(point)%at(2) + half, long)]
+         if (.not. moves) call go_on_behind(point, share * long, numbers)
       end subroutine become_line
 
       !> What was a point at a breakpoint is a touch beside it, and another one on the other side, where the rod goes on.
-      subroutine go_on_behind(numbers)
+      subroutine go_on_behind(point, length, numbers)
+         integer, intent(in) :: point         !! index into the touches
+         real(wp), intent(in) :: length       !! of what opens, or touches, on both sides together
          integer, intent(out) :: numbers(2)   !! of the touches before and after the breakpoint, 0: there the rod ends
          integer :: way, other
          real(wp) :: behind
-         way = merge(-1, 1, touch(k)%at(1) < 0.5_wp * whole)
-         other = across(problem, k, way)
-         new = touch(k)
+         way = merge(-1, 1, touch(point)%at(1) < 0.5_wp * problem%layout%stretch(touch(point)%stretch)%length)
+         other = across(problem, point, way)
+         new = touch(point)
          new%number = 0
          if (other > 0) then
             run%touches = run%touches + 1
@@ -182,7 +185,7 @@ contains
             if (new%line) new%at(merge(2, 1, way < 0)) = merge(behind, 0.0_wp, way < 0)
             touch = [touch, new]
          end if
-         numbers = [touch(k)%number, new%number]
+         numbers = [touch(point)%number, new%number]
          if (way < 0) numbers = numbers([2, 1])
       end subroutine go_on_behind
 

@@ -8,6 +8,7 @@ module span_start
    use bordered_system, only: linearise
    use contact_touch, only: touch_t, covers, sort_touches
    use span_problem, only: new_span_problem, new_sampled_problem, chain_starts, hold_touches, present_touches, touch_place
+   use span_validity, only: any_fails
    use span_tests, only: run_span_tests, span_test_t, virtual_pressure, test_slack, test_gap, test_force, &
       & test_curvature, test_pressure, test_length, test_closing, test_crossing, test_slope
    use span_lie_down, only: beside_free_span, span_gap, laid_down
@@ -202,7 +203,7 @@ contains
             why = 'equilibrium was not found'
             if (.not. report%converged) exit tries
             tests = run_span_tests(next, state, max(system%force_scale, tiny(1.0_wp)))
-            entered = .not. any(tests%value < -test_slack(tests%kind))
+            entered = .not. any_fails(tests)
             if (entered) exit tries
             why = 'contact did not settle'
             call correct_touches(next, state, tests, better)

@@ -1,7 +1,7 @@
 !> What must hold for a set of contact spans to be the right one: test functions, smooth along a path on which the set stays,
 !> positive while it holds. Their zeros are where contact begins, ends, spreads or splits.
 module span_tests
-   use kinds, only: wp, pi
+   use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t, element_load, obstacle_shift, candidate_gap
    use rod_profile, only: profile_t, new_profile, profile_place, profile_angle
@@ -16,8 +16,7 @@ module span_tests
    use reference_curve, only: curve_bend
    implicit none
    private
-   public :: span_test_t, run_span_tests, gap_at, virtual_pressure
-   public :: at_breakpoint, test_slack
+   public :: span_test_t, run_span_tests, gap_at, virtual_pressure, test_slack
    public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_closing, test_crossing, test_slope
    public :: beyond, across
 

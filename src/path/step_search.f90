@@ -19,7 +19,7 @@ contains
    subroutine shorten_step(problem, origin, from, x, work_at_start, state, system, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: origin        !! last converged point
-      type(state_t), intent(in) :: from          !! before the step
+      type(state_t), intent(in) :: from          !! before the step, on the same nodes as the state after it
       real(wp), intent(in) :: x(:)               !! the step's increment, node axes
       real(wp), intent(in) :: work_at_start      !! step_work before it
       type(state_t), intent(inout) :: state      !! after the step; after a part of it on return

@@ -98,8 +98,7 @@ contains
       if (.not. any_weak) return
       other = new_system(free)
       call linearise(free, released, released, other, timers)
-      ! A contact point between spans that both are straight has a coordinate without energy, whose sign is rounding.
-      if (other%ok) pivots = max(other%negative_pivots, 0)
+      if (other%ok) pivots = other%negative_pivots
    end subroutine count_released
 
    !> The released problem as one of a path that leaves the lines: where they ended the rod may turn.
