@@ -321,3 +321,45 @@ def test_a_line_lifted_at_a_breakpoint(where, node, supports, force, length, fac
     if where == "inside":
         dr.assert_close(regions[0].end, at - long, absolute=1e-6)
     dr.assert_close(regions[-1].start, at + long, absolute=1e-6)
+
+
+ROUGH = """*HEADING
+Clamped column with a random imperfection beside a wall
+*NODE
+1, 0., 0.
+2, 0.5, 0.
+3, 1., 0.
+*LINE, ELSET=COLUMN, NSET=COLUMN, TYPE=GE8
+1, 2, 5
+2, 3, 5
+*IMPERFECTION, ELSET=COLUMN, SHAPE=RANDOM, SEED=8
+0.001
+*BEAM SECTION, ELSET=COLUMN, SECTION=STIFFNESS
+480000., 1.
+*BOUNDARY
+1, ENCASTRE
+3, YSYMM
+*OBSTACLE, NAME=BELOW, TYPE=LINE
+0., -0.02, 1., -0.02
+*CONTACT, OBSTACLE=BELOW, NSET=COLUMN
+*MONITOR, NAME=shortening
+3, U1, -1.
+*STEP
+*STATIC, METHOD=CYLINDRICAL
+0.1, 1E-9, 0.003
+*CLOAD
+3, 1, -39.478417604357434
+*STOP
+LOAD, ABOVE, 3.
+*END STEP
+"""
+
+
+def test_after_a_touch_the_path_goes_on():
+    """Held by the wall the column carries more: from the touch on the load rises, and never does the path lead back."""
+    run = dr.run_deck(ROUGH)
+    assert "do not get on" not in run.stdout
+    assert [c.label for c in run.results.critical] == ["C+", "C+", "EP"]
+    touch = run.results.critical[0].point - 1
+    dr.assert_monotone(run.column("load_factor")[touch:], rising=True)
+    dr.assert_monotone(run.column("shortening"), rising=True)
