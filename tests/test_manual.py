@@ -71,4 +71,4 @@ def test_sweep_file_of_the_manual_is_good(tmp_path):
     (text,) = re.findall(r"```toml\n(.*?)```", MANUAL.read_text(encoding="utf-8"), re.DOTALL)
     (tmp_path / "column-random.inp").write_text("*HEADING\n${gap} ${EI} ${a1} ${a2}\n")
     (tmp_path / "a.toml").write_text(text)
-    assert len(read_sweep(str(tmp_path / "a.toml")).decks) == 3 * 5 * 200
+    assert len(read_sweep(str(tmp_path / "a.toml")).values) == 3 * 5 * 200
