@@ -117,7 +117,8 @@ contains
          'from'//nl// &
          'standard input: unilat < deck.inp'//nl//nl// &
          '  -o FILE     result file (HDF5); default: JOB on *HEADING, else the name of the deck, with .h5'//nl// &
-         '  --set NAME=VALUE  value of a parameter, instead of that on *PARAMETER; may be repeated'//nl// &
+         '  --set NAME=VALUE'//nl// &
+         '              value of a parameter, instead of that on *PARAMETER; may be repeated'//nl// &
          '  --expand    print the deck with the included decks in their place, compute nothing'//nl// &
          '  --check     read, check and summarise the deck, compute nothing'//nl// &
          '  --quiet     no listing'//nl// &
