@@ -8,6 +8,7 @@ module balance
       & is_stress_free
    use contact_set, only: gap_tolerance
    use force_law, only: law_reaction
+   use node_loads, only: node_push_t, dead_node_load, node_pushes
    use section_forces, only: end_forces
    use span_forces, only: span_totals, end_force
    use conforming_span, only: conforming_forces
@@ -39,9 +40,10 @@ contains
       real(wp), intent(in) :: residual
       type(accuracy_t), intent(inout) :: accuracy
       real(wp), allocatable :: support(:, :), left(:, :)
-      real(wp) :: total(3), scale, first(3), second(3), x(2), force(3), size_, noise, middle(2)
+      real(wp) :: total(3), scale, first(3), second(3), x(2), force(3), rate(3), size_, noise, middle(2)
       type(ge_load_t) :: load
-      integer :: e, node
+      type(node_push_t), allocatable :: push(:)
+      integer :: e, i, node
 
       size_ = problem%size
       ! The start is no solution: nothing is in balance there but what the deck begins with, overlaps included.
@@ -69,10 +71,13 @@ contains
          total = total + force
       end do elements
       left = support
+      push = node_pushes(problem, state)
       nodes: do node = 1, problem%model%mesh%n_nodes
          x = node_position(state, node) - middle
-         force = problem%constant%node_force(:, node) + &
-            & state%load_factor * problem%model%step(problem%step)%load%node_force(:, node)
+         call dead_node_load(problem, state, node, force, rate)
+         do i = 1, size(push)
+            if (push(i)%node == node) force = force + push(i)%force
+         end do
          total = total + [force(1:2), force(3) + x(1) * force(2) - x(2) * force(1)]
          left(:, node) = left(:, node) - force + problem%spring(:, node) * state%u(:, node)
          where (.not. problem%model%fixed(:, node))

@@ -10,6 +10,7 @@ module linear_system
    use problem, only: problem_t, dof
    use rod_state, only: state_t, element_displacement, element_load, candidate_gap, closing_rate, may_react, parallel
    use rod_geometry, only: element_geometry_t
+   use node_loads, only: node_push_t, dead_node_load, node_pushes
    use force_law, only: law_reaction
    use ge_element, only: ge_evaluate, ge_load_t, ge_columns
    use ul2_element, only: ul2_evaluate, ul2_heat_scale
@@ -22,7 +23,7 @@ module linear_system
    implicit none
    private
    public :: system_t, new_system, assemble, sum_elements, contact_tangent, spring_tangent, &
-      & turn_pair, to_node, to_global, row_times, contact_reaction, worst_round_off
+      & matrix_to_node, turn_pair, to_node, to_global, row_times, contact_reaction, worst_round_off
 
    real(wp), parameter :: worst_round_off = 1.0e-6_wp !! a residual above it is no equilibrium, whatever its reason
 
@@ -159,6 +160,7 @@ contains
       call set_constraints(problem, state, system)
       call sum_elements(problem, system)
       call add_node_loads(problem, state, system)
+      call add_node_pushes(problem, state, system)
       call add_springs(problem, state, system)
       call add_contact(problem, state, system)
       call measure_residual(problem, state, system)
@@ -428,7 +430,7 @@ contains
       v = [axis(1) * v(1) + axis(2) * v(2), axis(1) * v(2) - axis(2) * v(1)]
    end subroutine turn_pair
 
-   !> Node loads of the constant part and of the step.
+   !> Loads of nodes that do not depend on the state.
    subroutine add_node_loads(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -436,8 +438,7 @@ contains
       integer :: node, d
       real(wp) :: load(3), rate(3)
       do node = 1, problem%model%mesh%n_nodes
-         rate = problem%model%step(problem%step)%load%node_force(:, node)
-         load = problem%constant%node_force(:, node) + state%load_factor * rate
+         call dead_node_load(problem, state, node, load, rate)
          call to_node(system, node, load)
          call to_node(system, node, rate)
          d = dof(problem, node, 1)
@@ -445,6 +446,30 @@ contains
          system%load(d:d + 2) = system%load(d:d + 2) + rate
       end do
    end subroutine add_node_loads
+
+   !> Those that do: forces and stiffness.
+   subroutine add_node_pushes(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system
+      type(node_push_t), allocatable :: push(:)
+      integer :: n, d, i, j
+      push = node_pushes(problem, state)
+      do n = 1, size(push)
+         system%ok = system%ok .and. push(n)%sound
+         d = dof(problem, push(n)%node, 1)
+         call to_node(system, push(n)%node, push(n)%force)
+         call to_node(system, push(n)%node, push(n)%rate)
+         call matrix_to_node(system, push(n)%node, push(n)%stiffness)
+         system%residual(d:d + 2) = system%residual(d:d + 2) - push(n)%force
+         system%load(d:d + 2) = system%load(d:d + 2) + push(n)%rate
+         do j = 1, 3
+            do i = j, 3
+               system%k%a(1 + i - j, d + j - 1) = system%k%a(1 + i - j, d + j - 1) + push(n)%stiffness(i, j)
+            end do
+         end do
+      end do
+   end subroutine add_node_pushes
 
    !> Springs between nodes and ground, which follow the displacements since the stress-free start.
    subroutine add_springs(problem, state, system)
@@ -479,13 +504,22 @@ contains
       do i = 1, 3
          k(i, i) = problem%spring(i, node)
       end do
+      call matrix_to_node(system, node, k)
+   end function spring_tangent
+
+   !> The same as to_node for a stiffness at a node.
+   pure subroutine matrix_to_node(system, node, k)
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: node
+      real(wp), intent(inout) :: k(3, 3)
+      integer :: i
       do i = 1, 3
          call to_node(system, node, k(:, i))
       end do
       do i = 1, 3
          call to_node(system, node, k(i, :))
       end do
-   end function spring_tangent
+   end subroutine matrix_to_node
 
    !> Foundations, and the curvature of the obstacles under the reactions. An obstacle that moves does to its contacts
    !> what their moving the other way would do; a closing gap does what their moving against the normal would do, but that
@@ -578,6 +612,7 @@ contains
       type(system_t), intent(inout) :: system
       real(wp) :: worst, scale, noise, moved, carried
       type(ge_load_t) :: load
+      type(node_push_t), allocatable :: push(:)
       integer :: e, i, d, node
       system%raw = system%residual
       scale = problem%force_floor
@@ -601,6 +636,10 @@ contains
          scale = max(scale, maxval(abs(problem%constant%node_force(1:2, :))), &
             & abs(state%load_factor) * maxval(abs(rate%node_force(1:2, :))))
       end associate
+      push = node_pushes(problem, state)
+      do i = 1, size(push)
+         scale = max(scale, norm2(push(i)%force(1:2)))
+      end do
       if (problem%spans) then
          ! An obstacle may carry a load that no section feels.
          carried = 0.0_wp

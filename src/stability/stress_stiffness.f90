@@ -9,8 +9,9 @@ module stress_stiffness
    use gauss_tableau, only: max_stages
    use problem, only: problem_t, dof
    use rod_state, only: state_t, element_displacement, element_load
-   use linear_system, only: system_t, sum_elements, turn_pair, to_global
+   use linear_system, only: system_t, sum_elements, turn_pair, matrix_to_node, to_global
    use element_products, only: apply_elements
+   use node_loads, only: node_push_t, node_pushes
    use bordered_system, only: resultant_rates
    use contact_set, only: reaction_rate
    use element_foundation, only: foundation_forces
@@ -27,6 +28,7 @@ module stress_stiffness
       real(wp), allocatable :: element(:, :, :) !! (6, 6, elements) its elements, node axes
       real(wp), allocatable :: shift(:, :, :)  !! (6, 2, elements) these times unit translations, (6, 2, 0) without foundations
       real(wp), allocatable :: contact(:, :, :) !! (2, 2, candidates) and its contacts
+      type(node_push_t), allocatable :: push(:) !! and its loads on nodes, node axes
    end type stress_stiffness_t
 
 contains
@@ -40,7 +42,7 @@ contains
       type(system_t) :: stresses
       real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements)
       real(wp) :: reaction, t(2), du(6), shift(6, 2)
-      integer :: e, c, d
+      integer :: e, c, d, i, j
       rate = resultant_rates(problem, system, system%tangent, 1.0_wp)
       stresses = system
       stresses%ef = 0.0_wp
@@ -81,6 +83,18 @@ contains
          matrix%k%a(2, d) = matrix%k%a(2, d) + matrix%contact(2, 1, c)
          matrix%k%a(1, d + 1) = matrix%k%a(1, d + 1) + matrix%contact(2, 2, c)
       end do
+      matrix%push = node_pushes(problem, state)
+      do c = 1, size(matrix%push)
+         associate (push => matrix%push(c))
+            call matrix_to_node(system, push%node, push%stiffness_rate)
+            d = dof(problem, push%node, 1)
+            do j = 1, 3
+               do i = j, 3
+                  matrix%k%a(1 + i - j, d + j - 1) = matrix%k%a(1 + i - j, d + j - 1) + push%stiffness_rate(i, j)
+               end do
+            end do
+         end associate
+      end do
    end subroutine new_stress_stiffness
 
    !> K' x and x^T K' x without the rounding of the sum (see apply_elements).
@@ -90,7 +104,7 @@ contains
       type(stress_stiffness_t), intent(in) :: matrix
       real(wp), intent(in) :: x(:)             !! (n) node axes, zero at the fixed unknowns
       real(wp), intent(out) :: y(:), form
-      real(wp) :: force(2)
+      real(wp) :: force(2), moved(3)
       integer :: c, d
       call apply_elements(problem, system, matrix%element, matrix%shift, problem%model%step(problem%step)%load%pressure, &
          & x, y, form)
@@ -99,6 +113,12 @@ contains
          force = matmul(matrix%contact(:, :, c), x(d:d + 1))
          y(d:d + 1) = y(d:d + 1) + force
          form = form + dot_product(x(d:d + 1), force)
+      end do
+      do c = 1, size(matrix%push)
+         d = dof(problem, matrix%push(c)%node, 1)
+         moved = matmul(matrix%push(c)%stiffness_rate, x(d:d + 2))
+         y(d:d + 2) = y(d:d + 2) + moved
+         form = form + dot_product(x(d:d + 2), moved)
       end do
    end subroutine apply_stress
 
