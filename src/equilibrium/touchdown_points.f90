@@ -10,7 +10,8 @@ module touchdown_points
    use rod_state, only: state_t, may_react
    use obstacle_track, only: track_t
    use section_forces, only: end_forces
-   use conforming_span, only: conforming_forces, track_rotation, track_sense, node_track, excess_curvature, rod_angle
+   use conforming_span, only: conforming_forces, track_rotation, track_sense, node_track, excess_curvature, rod_angle, &
+      & flat_excess
    use state_transfer, only: carry_to, move_nodes
    use span_problem, only: touch_place
    implicit none
@@ -222,7 +223,8 @@ contains
       call measure_errors(problem, before, error, slope)
       call measure_errors(problem, state, error, now)
       where (held(problem)) error = 0.0_wp
-      where (problem%candidates%follows .and. abs(now) > abs(slope)) slope = now
+      ! A point that was flat was held like a line's end: its slope is that of what it has become.
+      where (abs(now) > abs(slope) .and. (problem%candidates%follows .or. abs(slope) * problem%size <= flat_excess)) slope = now
       error = quotient(error, slope)
       call shift_touchdown_points(problem, state, error)
    end subroutine move_touchdown_points
