@@ -87,17 +87,20 @@ contains
             ok = .true.
             return
          end if
+         ! However little is left, rounding is that of the load.
+         if (.not. ok) call go_by(trial, other, state, left, other%load_factor)
       end do
       ok = .false.
 
    contains
 
       !> Equilibrium with load and points moved.
-      subroutine go_by(move, from, to, left)
+      subroutine go_by(move, from, to, left, whole)
          real(wp), intent(in) :: move(2)         !! load factor, place
          type(state_t), intent(in) :: from
          type(state_t), intent(out) :: to
          real(wp), intent(out) :: left(2)
+         real(wp), intent(in), optional :: whole !! load factor that the move is a part of
          type(control_t) :: control
          type(increment_t) :: report
          real(wp) :: distance(problem%candidates%n)
@@ -110,6 +113,7 @@ contains
          call shift_touchdown_points(problem, to, distance)
          control%method = method_load
          control%increment = move(1)
+         if (present(whole)) control%whole = whole
          call correct(problem, from, control, .true., to, system, report, timers)
          ok = report%converged
          left = left_of(problem, to)

@@ -106,7 +106,7 @@ contains
          if (finished .or. allocated(outcome%why)) return
       end if
       run%state = next%state
-      run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, next%rate))
+      if (abs(next%rate) > 0.0_wp) run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, next%rate))
       run%probe = new_probe(problem, run%state, run%system, run%heading%load)
       call forget_mesh(run)
    end subroutine take_line

@@ -10,6 +10,7 @@ module span_events
    use span_validity, only: any_fails, another_fails
    use span_lie_down, only: lie_down, beside_free_span, span_gap
    use held_openings, only: find_flat_point, held_load
+   use span_merging, only: find_merging, closing_point
    use path_control, only: path_length, displacement_between
    use path_continuity, only: heading_t, relate, same_path
    use path_run, only: run_t, heading_of
@@ -41,7 +42,7 @@ module span_events
       type(increment_t) :: report                 !! of the way there
       logical :: standing = .false.               !! the run stands there already
       logical :: looked_ahead = .false.           !! the place is beyond the increment
-      logical :: lies = .false.                   !! a free span becomes a line: the equilibrium with it is known
+      logical :: lies = .false.                   !! a free span becomes a line, two points one: the equilibrium with it is known
    end type change_t
 
    !> An equilibrium with another set, known before the run goes there.
@@ -49,7 +50,8 @@ module span_events
       type(problem_t) :: problem
       type(state_t) :: state
       type(system_t) :: system                    !! factored there
-      real(wp) :: rate = 0.0_wp                   !! of a line that has lain down: of its least pressure, per unit of load factor
+      real(wp) :: rate = 0.0_wp                   !! of a line that has lain down: of its least pressure, per unit of load factor;
+      !! 0: the path goes on as it came
    end type next_t
 
    integer, parameter :: max_tries = 40
@@ -93,11 +95,14 @@ contains
          call find_line(problem, run, leg, fails, change, next, timers)
          if (change%found) return
       end if
+      call find_one_of_two(problem, run, leg, change, next, timers)
+      if (change%found) return
       if (fails) then
          call find_first(problem, step, run, leg, change, timers)
       else if (.not. flat) then
          call look_ahead(problem, run, leg, change, timers)
       end if
+      if (change%found .and. change%which > 0) call take_one_of_two(problem, run, leg, change, next, timers)
    end subroutine find_change
 
    !> True where the gap of some free span is gone, though no test may tell: what is left of the span, too short for its ends to
@@ -134,11 +139,65 @@ contains
          & (next%state%load_factor - leg%to%load_factor) <= 0.0_wp
       if (.not. lies) return
       change%found = .true.
+      call stand_before(run, change)
+   end subroutine find_line
+
+   !> Two contact points that are about to become one.
+   subroutine find_one_of_two(problem, run, leg, change, next, timers)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      type(leg_t), intent(in) :: leg
+      type(change_t), intent(inout) :: change
+      type(next_t), intent(inout) :: next
+      type(timers_t), intent(inout) :: timers
+      integer :: k
+      do k = 1, size(leg%after)
+         if (leg%after(k)%kind /= test_curvature .or. leg%after(k)%value >= leg%before(k)%value) cycle
+         if (.not. problem%candidates%moves(leg%after(k)%candidate)) cycle
+         call find_merging(problem, run, leg%to, leg%after(k)%candidate, reach_of(problem, leg), next%problem, next%state, &
+            & next%system, change%found, timers)
+         if (change%found) call stand_before(run, change)
+         if (change%found) return
+      end do
+   end subroutine find_one_of_two
+
+   !> What looks like the place where one of two points is flat is that where they are one.
+   subroutine take_one_of_two(problem, run, leg, change, next, timers)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      type(leg_t), intent(in) :: leg
+      type(change_t), intent(inout) :: change
+      type(next_t), intent(inout) :: next
+      type(timers_t), intent(inout) :: timers
+      associate (test => change%tests(change%which))
+         if (test%kind /= test_curvature) return
+         if (.not. problem%candidates%moves(test%candidate)) return
+         if (closing_point(problem, change%place, test%candidate) == 0) return
+         call find_merging(problem, run, change%place, test%candidate, reach_of(problem, leg), next%problem, next%state, &
+            & next%system, change%found, timers)
+      end associate
+      change%missed = .not. (change%found .or. change%looked_ahead)
+      if (change%found) call stand_before(run, change)
+   end subroutine take_one_of_two
+
+   !> How far beyond the end of an increment it may be.
+   real(wp) function reach_of(problem, leg) result(reach)
+      type(problem_t), intent(in) :: problem
+      type(leg_t), intent(in) :: leg
+      reach = merge(far_when_stuck, far, leg%stuck) * path_length(problem, leg%from, leg%to)
+   end function reach_of
+
+   !> A change whose equilibrium is known, from where the run stands.
+   subroutine stand_before(run, change)
+      type(run_t), intent(in) :: run
+      type(change_t), intent(inout) :: change
+      change%which = 0
       change%lies = .true.
       change%standing = .true.
+      change%looked_ahead = .false.
       change%place = run%state
       change%heading = run%heading
-   end subroutine find_line
+   end subroutine stand_before
 
    !> A point contact that is about to become as curved as its obstacle: no increment may get there.
    subroutine look_ahead(problem, run, leg, change, timers)

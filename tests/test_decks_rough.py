@@ -1,0 +1,135 @@
+"""Rough imperfections beside walls and in cavities: many contacts, which come, divide, come together and go.
+
+Every run has to come to its end with contact spans; their own checks tell penetration, pull and balance. Events do not hang on
+the order of the elements.
+"""
+import functools
+import random
+
+import numpy as np
+import pytest
+
+import deck_runner as dr
+
+COLUMN = """*HEADING
+Rough column beside walls
+*NODE
+1, 0., 0.
+2, 1., 0.
+*LINE, ELSET=S, NSET=S, TYPE={kind}
+1, 2, {elements}
+*BEAM SECTION, ELSET=S, SECTION=STIFFNESS
+1e6, 1.
+*IMPERFECTION, ELSET=S, SHAPE={shape}
+{imperfection}
+*BOUNDARY
+{supports}
+*OBSTACLE, NAME=UPPER, TYPE=LINE
+1., 0.02, 0., 0.02
+*CONTACT, OBSTACLE=UPPER, NSET=S
+*OBSTACLE, NAME=LOWER, TYPE=LINE
+0., -0.02, 1., -0.02
+*CONTACT, OBSTACLE=LOWER, NSET=S
+*STEP
+*STATIC
+0.05
+*CLOAD
+2, 1, -9.8696044
+*STOP
+LOAD, ABOVE, 20.
+*END STEP
+"""
+HINGED, CLAMPED = "1, PINNED\n2, 2", "1, ENCASTRE\n2, YSYMM"
+LINER = """*HEADING
+Rough liner, held at its bottom
+*NODE
+1, 0., 1.
+2, 0., -1.
+*ARC, ELSET=RING, NSET=LINER, TYPE=GE8
+1, 2, 0., 0., 24
+*BEAM SECTION, ELSET=RING, SECTION=STIFFNESS
+30000., 1.
+*IMPERFECTION, ELSET=RING, SHAPE=COSINE
+{imperfection}
+*BOUNDARY
+1, XSYMM
+2, ENCASTRE
+*OBSTACLE, NAME=HOST, TYPE=CIRCLE, SIDE=INSIDE
+0., 0., {radius!r}
+*CONTACT, OBSTACLE=HOST, NSET=LINER
+*MONITOR, NAME=v
+1, U2, -1.
+*STEP
+*STATIC
+1.
+*CLOAD
+1, 2, -1e-3
+*DLOAD
+RING, PY, -1.
+*STOP
+v, ABOVE, 0.3
+*END STEP
+"""
+
+
+def waves(seed, amplitude):
+    """Six sines of random amplitudes, which fall with their number."""
+    draw = random.Random(seed)
+    return "\n".join(f"{amplitude * draw.uniform(-1, 1) / n!r}, {n}" for n in range(1, 7))
+
+
+@functools.cache
+def column(seed, amplitude, supports=HINGED, kind="GE8", elements=16):
+    run = dr.run_deck(COLUMN.format(kind=kind, elements=elements, shape="SINE", imperfection=waves(seed, amplitude),
+                                    supports=supports))
+    assert "do not get on" not in run.stdout
+    return run
+
+
+@pytest.mark.parametrize("seed, amplitude, supports", [(2, 0.002, HINGED), (3, 0.002, HINGED), (3, 0.002, CLAMPED),
+                                                       (4, 0.008, CLAMPED)])
+def test_columns(seed, amplitude, supports):
+    """To 20 Pcr."""
+    assert column(seed, amplitude, supports).results.complete
+
+
+def test_a_contact_that_is_lost_beside_another():
+    """The other point keeps its force, which holds it from turning: the load falls from there at the rate at which it goes on."""
+    run = dr.run_deck(COLUMN.format(kind="GE8", elements=16, shape="RANDOM, SEED=1", imperfection="0.001", supports=CLAMPED))
+    assert "do not get on" not in run.stdout
+    lost = run.labelled("C-")[0]
+    assert run.results.contact.count[lost.point - 1] == 2 and run.results.contact.count[lost.point] == 1
+    assert run.column("load_factor")[lost.point] < lost.load_factor
+
+
+def come_together(run):
+    """The first place where two neighbouring points are one afterwards."""
+    contact = run.results.contact
+    for critical in run.labelled("C+"):
+        row = critical.point - 1
+        if contact.count[row] == contact.count[row - 1] - 1 and np.all(contact.start[row] == contact.end[row], where=np.arange(
+                contact.start.shape[1]) < contact.count[row]):
+            return critical, row
+    raise AssertionError("no two points have come together")
+
+
+def test_two_points_come_together():
+    """At a load and a place that are those of other meshes, where one point has been two; the path goes on with the one."""
+    critical, row = come_together(column(3, 0.008))
+    contact = column(3, 0.008).results.contact
+    assert contact.count[row + 1] == contact.count[row]
+    for kind, elements in (("GE8", 40), ("GE6", 32)):
+        run = column(3, 0.008, HINGED, kind, elements)
+        other, there = come_together(run)
+        dr.assert_close(other.load_factor, critical.load_factor, relative=1e-6)
+        dr.assert_close(run.results.contact.start[there, 0], contact.start[row, 0], absolute=1e-5)
+
+
+@pytest.mark.parametrize("seed", [1, 4])
+def test_rough_liners(seed):
+    """Eight waves against the host; in contact the pressure follows them, and balances the loads."""
+    draw = random.Random(seed)
+    amplitude = [5e-4 * draw.uniform(-1, 1) / np.sqrt(1.0 + n) for n in range(8)]
+    run = dr.run_deck(LINER.format(imperfection="\n".join(f"{a!r}, {n}" for n, a in enumerate(amplitude, 2)),
+                                   radius=1.001 + sum(map(abs, amplitude))))
+    assert run.results.complete and "do not get on" not in run.stdout
