@@ -25,6 +25,7 @@ contains
       call section_cards(table)
       call contact_cards(table)
       call support_cards(table)
+      call joint_cards(table)
       call add_step_cards(table)
    end function all_cards
 
@@ -314,12 +315,13 @@ contains
       call field(t, 'value', kind_real, 'in a step only, and required there: the displacement at load factor 1', &
          unit='length or radian', optional=.true.)
 
-      call card(t, 'SPRING', in_model, 'Linear springs between nodes and the ground, without force at the start; '// &
-         'repeated ones add up.')
+      call card(t, 'SPRING', in_model, 'Linear springs between nodes and the ground, or between two nodes, without force at '// &
+         'the start; repeated ones add up.')
       call lines(t)
       call field(t, 'node or set', kind_label_or_set, 'a node label or the name of a node set; each node gets the spring')
       call field(t, 'dof', kind_integer, '1 (x), 2 (y), 6 (rotation)', bound=positive)
       call field(t, 'stiffness', kind_real, 'reaction over displacement', unit='force/length or moment/radian', bound=positive)
+      call field(t, 'second node', kind_label, 'the other end; left out: the ground', optional=.true.)
 
       call card(t, 'GAP', in_model, 'One-sided supports of nodes: stops that push once their clearance is used up, and never '// &
          'pull. Rigid, or with STIFFNESS or LAW. The stops of a card are one obstacle to `*MONITOR` and the cards of a step.')
@@ -331,4 +333,33 @@ contains
       call field(t, 'node or set', kind_label_or_set, 'a node label or the name of a node set; each node gets a stop')
       call field(t, 'clearance', kind_real, 'how far the node may move against the direction', unit='length', default='0')
    end subroutine support_cards
+
+   pure subroutine joint_cards(t)
+      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      call card(t, 'RELEASE', in_model, 'Hinges and other joints: ends of elements that go their own way at a node. They get a '// &
+         'node of their own, at the same place, which follows the first one in what is not released.')
+      call param(t, 'NSET', kind_name, 'adds the new nodes to this node set', optional=.true.)
+      call lines(t)
+      call field(t, 'node or set', kind_label_or_set, node_or_set)
+      call field(t, 'element or set', kind_label_or_set, 'whose ends at the node are released, together; left out: all '// &
+         'ends there but the first, each on its own', optional=.true.)
+      call field(t, 'dof', kind_integer, 'first one that is released: 1 (x), 2 (y), 6 (rotation)', default='6', bound=positive)
+      call field(t, 'last dof', kind_integer, 'left out: the first dof only', optional=.true., bound=positive)
+      call field(t, 'stiffness', kind_real, 'of a spring that joins the ends to the node there', optional=.true., &
+         unit='force/length or moment/radian', bound=positive)
+
+      call card(t, 'MPC', in_model, 'Nodes that follow another one. PIN: in x and y, like a pin through both; TIE: in x, y and '// &
+         'rotation; BEAM: as if a rigid bar went from it to them, however far it turns.')
+      call param(t, 'TYPE', kind_word, 'what follows', words='PIN|TIE|BEAM')
+      call lines(t)
+      call field(t, 'node or set', kind_label_or_set, 'what follows')
+      call field(t, 'node', kind_label, 'what is followed')
+
+      call card(t, 'EQUATION', in_model, 'A linear equation between displacements and rotations: the sum of its terms, one a '// &
+         'line, is zero. The first one follows the others.')
+      call lines(t, least=2)
+      call field(t, 'node', kind_label, 'of the term')
+      call field(t, 'dof', kind_integer, '1 (x), 2 (y), 6 (rotation)', bound=positive)
+      call field(t, 'coefficient', kind_real, 'times the displacement or rotation', bound=not_zero)
+   end subroutine joint_cards
 end module card_table

@@ -14,6 +14,8 @@ module deck_to_model
    use read_imperfections, only: read_imperfection_cards
    use read_sections, only: read_section_cards
    use read_supports, only: read_support_cards, read_spring_cards
+   use read_releases, only: read_release_cards
+   use read_ties, only: tie_origin_t, read_tie_cards, order_ties
    use read_foundation_laws, only: read_foundation_law_cards
    use read_obstacles, only: read_obstacle_cards
    use read_contact, only: read_contact_cards, check_contact_loops
@@ -40,6 +42,8 @@ contains
       logical, intent(in), optional :: steps_optional  !! true: a deck without *STEP is no error (default false)
       type(deck_t) :: deck
       type(deck_names_t) :: names
+      type(tie_origin_t), allocatable :: tie_origin(:)
+      logical :: joints_sound
       integer :: n
 
       call split_deck(source, deck, diagnostics)
@@ -52,12 +56,17 @@ contains
       call read_imperfection_cards(deck, names, model, diagnostics)
       if (diagnostics%n > n) names%imperfections_incomplete = .true.
       n = diagnostics%n
+      call read_release_cards(deck, names, model, diagnostics)
+      call read_tie_cards(deck, names, model, tie_origin, diagnostics)
+      joints_sound = diagnostics%n == n
+      n = diagnostics%n
       call read_section_cards(deck, names, model, diagnostics)
       if (diagnostics%n > n) names%sections_incomplete = .true.
       n = diagnostics%n
       call read_support_cards(deck, names, model, diagnostics)
       call read_spring_cards(deck, names, model, diagnostics)
       if (diagnostics%n > n) names%supports_incomplete = .true.
+      if (joints_sound) call order_ties(deck, names, tie_origin, model, diagnostics)
       call read_foundation_law_cards(deck, names, model, diagnostics)
       call read_obstacle_cards(deck, names, model, diagnostics)
       n = diagnostics%n
@@ -123,7 +132,7 @@ contains
             names%contacts_incomplete = .true.
          case ('MONITOR')
             names%monitor%incomplete = .true.
-         case ('SPRING')
+         case ('SPRING', 'RELEASE', 'MPC', 'EQUATION')
             names%supports_incomplete = .true.
          case ('BOUNDARY')
             names%supports_incomplete = .true.

@@ -10,6 +10,7 @@ module bordered_system
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use linear_system, only: system_t, assemble, to_node, to_global
+   use tied_nodes, only: spread_force
    use band_matrix, only: band_times, factorise, solve_factored
    use active_coupling, only: factor_excess, add_excess_response
    use timing, only: timers_t, timing_start, timing_stop, count_up, phase_factorisation, phase_solution, &
@@ -84,11 +85,13 @@ contains
       type(system_t), intent(inout) :: system
       real(wp), intent(in) :: row(:, :)    !! (3, nodes) in global axes
       real(wp), intent(in) :: corner
-      integer :: node, d
+      real(wp) :: part(3)
+      integer :: node
+      system%path_row = 0.0_wp
       do node = 1, size(row, 2)
-         d = dof(problem, node, 1)
-         system%path_row(d:d + 2) = row(:, node)
-         call to_node(system, node, system%path_row(d:d + 2))
+         part = row(:, node)
+         call to_node(system, node, part)
+         call spread_force(problem, system%tie_block, node, part, system%path_row)
       end do
       system%path_corner = corner
    end subroutine set_path_row

@@ -9,7 +9,8 @@ module stress_stiffness
    use gauss_tableau, only: max_stages
    use problem, only: problem_t, dof
    use rod_state, only: state_t, element_displacement, element_load
-   use linear_system, only: system_t, sum_elements, turn_pair, to_global
+   use linear_system, only: system_t, sum_elements, turn_pair, to_global, row_times, add_swings, apply_joints
+   use tied_nodes, only: tie_swing
    use element_products, only: apply_elements
    use bordered_system, only: resultant_rates
    use contact_set, only: reaction_rate
@@ -27,6 +28,7 @@ module stress_stiffness
       real(wp), allocatable :: element(:, :, :) !! (6, 6, elements) its elements, node axes
       real(wp), allocatable :: shift(:, :, :)  !! (6, 2, elements) these times unit translations, (6, 2, 0) without foundations
       real(wp), allocatable :: contact(:, :, :) !! (2, 2, candidates) and its contacts
+      real(wp), allocatable :: swing(:)        !! (ties) what the forces of rigid links add against rotation
    end type stress_stiffness_t
 
 contains
@@ -62,6 +64,14 @@ contains
          end if
       end do
       call sum_elements(problem, stresses)
+      allocate (matrix%swing(size(system%swing)))
+      do c = 1, size(matrix%swing)
+         associate (tie => problem%model%tie(c))
+            d = dof(problem, tie%node, tie%component)
+            matrix%swing(c) = tie_swing(tie, state%u, row_times(system, d, system%tangent) - system%load(d))
+         end associate
+      end do
+      call add_swings(problem, system, matrix%swing, stresses%k)
       matrix%k = stresses%k
       matrix%element = stresses%ek
       matrix%shift = stresses%eshift
@@ -94,6 +104,7 @@ contains
       integer :: c, d
       call apply_elements(problem, system, matrix%element, matrix%shift, problem%model%step(problem%step)%load%pressure, &
          & x, y, form)
+      call apply_joints(problem, system, matrix%swing, .false., x, y, form)
       do c = 1, problem%candidates%n
          d = dof(problem, problem%candidates%node(c), 1)
          force = matmul(matrix%contact(:, :, c), x(d:d + 1))

@@ -9,7 +9,8 @@ module tangent_modes
    use errors, only: error_t
    use problem, only: problem_t, dof
    use rod_state, only: state_t
-   use linear_system, only: system_t, to_global, contact_tangent, spring_tangent
+   use linear_system, only: system_t, to_global, contact_tangent, spring_tangent, apply_joints
+   use tied_nodes, only: node_unknowns, spread_force
    use element_products, only: apply_elements
    use deck_nodes, only: deck_node_rates
    use active_coupling, only: subtract_excess
@@ -153,8 +154,8 @@ contains
       real(wp), intent(in) :: x(:)             !! (n) node axes, zero at the fixed unknowns
       real(wp), intent(out) :: y(:)            !! (n)
       real(wp), intent(out) :: form
-      real(wp) :: force(2), k(3, 3), push(3), excess
-      integer :: c, d, node
+      real(wp) :: force(2), k(3, 3), excess
+      integer :: c, node
       associate (rate => problem%model%step(problem%step)%load%pressure)
          call apply_elements(problem, system, system%ek, system%eshift, &
             & problem%constant%pressure + state%load_factor * rate, x, y, form)
@@ -162,20 +163,28 @@ contains
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
          call contact_tangent(problem, state, system, c, force, k)
-         d = dof(problem, problem%candidates%node(c), 1)
-         push = matmul(k, x(d:d + 2))
-         y(d:d + 2) = y(d:d + 2) + push
-         form = form + dot_product(x(d:d + 2), push)
+         call add_node(problem%candidates%node(c), k)
       end do
       call subtract_excess(system%coupling, x, y, excess)
       form = form - excess
       do node = 1, problem%model%mesh%n_nodes
          if (.not. any(problem%spring(:, node) > 0.0_wp)) cycle
-         d = dof(problem, node, 1)
-         push = matmul(spring_tangent(problem, system, node), x(d:d + 2))
-         y(d:d + 2) = y(d:d + 2) + push
-         form = form + dot_product(x(d:d + 2), push)
+         call add_node(node, spring_tangent(problem, system, node))
       end do
+      call apply_joints(problem, system, system%swing, .true., x, y, form)
+
+   contains
+
+      !> What a matrix on a node adds.
+      subroutine add_node(at, matrix)
+         integer, intent(in) :: at
+         real(wp), intent(in) :: matrix(3, 3)
+         real(wp) :: own(3), push(3)
+         own = node_unknowns(problem, system%tie_block, at, x)
+         push = matmul(matrix, own)
+         call spread_force(problem, system%tie_block, at, push, y)
+         form = form + dot_product(own, push)
+      end subroutine add_node
    end subroutine apply_tangent
 
    subroutine apply_inverse(self, x, y)
