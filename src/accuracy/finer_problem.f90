@@ -10,7 +10,7 @@ module finer_problem
    use rod_state, only: state_t
    use rod_geometry, only: geometry_t, new_geometry, shift_nodes
    use gauss_tableau, only: tableau_t, max_stages
-   use ge_element, only: ge_compliance, ge_size
+   use ge_element, only: ge_compliance, forbid_stretch, ge_size
    use conforming_element, only: conforming_size
    use ground, only: new_ground
    implicit none
@@ -38,6 +38,7 @@ contains
             associate (section => finer%model%section(mesh%section(e)))
                finer%compliance(e) = ge_compliance(mesh%stages(e), home%element(e)%length, section%ea, section%ei, section%ga, &
                   & section%shear_rigid)
+               if (section%inextensible) call forbid_stretch(finer%compliance(e), finer%size)
             end associate
             if (finer%conforms(e) > 0) then
                finer%z_size(e) = conforming_size(mesh%stages(e))

@@ -189,6 +189,8 @@ contains
       call param(t, 'SHEAR', kind_word, 'FLEXIBLE: G = E/2/(1 + nu) times the shear area 5/6 A (RECT), 0.9 A '// &
          '(CIRC), '// &
          '0.5 A (PIPE) or the one given (GENERAL)', default='RIGID', words='RIGID|FLEXIBLE', only=of_material)
+      call param(t, 'AXIAL', kind_word, 'RIGID: the rods cannot stretch, 1/EA is zero (GE elements)', default='FLEXIBLE', &
+         words='FLEXIBLE|RIGID')
       call lines(t, when='SECTION=RECT', most=1)
       call field(t, 'width', kind_real, 'b, out of the plane', unit='length', bound=positive)
       call field(t, 'height', kind_real, 'h, in the plane; I = b h^3/12', unit='length', bound=positive)
@@ -203,7 +205,8 @@ contains
       call field(t, 'shear area', kind_real, 'with SHEAR=FLEXIBLE only, and then required', unit='length^2', &
          optional=.true., bound=positive)
       call lines(t, when='SECTION=STIFFNESS', most=1)
-      call field(t, 'EA', kind_real, 'axial stiffness', unit='force', bound=positive)
+      call field(t, 'EA', kind_real, 'axial stiffness; left empty with AXIAL=RIGID', unit='force', optional=.true., &
+         bound=positive)
       call field(t, 'EI', kind_real, 'bending stiffness', unit='force length^2', bound=positive)
       call field(t, 'GA', kind_real, 'shear stiffness; left out: rigid in shear', unit='force', optional=.true., &
          bound=positive)

@@ -258,6 +258,8 @@ contains
          else if (model%mesh%section(e) > 0) then
             if (.not. model%section(model%mesh%section(e))%shear_rigid) reason = 'rods without shear flexibility; '// &
                'element '//to_text(model%mesh%element_label(e))//' has it'
+            if (model%section(model%mesh%section(e))%inextensible) reason = 'rods that can stretch; element '// &
+               to_text(model%mesh%element_label(e))//' cannot'
          end if
          if (reason /= '') return
       end do

@@ -1,8 +1,9 @@
 !> *MATERIAL, *ELASTIC, *DENSITY, *EXPANSION and *BEAM SECTION: what every element is made of.
 module read_sections
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_positive_inf
    use kinds, only: wp, pi
    use text, only: to_text
-   use model, only: model_t, section_t
+   use model, only: model_t, section_t, family_ul2
    use diagnostics, only: diagnostics_t, place_t
    use deck_cards, only: deck_t, complain
    use card_values, only: given, parameter_text, parameter_word, parameter_place, value_place, field_given, &
@@ -109,6 +110,9 @@ contains
             if (m > 0) call section_of_material(deck, diagnostics, card, material(m), section)
             if (.not. given(deck, card, 'MATERIAL')) call section_of_stiffness(deck, card, section)
             section%name = parameter_text(deck, card, 'ELSET')
+            section%inextensible = parameter_word(deck, card, 'AXIAL') == 'RIGID'
+            if (.not. given(deck, card, 'MATERIAL')) call check_ea(deck, diagnostics, card)
+            if (section%inextensible) section%ea = ieee_value(section%ea, ieee_positive_inf)
             model%section(n) = section
          end if
          elements = names%element_set%members(set)
@@ -121,10 +125,29 @@ contains
             end if
             model%mesh%section(elements(i)) = n
          end do
+         if (parameter_word(deck, card, 'AXIAL') == 'FLEXIBLE') cycle
+         i = findloc(model%mesh%family(elements), family_ul2, 1)
+         if (i > 0) call complain(deck, diagnostics, card, parameter_place(deck, card, 'AXIAL'), 'element '// &
+            to_text(model%mesh%element_label(elements(i)))//' is UL2, whose force is EA times its stretch; RIGID needs GE elements')
       end do
       model%section = model%section(:n)
       if (.not. (names%mesh_incomplete .or. names%sections_incomplete)) call check_complete(model, diagnostics)
    end subroutine read_beam_sections
+
+   !> EA is there unless nothing can stretch.
+   subroutine check_ea(deck, diagnostics, card)
+      type(deck_t), intent(in) :: deck
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer, intent(in) :: card
+      associate (line => deck%card(card)%first_line)
+         if (parameter_word(deck, card, 'AXIAL') == 'RIGID') then
+            if (field_given(deck, line, 1)) call complain(deck, diagnostics, card, field_place(deck, line, 1), &
+               'with AXIAL=RIGID there is no EA; leave it empty')
+         else if (.not. field_given(deck, line, 1)) then
+            call complain(deck, diagnostics, card, field_place(deck, line, 1), 'EA is missing')
+         end if
+      end associate
+   end subroutine check_ea
 
    !> EA, EI, GA, mass and expansion of a shape made of a material.
    subroutine section_of_material(deck, diagnostics, card, material, section)

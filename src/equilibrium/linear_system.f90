@@ -11,14 +11,16 @@ module linear_system
    use rod_state, only: state_t, element_displacement, element_load, candidate_gap, closing_rate, may_react, parallel
    use rod_geometry, only: element_geometry_t
    use force_law, only: law_reaction
-   use ge_element, only: ge_evaluate, ge_load_t, ge_columns
+   use ge_element, only: ge_evaluate, ge_directions, ge_load_t, ge_columns
    use ul2_element, only: ul2_evaluate, ul2_heat_scale
    use element_foundation, only: foundation_forces
    use conforming_span, only: evaluate_conforming, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple
    use inner_forces, only: inner_forces_t, clear_forces
    use band_matrix, only: band_t, factor_t, new_band
+   use gauss_tableau, only: max_stages
    use active_coupling, only: active_coupling_t, set_active, coupled_answer, add_forces, excess_row
    use tied_nodes, only: set_blocks, tie_value, tie_swing, node_unknowns, spread_force, add_matrix
+   use axial_rigidity, only: rigidity_t, new_rigidity
    use timing, only: timers_t, timing_start, timing_stop, phase_elements, phase_assembly
    implicit none
    private
@@ -44,6 +46,8 @@ module linear_system
       real(wp), allocatable :: roll(:)          !! (nodes) rotation per displacement along the first axis that the third unknown
       !! does not count: the curvature of the track of a contact span
       real(wp), allocatable :: tie_block(:, :, :) !! see tied_nodes
+      type(rigidity_t) :: rigidity              !! inextensible elements
+      real(wp), allocatable :: tangent_stretch(:, :) !! (2, inextensible elements) what is given back to them in `tangent`
       real(wp), allocatable :: swing(:)         !! (ties) what their forces add to the stiffness against rotation of their turners
       ! Contact, one entry a candidate.
       real(wp), allocatable :: gap(:), normal(:, :), bend(:)
@@ -96,6 +100,8 @@ contains
       allocate (system%turned(nodes), source=.false.)
       allocate (system%roll(nodes), source=0.0_wp)
       allocate (system%tie_block(3, 3, size(problem%ties%of)), source=0.0_wp)
+      system%rigidity = new_rigidity(problem)
+      allocate (system%tangent_stretch(2, system%rigidity%n), source=0.0_wp)
       allocate (system%swing(size(problem%model%tie)), source=0.0_wp)
       allocate (system%ek(6, 6, elements), system%ef(6, elements), system%eraw(6, elements), system%el(6, elements))
       allocate (system%op(z, ge_columns, elements))
@@ -164,6 +170,7 @@ contains
       call set_constraints(problem, state, system)
       call set_blocks(problem, state%u, system%turned, system%axis, system%roll, system%tie_block)
       call sum_elements(problem, system)
+      call set_rigidity(problem, state, system)
       call add_node_loads(problem, state, system)
       call add_springs(problem, state, system)
       call add_joint_springs(problem, state, system)
@@ -520,6 +527,63 @@ contains
          call to_node(system, spring%node(j), row(3 * j - 2:3 * j))
       end do
    end function joint_row
+
+   !> The maps of inextensible elements, from their tangents in node axes.
+   subroutine set_rigidity(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system
+      real(wp) :: part(3, 3), t(2, max_stages), axes(2, 2)
+      integer :: i, j, e, n, b, k, s
+      do i = 1, system%rigidity%n
+         e = system%rigidity%element(i)
+         n = system%rigidity%first(i)
+         s = problem%model%mesh%stages(e)
+         associate (rigidity => system%rigidity, g => state%geometry%element(e), tab => problem%tableau(s), ties => problem%ties, &
+            & nodes => problem%model%mesh%node(:, e))
+            call ge_directions(tab, g%length, g%angle, problem%compliance(e), element_load(problem, state, e), &
+               & element_displacement(problem, state, e), state%z(:problem%z_size(e), e), t(:, :s))
+            rigidity%give(:, :, i) = 0.0_wp
+            do j = 1, s
+               t(:, j) = t(:, j) / norm2(t(:, j))
+               do k = 1, 2
+                  rigidity%give(:, k, i) = rigidity%give(:, k, i) + (g%length * g%scale * tab%b(j) * problem%compliance(e)%give * &
+                     & t(k, j)) * t(:, j)
+               end do
+            end do
+            rigidity%shifted(:, :, i) = system%op(1:2, 4:5, e)
+            rigidity%load(:, i) = system%op(1:2, 8, e)
+            axes = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
+            do k = 1, 2
+               if (system%turned(nodes(2))) call turn_pair(system%axis(:, nodes(2)), axes(:, k))
+            end do
+            do j = 1, 2
+               do b = ties%first(nodes(j)), max(ties%first(nodes(j)), ties%first(nodes(j) + 1) - 1)
+                  part = own_axes(system, nodes(j))
+                  if (ties%follows(nodes(j))) part = system%tie_block(:, :, b)
+                  rigidity%force(:, n:n + 2) = matmul(system%op(1:2, 3 * j - 2:3 * j, e), part)
+                  rigidity%push(:, n:n + 2) = transpose(matmul(system%ek(3 * j - 2:3 * j, 4:5, e), axes))
+                  if (ties%follows(nodes(j))) rigidity%push(:, n:n + 2) = matmul(rigidity%push(:, n:n + 2), part)
+                  n = n + 3
+               end do
+            end do
+         end associate
+      end do
+   end subroutine set_rigidity
+
+   !> Displacements and rotation of a node by its unknowns.
+   pure function own_axes(system, node) result(matrix)
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: node
+      real(wp) :: matrix(3, 3)
+      matrix = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
+      if (.not. system%turned(node)) return
+      associate (a => system%axis(:, node))
+         matrix(1:2, 1) = a
+         matrix(1:2, 2) = [-a(2), a(1)]
+         matrix(3, 1) = system%roll(node)
+      end associate
+   end function own_axes
 
    !> The stiffness of rigid links through their forces.
    pure subroutine set_swings(problem, state, system)

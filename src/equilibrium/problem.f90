@@ -10,7 +10,7 @@ module problem
    use numbering, only: numbering_t, new_numbering
    use tie_pattern, only: tie_pattern_t, new_tie_pattern, coupled_pairs
    use gauss_tableau, only: tableau_t, max_stages, new_tableau
-   use ge_element, only: ge_stiffness_t, ge_compliance, ge_size
+   use ge_element, only: ge_stiffness_t, ge_compliance, forbid_stretch, ge_size
    use ul2_element, only: ul2_size
    use rod_geometry, only: geometry_t, new_geometry
    use reference_curve, only: curve_length
@@ -217,6 +217,7 @@ contains
             associate (section => model%section(model%mesh%section(e)))
                problem%compliance(e) = ge_compliance(model%mesh%stages(e), home%element(e)%length, section%ea, section%ei, &
                   & section%ga, section%shear_rigid)
+               if (section%inextensible) call forbid_stretch(problem%compliance(e), problem%size)
                softest = min(softest, section%ei)
             end associate
             if (model%mesh%family(e) == family_ge) &

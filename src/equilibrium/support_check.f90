@@ -6,6 +6,7 @@ module support_check
    use text, only: to_text
    use problem, only: problem_t
    use tied_nodes, only: turned_arm
+   use small_dense, only: dependent_row
    use rod_state, only: state_t, node_position, chain_gap, candidate_gap
    implicit none
    private
@@ -71,7 +72,7 @@ contains
       end do
       part = ''
       do k = 1, size(gram)
-         loose = free_row(gram(k)%of)
+         loose = dependent_row(gram(k)%of)
          if (loose == 0) cycle
          ! The first node of the part that the motion without resistance belongs to.
          node = findloc(group(member) == k .and. place(member) == (loose + 2) / 3, .true., 1)
@@ -156,37 +157,6 @@ contains
          end do
       end subroutine join
    end subroutine group_parts
-
-   !> A row of a symmetric positive semi-definite matrix that the others determine, by elimination with diagonal pivots; 0: the matrix
-   !> is regular.
-   pure integer function free_row(matrix) result(p)
-      real(wp), intent(in) :: matrix(:, :)
-      real(wp), parameter :: tolerance = 1.0e-12_wp !! squares of direction cosines: angles of 1e-6 count as parallel
-      real(wp) :: a(size(matrix, 1), size(matrix, 1)), scale
-      logical :: used(size(matrix, 1))
-      integer :: step, i
-      a = matrix
-      scale = 0.0_wp
-      do i = 1, size(used)
-         scale = scale + a(i, i)
-      end do
-      scale = 3.0_wp * scale / size(used)
-      used = .false.
-      do step = 1, size(used)
-         p = 0
-         do i = 1, size(used)
-            if (used(i)) cycle
-            if (p == 0) p = i
-            if (a(i, i) > a(p, p)) p = i
-         end do
-         if (.not. a(p, p) > tolerance * scale) return
-         used(p) = .true.
-         do i = 1, size(used)
-            if (.not. used(i)) a(i, :) = a(i, :) - a(i, p) / a(p, p) * a(p, :)
-         end do
-      end do
-      p = 0
-   end function free_row
 
    !> Number of the connected part that each node belongs to, from 1.
    function parts(problem) result(member)
