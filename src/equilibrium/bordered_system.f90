@@ -49,16 +49,18 @@ contains
    end subroutine factor_system
 
    !> Response to forces at a fixed load factor; constraints hold.
-   subroutine solve_effective(system, rhs, x, timers)
+   subroutine solve_effective(system, rhs, x, timers, stretch)
       type(system_t), intent(in) :: system     !! factored
       real(wp), intent(in) :: rhs(:)           !! (n) node axes; entries of fixed unknowns do not count
       real(wp), intent(out) :: x(:)            !! (n)
       type(timers_t), intent(inout) :: timers
-      real(wp) :: held(system%n), stretch(2, system%rigidity%n)
+      real(wp), intent(out), optional :: stretch(:, :) !! (2, inextensible elements) what was given back to them
+      real(wp) :: held(system%n), given(2, system%rigidity%n)
       held = 0.0_wp
       call solve_constrained(system, rhs, held, x, timers)
-      stretch = 0.0_wp
-      call take_back_stretches(system, 0.0_wp, stretch, x, timers)
+      given = 0.0_wp
+      call take_back_stretches(system, 0.0_wp, given, x, timers)
+      if (present(stretch)) stretch = given
    end subroutine solve_effective
 
    !> Corrects a solution by what the tangent stretches where rods cannot (axial_rigidity).

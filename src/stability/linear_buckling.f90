@@ -14,7 +14,7 @@ module linear_buckling
    use linear_system, only: system_t
    use stress_stiffness, only: stress_stiffness_t, new_stress_stiffness, apply_stress
    use bordered_system, only: solve_effective
-   use tangent_modes, only: deck_mode, apply_tangent
+   use tangent_modes, only: deck_mode, apply_tangent, stretching_work
    use band_matrix, only: band_times
    use block_krylov, only: operator_t, spectrum_t, largest_eigenvalues
    use spectrum_slicing, only: pencil_t, eigenvalues_below, slice
@@ -165,6 +165,7 @@ contains
       held = merge(0.0_wp, x, self%system%fixed)
       call apply_tangent(self%problem, state, self%system, held, kx, form)
       call apply_stress(self%problem, self%system, self%prime, held, kpx, stress)
+      if (self%system%rigidity%n > 0) form = form + stretching_work(self%system, kpx, held, self%timers)
       factor = -form / stress
       left = merge(0.0_wp, kx + factor * kpx, self%system%fixed)
       call solve_effective(self%system, left, s, self%timers)

@@ -10,6 +10,7 @@ module tangent_modes
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use linear_system, only: system_t, to_global, contact_tangent, spring_tangent, apply_joints
+   use axial_rigidity, only: shrinking_forces
    use tied_nodes, only: node_unknowns, spread_force
    use element_products, only: apply_elements
    use deck_nodes, only: deck_node_rates
@@ -19,7 +20,8 @@ module tangent_modes
    use timing, only: timers_t
    implicit none
    private
-   public :: modes_t, lowest_modes, choose_null_vectors, apply_tangent, nodal_mode, deck_mode, numbered_eigenvalue, &
+   public :: modes_t, lowest_modes, stretching_work, choose_null_vectors, apply_tangent, nodal_mode, deck_mode, &
+      & numbered_eigenvalue, &
       & mode_tolerance
 
    !> The eigenvalues nearest zero, the nearest first.
@@ -77,6 +79,7 @@ contains
       do i = 1, modes%n
          held = merge(0.0_wp, modes%x(:, i), system%fixed)
          call apply_tangent(problem, state, system, held, x, modes%mu(i))
+         if (system%rigidity%n > 0) modes%mu(i) = modes%mu(i) + stretching_work(system, operator%weight * held, held, timers)
       end do
       ! The refined values may have changed places.
       do i = 1, modes%n - 1
@@ -86,6 +89,19 @@ contains
          modes%was_negative([i, j]) = modes%was_negative([j, i])
       end do
    end subroutine lowest_modes
+
+   !> Work of a mode that its inextensible elements do not take: what the tangent's stretch adds to x^T K x, for a multiple x of
+   !> the answer to some forces.
+   real(wp) function stretching_work(system, rhs, x, timers) result(work)
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: rhs(:)         !! (n) these forces
+      real(wp), intent(in) :: x(:)           !! (n) node axes, zero at the fixed unknowns
+      type(timers_t), intent(inout) :: timers
+      real(wp) :: answer(system%n), force(system%n), stretch(2, system%rigidity%n)
+      call solve_effective(system, rhs, answer, timers, stretch)
+      call shrinking_forces(system%rigidity, stretch * (dot_product(x, x) / dot_product(x, answer)), force)
+      work = -dot_product(x, force)
+   end function stretching_work
 
    !> Turns the first n modes, whose eigenvalues are zero, into null vectors that do not depend on rounding: any rotation of a
    !> null space is one, but few of them point along branches.
