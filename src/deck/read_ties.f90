@@ -27,10 +27,8 @@ contains
       type(tie_origin_t), allocatable, intent(out) :: origin(:) !! (ties)
       type(diagnostics_t), intent(inout) :: diagnostics
       integer :: card, line
-      logical, allocatable :: belongs(:)
       call complete_joints(model)
       allocate (origin(size(model%tie)))
-      belongs = names%connected
       do card = 1, deck%n_cards
          if (.not. deck%card(card)%sound) cycle
          select case (deck%card(card)%keyword)
@@ -55,7 +53,9 @@ contains
          call find_nodes(deck, names, diagnostics, line, 1, nodes)
          call find_nodes(deck, names, diagnostics, line, 2, of)
          if (size(of) == 0) return
+         ! What carries rigid bars, and what follows in all, need no elements.
          if (kind == 'BEAM') names%connected(of(1)) = .true.
+         if (kind /= 'PIN') names%connected(nodes) = .true.
          do i = 1, size(nodes)
             if (nodes(i) == of(1)) then
                call complain(deck, diagnostics, card, field_place(deck, line, 2), 'node '//label(of(1))//' cannot follow itself')
