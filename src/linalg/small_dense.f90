@@ -59,8 +59,8 @@ contains
       end do
    end subroutine solve_small
 
-   !> A row of a symmetric positive semi-definite matrix that the others determine, by elimination with diagonal pivots; 0: the matrix
-   !> is regular.
+   !> A row of a symmetric positive semi-definite matrix that the others determine, by elimination with diagonal pivots; 0: the
+   !> matrix is regular.
    pure integer function dependent_row(matrix) result(p)
       real(wp), intent(in) :: matrix(:, :)
       real(wp), parameter :: tolerance = 1.0e-12_wp !! squares of direction cosines: angles of 1e-6 count as parallel
