@@ -182,15 +182,13 @@ contains
       call field(t, 'alpha', kind_real, 'strain per unit of temperature', unit='1/temperature', bound=not_zero)
 
       call card(t, 'BEAM SECTION', in_model, 'Stiffness of the elements of a set. Every element has exactly one '// &
-         'section.')
+         'section. INEXTENSIBLE rods cannot stretch: 1/EA is zero (GE elements).')
       call param(t, 'ELSET', kind_name, 'the elements')
-      call param(t, 'SECTION', kind_word, 'what the data line says', words='RECT|CIRC|PIPE|GENERAL|STIFFNESS')
+      call param(t, 'SECTION', kind_word, 'what the data line says', words='RECT|CIRC|PIPE|GENERAL|STIFFNESS|INEXTENSIBLE')
       call param(t, 'MATERIAL', kind_name, 'the material', only=of_material)
       call param(t, 'SHEAR', kind_word, 'FLEXIBLE: G = E/2/(1 + nu) times the shear area 5/6 A (RECT), 0.9 A '// &
          '(CIRC), '// &
          '0.5 A (PIPE) or the one given (GENERAL)', default='RIGID', words='RIGID|FLEXIBLE', only=of_material)
-      call param(t, 'AXIAL', kind_word, 'RIGID: the rods cannot stretch, 1/EA is zero (GE elements)', default='FLEXIBLE', &
-         words='FLEXIBLE|RIGID')
       call lines(t, when='SECTION=RECT', most=1)
       call field(t, 'width', kind_real, 'b, out of the plane', unit='length', bound=positive)
       call field(t, 'height', kind_real, 'h, in the plane; I = b h^3/12', unit='length', bound=positive)
@@ -205,15 +203,22 @@ contains
       call field(t, 'shear area', kind_real, 'with SHEAR=FLEXIBLE only, and then required', unit='length^2', &
          optional=.true., bound=positive)
       call lines(t, when='SECTION=STIFFNESS', most=1)
-      call field(t, 'EA', kind_real, 'axial stiffness; left empty with AXIAL=RIGID', unit='force', optional=.true., &
-         bound=positive)
+      call field(t, 'EA', kind_real, 'axial stiffness', unit='force', bound=positive)
+      call stiffness_fields(t)
+      call lines(t, when='SECTION=INEXTENSIBLE', most=1)
+      call stiffness_fields(t)
+   end subroutine section_cards
+
+   !> What sections given by numbers have besides EA; inextensible ones have none.
+   pure subroutine stiffness_fields(t)
+      type(card_spec_t), allocatable, intent(inout) :: t(:)
       call field(t, 'EI', kind_real, 'bending stiffness', unit='force length^2', bound=positive)
       call field(t, 'GA', kind_real, 'shear stiffness; left out: rigid in shear', unit='force', optional=.true., &
          bound=positive)
       call field(t, 'mass', kind_real, 'per unit length, for self-weight', unit='mass/length', default='0', &
          bound=not_negative)
       call field(t, 'alpha', kind_real, 'thermal strain per unit of temperature', unit='1/temperature', default='0')
-   end subroutine section_cards
+   end subroutine stiffness_fields
 
    pure subroutine contact_cards(t)
       type(card_spec_t), allocatable, intent(inout) :: t(:)

@@ -183,7 +183,7 @@ contains
          call complain(deck, diagnostics, card, value_place(deck, card, 'ELSET'), 'no *BEAM SECTION names set '//trim(curve%set))
       else
          call complain(deck, diagnostics, card, value_place(deck, card, 'ELSET'), 'the rods of set '//trim(curve%set)// &
-            ' have AXIAL=RIGID and no EA')
+            ' are INEXTENSIBLE and have no EA')
       end if
    end subroutine read_stiffness
 

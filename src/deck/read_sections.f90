@@ -110,9 +110,6 @@ contains
             if (m > 0) call section_of_material(deck, diagnostics, card, material(m), section)
             if (.not. given(deck, card, 'MATERIAL')) call section_of_stiffness(deck, card, section)
             section%name = parameter_text(deck, card, 'ELSET')
-            section%inextensible = parameter_word(deck, card, 'AXIAL') == 'RIGID'
-            if (.not. given(deck, card, 'MATERIAL')) call check_ea(deck, diagnostics, card)
-            if (section%inextensible) section%ea = ieee_value(section%ea, ieee_positive_inf)
             model%section(n) = section
          end if
          elements = names%element_set%members(set)
@@ -125,29 +122,15 @@ contains
             end if
             model%mesh%section(elements(i)) = n
          end do
-         if (parameter_word(deck, card, 'AXIAL') == 'FLEXIBLE') cycle
+         if (parameter_word(deck, card, 'SECTION') /= 'INEXTENSIBLE') cycle
          i = findloc(model%mesh%family(elements), family_ul2, 1)
-         if (i > 0) call complain(deck, diagnostics, card, parameter_place(deck, card, 'AXIAL'), 'element '// &
-            to_text(model%mesh%element_label(elements(i)))//' is UL2, whose force is EA times its stretch; RIGID needs GE elements')
+         if (i > 0) call complain(deck, diagnostics, card, parameter_place(deck, card, 'SECTION'), 'element '// &
+            to_text(model%mesh%element_label(elements(i)))// &
+            ' is UL2, whose force is EA times its stretch; INEXTENSIBLE needs GE elements')
       end do
       model%section = model%section(:n)
       if (.not. (names%mesh_incomplete .or. names%sections_incomplete)) call check_complete(model, diagnostics)
    end subroutine read_beam_sections
-
-   !> EA is there unless nothing can stretch.
-   subroutine check_ea(deck, diagnostics, card)
-      type(deck_t), intent(in) :: deck
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: card
-      associate (line => deck%card(card)%first_line)
-         if (parameter_word(deck, card, 'AXIAL') == 'RIGID') then
-            if (field_given(deck, line, 1)) call complain(deck, diagnostics, card, field_place(deck, line, 1), &
-               'with AXIAL=RIGID there is no EA; leave it empty')
-         else if (.not. field_given(deck, line, 1)) then
-            call complain(deck, diagnostics, card, field_place(deck, line, 1), 'EA is missing')
-         end if
-      end associate
-   end subroutine check_ea
 
    !> EA, EI, GA, mass and expansion of a shape made of a material.
    subroutine section_of_material(deck, diagnostics, card, material, section)
@@ -198,19 +181,25 @@ contains
       section%expansion = material%alpha
    end subroutine section_of_material
 
-   !> SECTION=STIFFNESS: the numbers as they are.
+   !> SECTION=STIFFNESS, INEXTENSIBLE: the numbers as they are.
    subroutine section_of_stiffness(deck, card, section)
       type(deck_t), intent(in) :: deck
       integer, intent(in) :: card
       type(section_t), intent(out) :: section
-      integer :: line
+      integer :: line, before
       line = deck%card(card)%first_line
-      section%ea = field_real(deck, line, 1)
-      section%ei = field_real(deck, line, 2)
-      section%shear_rigid = .not. field_given(deck, line, 3)
-      if (.not. section%shear_rigid) section%ga = field_real(deck, line, 3)
-      section%mass = field_real(deck, line, 4)
-      section%expansion = field_real(deck, line, 5)
+      section%inextensible = parameter_word(deck, card, 'SECTION') == 'INEXTENSIBLE'
+      before = merge(0, 1, section%inextensible)
+      if (section%inextensible) then
+         section%ea = ieee_value(section%ea, ieee_positive_inf)
+      else
+         section%ea = field_real(deck, line, 1)
+      end if
+      section%ei = field_real(deck, line, before + 1)
+      section%shear_rigid = .not. field_given(deck, line, before + 2)
+      if (.not. section%shear_rigid) section%ga = field_real(deck, line, before + 2)
+      section%mass = field_real(deck, line, before + 3)
+      section%expansion = field_real(deck, line, before + 4)
    end subroutine section_of_stiffness
 
    !> Is there an element without a section?

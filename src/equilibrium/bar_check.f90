@@ -61,6 +61,6 @@ contains
       if (i == 0) return
       words = 'rods that cannot stretch are statically indeterminate: supports and other rods hold the length of that with '// &
          & 'element '//to_text(problem%deck%mesh%element_label(problem%layout%stretch(bar(i))%element(1)))// &
-         & ' without it, so its force is not known; with AXIAL=FLEXIBLE, or a *RELEASE, it is'
+         & ' without it, so its force is not known; with an EA, or a *RELEASE, it is'
    end function indeterminate_bar
 end module bar_check
