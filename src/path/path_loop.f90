@@ -21,6 +21,8 @@ module path_loop
    use path_events, only: new_probe
    use path_acceptance, only: record, note_trouble, outcome_t
    use linear_buckling, only: buckle
+   use buckling_errors, only: add_buckling_bars
+   use error_report, only: note_buckling_bars
    use tangent_rounding, only: path_stiffness, bending_stiffness, rounding_cure
    use path_follower, only: follow_points
    use branches, only: follow_branches
@@ -235,6 +237,10 @@ contains
          if (size(buckling%load_factor) < step%n_modes) call note_trouble(outcome, 'step '//trim(step%name)// &
             & ': there are only '//to_text(size(buckling%load_factor))//' buckling modes')
       end associate
+      if (problem%model%step(problem%step)%error_bars) then
+         call add_buckling_bars(problem, run%state, buckling, timers)
+         call note_buckling_bars(buckling, problem%model%step(problem%step)%widest_bar, outcome%accuracy)
+      end if
       call recorder%buckling(buckling, timers, error)
       if (allocated(error)) outcome%why = error%message
    end subroutine find_modes
