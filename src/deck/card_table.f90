@@ -307,6 +307,14 @@ contains
          words='U1|U2|UR|RF1|RF2|RM')
       call field(t, 'factor', kind_real, 'such as 1/R or -1', default='1', bound=not_zero)
       call field(t, 'offset', kind_real, 'in the unit of the monitor', default='0')
+
+      call card(t, 'CONTACT PRINT', in_model, 'Columns of the listing that say where contact with an obstacle begins and '// &
+         'ends, also at critical points; empty where there is none.')
+      call param(t, 'OBSTACLE', kind_name, 'the obstacle')
+      call lines(t)
+      call field(t, 'quantity', kind_word, 'arc length along the rods, stress-free, or angle in degrees from the REFERENCE of '// &
+         'a circle or arc', words='START|END|START ANGLE|END ANGLE')
+      call field(t, 'stretch', kind_integer, 'which one along the rods', default='1', bound=positive)
    end subroutine contact_cards
 
    pure subroutine support_cards(t)

@@ -20,6 +20,7 @@ module deck_to_model
    use read_obstacles, only: read_obstacle_cards
    use read_contact, only: read_contact_cards, check_contact_loops
    use read_gap_supports, only: read_gap_cards
+   use read_contact_prints, only: read_contact_print_cards
    use read_monitors, only: read_monitor_cards
    use read_steps, only: read_step_cards
    use read_loads, only: read_load_cards
@@ -74,6 +75,7 @@ contains
       call read_gap_cards(deck, names, model, diagnostics)
       if (diagnostics%n > n) names%contacts_incomplete = .true.
       call read_monitor_cards(deck, names, model, diagnostics)
+      call read_contact_print_cards(deck, names, model, diagnostics)
       call read_step_cards(deck, names, model, diagnostics)
       call check_contact_loops(deck, model, diagnostics)
       n = diagnostics%n

@@ -9,7 +9,7 @@ module model
    implicit none
    private
    public :: model_t, mesh_t, curve_t, imperfection_t, section_t, node_set_t, load_t, obstacle_t, law_t, contact_t
-   public :: tie_t, joint_spring_t, release_t
+   public :: tie_t, joint_spring_t, release_t, contact_print_t
    public :: monitor_t, step_t, threshold_t, branch_t, mode_offset_t, limit_curve_t
    public :: family_ul2, family_ge
    public :: shape_none, shape_sine, shape_cosine, shape_clamped, shape_nodal
@@ -180,6 +180,14 @@ module model
       logical :: spans = .false.                !! contact points and lines anywhere along the rods (contact_touch)
    end type contact_t
 
+   !> A column of the listing: where a stretch of contact with an obstacle begins or ends.
+   type :: contact_print_t
+      integer :: obstacle = 0
+      logical :: at_end = .false.               !! its end, not its beginning
+      logical :: angle = .false.                !! as an angle about the obstacle's centre [degrees], not as an arc length
+      integer :: region = 1                     !! the k-th stretch along the rods
+   end type contact_print_t
+
    type :: monitor_t
       character(name_length) :: name = ''
       integer :: quantity = quantity_displacement
@@ -282,6 +290,7 @@ module model
       type(obstacle_t), allocatable :: obstacle(:)
       type(contact_t), allocatable :: contact(:)
       type(monitor_t), allocatable :: monitor(:)
+      type(contact_print_t), allocatable :: contact_print(:)
       type(step_t), allocatable :: step(:)
    end type model_t
 
