@@ -9,10 +9,11 @@ module tangent_modes
    use errors, only: error_t
    use problem, only: problem_t, dof
    use rod_state, only: state_t
-   use linear_system, only: system_t, to_global, contact_tangent, spring_tangent, apply_joints
+   use linear_system, only: system_t, to_global, contact_tangent, spring_tangent, matrix_to_node, apply_joints
    use axial_rigidity, only: shrinking_forces
    use tied_nodes, only: node_unknowns, spread_force
    use element_products, only: apply_elements
+   use node_loads, only: node_push_t, node_pushes
    use deck_nodes, only: deck_node_rates
    use active_coupling, only: subtract_excess
    use bordered_system, only: solve_effective
@@ -171,7 +172,8 @@ contains
       real(wp), intent(out) :: y(:)            !! (n)
       real(wp), intent(out) :: form
       real(wp) :: force(2), k(3, 3), excess
-      integer :: c, node
+      type(node_push_t), allocatable :: pushed(:)
+      integer :: c, i, node
       associate (rate => problem%model%step(problem%step)%load%pressure)
          call apply_elements(problem, system, system%ek, system%eshift, &
             & problem%constant%pressure + state%load_factor * rate, x, y, form)
@@ -186,6 +188,11 @@ contains
       do node = 1, problem%model%mesh%n_nodes
          if (.not. any(problem%spring(:, node) > 0.0_wp)) cycle
          call add_node(node, spring_tangent(problem, system, node))
+      end do
+      pushed = node_pushes(problem, state)
+      do i = 1, size(pushed)
+         call matrix_to_node(system, pushed(i)%node, pushed(i)%stiffness)
+         call add_node(pushed(i)%node, pushed(i)%stiffness)
       end do
       call apply_joints(problem, system, system%swing, .true., x, y, form)
 
