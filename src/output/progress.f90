@@ -38,8 +38,10 @@ contains
       type(progress_t), intent(out) :: progress
       logical, intent(in) :: listed
       integer(i8) :: rate
-      progress%shown = c_isatty(2_c_int) == 1
-      if (listed .and. c_isatty(1_c_int) == 1) progress%shown = .false.
+      integer(c_int) :: there(2)
+      there(1) = c_isatty(1_c_int)
+      there(2) = c_isatty(2_c_int)
+      progress%shown = there(2) == 1 .and. .not. (listed .and. there(1) == 1)
       call system_clock(progress%started, rate)
       progress%ticks = real(rate, wp)
       progress%last = progress%started
