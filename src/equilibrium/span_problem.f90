@@ -124,8 +124,8 @@ contains
 
    contains
 
-      !> Nodes up to the end of a span: as many elements as the deck has there, a quarter of them where it is in contact, but not
-      !> less than a span needs, nor more than rounding allows.
+      !> Nodes up to the end of a span: as many elements as the deck has there, a quarter of them where a perfect rod is in contact,
+      !> but not less than a span needs, nor more than rounding allows.
       subroutine divide(to, contact)
          real(wp), intent(in) :: to
          integer, intent(in) :: contact              ! of a line, 0: a free span
@@ -136,8 +136,7 @@ contains
          least = least_free
          if (contact > 0) then
             least = least_conforming
-            wanted = 0.25_wp * wanted
-            if (lies_straight(base, stretch, contact)) wanted = 0.0_wp
+            if (is_perfect(base, stretch)) wanted = merge(0.0_wp, 0.25_wp, on_straight(base, contact)) * wanted
          end if
          n = max(least, nint(min(wanted, (to - from) / (finest * base%size))))
          if (present(state)) n = max(n, count(middle > from .and. middle < to))
@@ -146,13 +145,19 @@ contains
       end subroutine divide
    end function stretch_division
 
-   !> True where one element is exact in contact: on a straight obstacle the axial force of a rod without imperfections is linear.
-   pure logical function lies_straight(base, stretch, contact) result(straight)
+   !> True for a stretch without imperfections: in contact it is as smooth as the obstacle.
+   pure logical function is_perfect(base, stretch)
       type(problem_t), intent(in) :: base
-      integer, intent(in) :: stretch, contact
-      straight = base%deck%obstacle(base%deck%contact(contact)%obstacle)%kind == obstacle_line
-      if (straight) straight = all(base%deck%curve(base%deck%mesh%curve(base%layout%stretch(stretch)%element))%imperfection == 0)
-   end function lies_straight
+      integer, intent(in) :: stretch
+      is_perfect = all(base%deck%curve(base%deck%mesh%curve(base%layout%stretch(stretch)%element))%imperfection == 0)
+   end function is_perfect
+
+   !> True for a straight obstacle: there one element is exact for a perfect rod, its axial force is linear.
+   pure logical function on_straight(base, contact)
+      type(problem_t), intent(in) :: base
+      integer, intent(in) :: contact
+      on_straight = base%deck%obstacle(base%deck%contact(contact)%obstacle)%kind == obstacle_line
+   end function on_straight
 
    !> How many of the deck's elements lie before a coordinate, parts counted.
    pure real(wp) function deck_elements(base, stretch, at) result(n)

@@ -15,7 +15,7 @@ module span_changes
    use touchdown_points, only: stands
    use held_openings, only: held_load, first_length, longest_length
    use span_opening, only: open_line
-   use span_lie_down, only: lie_down
+   use span_lie_down, only: lie_down, closing_point
    use path_continuity, only: heading_t
    use path_run, only: run_t
    use path_acceptance, only: accept, outcome_t
@@ -161,6 +161,10 @@ contains
          if (test%kind == test_curvature .and. .not. (change%lies .or. change%standing)) then
             divides = virtual_pressure(problem, change%place, test%candidate) < 0.0_wp
             if (divides) label = 'C-'
+            if (closing_point(problem, change%place, test%candidate) > 0) then
+               divides = .false.
+               label = 'C+'
+            end if
          end if
          if (change%lies) return
          ! Contact that begins, or ends, where a clamp stands.

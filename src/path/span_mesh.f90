@@ -8,6 +8,7 @@ module span_mesh
    use bordered_system, only: linearise
    use contact_touch, only: touch_t
    use span_problem, only: new_span_problem, hold_touches, present_touches, outgrown
+   use touchdown_points, only: carry_forces
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t
    use path_continuity, only: heading_t, heading_at
@@ -83,6 +84,7 @@ contains
       type(state_t) :: state
       state = carried(problem, run%state, next)
       call hold_touches(next, state%active)
+      call carry_forces(problem, run%state, next, state)
       run%heading%u = carried_field(problem, run%state, run%heading%u, next, state)
       call forget_mesh(run)
       problem = next
