@@ -22,6 +22,7 @@ program unilat
    use run_recorder, only: run_recorder_t
    use results, only: results_open, results_parameter, results_close
    use listing, only: listing_open, listing_close
+   use progress, only: progress_open, progress_close
    use run_summary, only: failed_checks
    use timing, only: timers_t, timing_start, timing_stop, phase_reading, phase_numbering, phase_output
    implicit none
@@ -109,9 +110,11 @@ contains
          end associate
       end do
       recorder%quiet = options%quiet
+      call progress_open(recorder%progress, listed=.not. options%quiet)
       if (.not. options%quiet) call listing_open(recorder%listing, output_unit, deck_model)
       call timing_stop(timers, phase_output)
       call follow_path(path_problem, recorder, outcome, timers)
+      call progress_close(recorder%progress)
       status = failed_checks(outcome%accuracy)
       if (status /= '') call note_failure(status)
    end subroutine follow_deck

@@ -11,6 +11,7 @@ module element_shares
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use linear_system, only: system_t, to_node
+   use tied_nodes, only: node_unknowns, spread_force
    use bordered_system, only: solve_effective
    use band_matrix, only: band_times
    use path_control, only: control_t, control_row
@@ -126,10 +127,9 @@ contains
          real(wp), intent(in) :: x(:)
          integer, intent(in) :: e
          real(wp) :: local(6)
-         integer :: i, d
+         integer :: i
          do i = 1, 2
-            d = dof(problem, problem%model%mesh%node(i, e), 1)
-            local(3 * i - 2:3 * i) = x(d:d + 2)
+            local(3 * i - 2:3 * i) = node_unknowns(problem, system%tie_block, problem%model%mesh%node(i, e), x)
          end do
       end function nodal
 
@@ -194,10 +194,9 @@ contains
             call monitor_row(problem, state, system, m, row)
             functional%by_load = row%load
             do node = 1, size(row%node, 2)
-               d = dof(problem, node, 1)
                along = row%node(:, node)
                call to_node(system, node, along)
-               g(d:d + 2) = along
+               call spread_force(problem, system%tie_block, node, along, g)
             end do
             return
          end if

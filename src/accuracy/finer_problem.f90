@@ -11,7 +11,7 @@ module finer_problem
    use rod_geometry, only: geometry_t, new_geometry, shift_nodes
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
-   use ge_element, only: ge_compliance, ge_size
+   use ge_element, only: ge_compliance, forbid_stretch, ge_size
    use conforming_element, only: conforming_size
    use ground, only: new_ground
    implicit none
@@ -39,6 +39,7 @@ contains
             associate (section => finer%model%section(mesh%section(e)))
                finer%compliance(e) = ge_compliance(mesh%stages(e), home%element(e)%length, section%ea, section%ei, section%ga, &
                   & section%shear_rigid)
+               if (section%inextensible) call forbid_stretch(finer%compliance(e), finer%size)
             end associate
             if (finer%conforms(e) > 0) then
                finer%z_size(e) = conforming_size(mesh%stages(e))

@@ -3,9 +3,10 @@ module located_zero
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
    use errors, only: error_t
-   use problem, only: problem_t, dof
+   use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
+   use tied_nodes, only: node_unknowns
    use path_events, only: event_t, new_probe, event_value, event_bifurcation
    use span_tests, only: span_test_t, run_span_tests
    use tangent_modes, only: modes_t, lowest_modes, mode_tolerance
@@ -100,12 +101,11 @@ contains
       type(system_t), intent(in) :: system       !! assembled where the mode is
       type(zero_t), intent(in) :: zero           !! with its mode
       real(wp) :: local(6)
-      integer :: e, i, d
+      integer :: e, i
       rounding = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
          do i = 1, 2
-            d = dof(problem, problem%model%mesh%node(i, e), 1)
-            local(3 * i - 2:3 * i) = zero%modes(d:d + 2, 1)
+            local(3 * i - 2:3 * i) = node_unknowns(problem, system%tie_block, problem%model%mesh%node(i, e), zero%modes(:, 1))
          end do
          rounding = rounding + sum((local * matmul(system%ek(:, :, e), local))**2)
       end do

@@ -26,6 +26,7 @@ contains
       call section_cards(table)
       call contact_cards(table)
       call support_cards(table)
+      call joint_cards(table)
       call add_step_cards(table)
    end function all_cards
 
@@ -193,9 +194,9 @@ contains
       call field(t, 'alpha', kind_real, 'strain per unit of temperature', unit='1/temperature', bound=not_zero)
 
       call card(t, 'BEAM SECTION', in_model, 'Stiffness of the elements of a set. Every element has exactly one '// &
-         'section.')
+         'section. INEXTENSIBLE rods cannot stretch: 1/EA is zero (GE elements).')
       call param(t, 'ELSET', kind_name, 'the elements')
-      call param(t, 'SECTION', kind_word, 'what the data line says', words='RECT|CIRC|PIPE|GENERAL|STIFFNESS')
+      call param(t, 'SECTION', kind_word, 'what the data line says', words='RECT|CIRC|PIPE|GENERAL|STIFFNESS|INEXTENSIBLE')
       call param(t, 'MATERIAL', kind_name, 'the material', only=of_material)
       call param(t, 'SHEAR', kind_word, 'FLEXIBLE: G = E/2/(1 + nu) times the shear area 5/6 A (RECT), 0.9 A '// &
          '(CIRC), '// &
@@ -215,13 +216,21 @@ contains
          optional=.true., bound=positive)
       call lines(t, when='SECTION=STIFFNESS', most=1)
       call field(t, 'EA', kind_real, 'axial stiffness', unit='force', bound=positive)
+      call stiffness_fields(t)
+      call lines(t, when='SECTION=INEXTENSIBLE', most=1)
+      call stiffness_fields(t)
+   end subroutine section_cards
+
+   !> What sections given by numbers have besides EA; inextensible ones have none.
+   pure subroutine stiffness_fields(t)
+      type(card_spec_t), allocatable, intent(inout) :: t(:)
       call field(t, 'EI', kind_real, 'bending stiffness', unit='force length^2', bound=positive)
       call field(t, 'GA', kind_real, 'shear stiffness; left out: rigid in shear', unit='force', optional=.true., &
          bound=positive)
       call field(t, 'mass', kind_real, 'per unit length, for self-weight', unit='mass/length', default='0', &
          bound=not_negative)
       call field(t, 'alpha', kind_real, 'thermal strain per unit of temperature', unit='1/temperature', default='0')
-   end subroutine section_cards
+   end subroutine stiffness_fields
 
    pure subroutine contact_cards(t)
       type(card_spec_t), allocatable, intent(inout) :: t(:)
@@ -310,6 +319,14 @@ contains
          words='U1|U2|UR|RF1|RF2|RM')
       call field(t, 'factor', kind_real, 'such as 1/R or -1', default='1', bound=not_zero)
       call field(t, 'offset', kind_real, 'in the unit of the monitor', default='0')
+
+      call card(t, 'CONTACT PRINT', in_model, 'Columns of the listing that say where contact with an obstacle begins and '// &
+         'ends, also at critical points; empty where there is none.')
+      call param(t, 'OBSTACLE', kind_name, 'the obstacle')
+      call lines(t)
+      call field(t, 'quantity', kind_word, 'arc length along the rods, stress-free, or angle in degrees from the REFERENCE of '// &
+         'a circle or arc', words='START|END|START ANGLE|END ANGLE')
+      call field(t, 'stretch', kind_integer, 'which one along the rods', default='1', bound=positive)
    end subroutine contact_cards
 
    pure subroutine support_cards(t)
@@ -326,12 +343,13 @@ contains
       call field(t, 'value', kind_real, 'in a step only, and required there: the displacement at load factor 1', &
          unit='length or radian', optional=.true.)
 
-      call card(t, 'SPRING', in_model, 'Linear springs between nodes and the ground, without force at the start; '// &
-         'repeated ones add up.')
+      call card(t, 'SPRING', in_model, 'Linear springs between nodes and the ground, or between two nodes, without force at '// &
+         'the start; repeated ones add up.')
       call lines(t)
       call field(t, 'node or set', kind_label_or_set, 'a node label or the name of a node set; each node gets the spring')
       call field(t, 'dof', kind_integer, '1 (x), 2 (y), 6 (rotation)', bound=positive)
       call field(t, 'stiffness', kind_real, 'reaction over displacement', unit='force/length or moment/radian', bound=positive)
+      call field(t, 'second node', kind_label, 'the other end; left out: the ground', optional=.true.)
 
       call card(t, 'GAP', in_model, 'One-sided supports of nodes: stops that push once their clearance is used up, and never '// &
          'pull. Rigid, or with STIFFNESS or LAW. The stops of a card are one obstacle to `*MONITOR` and the cards of a step.')
@@ -343,4 +361,33 @@ contains
       call field(t, 'node or set', kind_label_or_set, 'a node label or the name of a node set; each node gets a stop')
       call field(t, 'clearance', kind_real, 'how far the node may move against the direction', unit='length', default='0')
    end subroutine support_cards
+
+   pure subroutine joint_cards(t)
+      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      call card(t, 'RELEASE', in_model, 'Hinges and other joints: ends of elements that go their own way at a node. They get a '// &
+         'node of their own, at the same place, which follows the first one in what is not released.')
+      call param(t, 'NSET', kind_name, 'adds the new nodes to this node set', optional=.true.)
+      call lines(t)
+      call field(t, 'node or set', kind_label_or_set, node_or_set)
+      call field(t, 'element or set', kind_label_or_set, 'whose ends at the node are released, together; left out: all '// &
+         'ends there but the first, each on its own', optional=.true.)
+      call field(t, 'dof', kind_integer, 'first one that is released: 1 (x), 2 (y), 6 (rotation)', default='6', bound=positive)
+      call field(t, 'last dof', kind_integer, 'left out: the first dof only', optional=.true., bound=positive)
+      call field(t, 'stiffness', kind_real, 'of a spring that joins the ends to the node there', optional=.true., &
+         unit='force/length or moment/radian', bound=positive)
+
+      call card(t, 'MPC', in_model, 'Nodes that follow another one. PIN: in x and y, like a pin through both; TIE: in x, y and '// &
+         'rotation; BEAM: as if a rigid bar went from it to them, however far it turns.')
+      call param(t, 'TYPE', kind_word, 'what follows', words='PIN|TIE|BEAM')
+      call lines(t)
+      call field(t, 'node or set', kind_label_or_set, 'what follows')
+      call field(t, 'node', kind_label, 'what is followed')
+
+      call card(t, 'EQUATION', in_model, 'A linear equation between displacements and rotations: the sum of its terms, one a '// &
+         'line, is zero. The first one follows the others.')
+      call lines(t, least=2)
+      call field(t, 'node', kind_label, 'of the term')
+      call field(t, 'dof', kind_integer, '1 (x), 2 (y), 6 (rotation)', bound=positive)
+      call field(t, 'coefficient', kind_real, 'times the displacement or rotation', bound=not_zero)
+   end subroutine joint_cards
 end module card_table

@@ -16,10 +16,13 @@ module deck_to_model
    use read_imperfections, only: read_imperfection_cards
    use read_sections, only: read_section_cards
    use read_supports, only: read_support_cards, read_spring_cards
+   use read_releases, only: read_release_cards
+   use read_ties, only: tie_origin_t, read_tie_cards, order_ties
    use read_foundation_laws, only: read_foundation_law_cards
    use read_obstacles, only: read_obstacle_cards
    use read_contact, only: read_contact_cards, check_contact_loops
    use read_gap_supports, only: read_gap_cards
+   use read_contact_prints, only: read_contact_print_cards
    use read_monitors, only: read_monitor_cards
    use read_steps, only: read_step_cards
    use read_loads, only: read_load_cards, is_load_card
@@ -43,6 +46,8 @@ contains
       character(*), intent(in), optional :: settings(:) !! name=value from the command line, for ${name} (default none)
       type(deck_t) :: deck
       type(deck_names_t) :: names
+      type(tie_origin_t), allocatable :: tie_origin(:)
+      logical :: joints_sound
       integer :: n
 
       if (present(settings)) call assemble_deck(source, settings, diagnostics)
@@ -58,12 +63,17 @@ contains
       call read_imperfection_cards(deck, names, model, diagnostics)
       if (diagnostics%n > n) names%imperfections_incomplete = .true.
       n = diagnostics%n
+      call read_release_cards(deck, names, model, diagnostics)
+      call read_tie_cards(deck, names, model, tie_origin, diagnostics)
+      joints_sound = diagnostics%n == n
+      n = diagnostics%n
       call read_section_cards(deck, names, model, diagnostics)
       if (diagnostics%n > n) names%sections_incomplete = .true.
       n = diagnostics%n
       call read_support_cards(deck, names, model, diagnostics)
       call read_spring_cards(deck, names, model, diagnostics)
       if (diagnostics%n > n) names%supports_incomplete = .true.
+      if (joints_sound) call order_ties(deck, names, tie_origin, model, diagnostics)
       call read_foundation_law_cards(deck, names, model, diagnostics)
       call read_obstacle_cards(deck, names, model, diagnostics)
       n = diagnostics%n
@@ -71,6 +81,7 @@ contains
       call read_gap_cards(deck, names, model, diagnostics)
       if (diagnostics%n > n) names%contacts_incomplete = .true.
       call read_monitor_cards(deck, names, model, diagnostics)
+      call read_contact_print_cards(deck, names, model, diagnostics)
       call read_step_cards(deck, names, model, diagnostics)
       call check_contact_loops(deck, model, diagnostics)
       n = diagnostics%n
@@ -129,7 +140,7 @@ contains
             names%contacts_incomplete = .true.
          case ('MONITOR')
             names%monitor%incomplete = .true.
-         case ('SPRING')
+         case ('SPRING', 'RELEASE', 'MPC', 'EQUATION')
             names%supports_incomplete = .true.
          case ('BOUNDARY')
             names%supports_incomplete = .true.

@@ -34,7 +34,7 @@ contains
          call find_named(deck, names%obstacle, diagnostics, card, value_place(deck, card, 'OBSTACLE'), 'obstacle', &
             contact%obstacle)
          call find_set(deck, names, diagnostics, card, 'NSET', 'node', set)
-         contact%node = names%node_set%members(set)
+         contact%node = with_released(model, names%node_set%members(set))
          contact%gap = parameter_real(deck, card, 'GAP')
          points = parameter_word(deck, card, 'POINTS')
          contact%along = .false.
@@ -61,6 +61,19 @@ contains
          model%contact = [model%contact, contact]
       end do
    end subroutine read_contact_cards
+
+   !> Some nodes, and those of ends that are released at them.
+   pure function with_released(model, nodes) result(more)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: nodes(:)
+      integer, allocatable :: more(:)
+      integer :: i
+      more = nodes
+      do i = 1, size(model%release)
+         if (any(nodes == model%release(i)%node) .and. .not. any(nodes == model%release(i)%own)) &
+            more = [more, model%release(i)%own]
+      end do
+   end function with_released
 
    !> The paper's loop knows contact at nodes only.
    subroutine check_contact_loops(deck, model, diagnostics)
@@ -231,6 +244,11 @@ contains
       end if
       candidate = .false.
       candidate(contact%node) = .true.
+      do e = 1, size(model%tie)
+         if (.not. candidate(model%tie(e)%node)) cycle
+         reason = 'nodes that do not follow others; a joint ties node '//to_text(model%mesh%node_label(model%tie(e)%node))
+         return
+      end do
       do e = 1, model%mesh%n_elements
          if (.not. all(candidate(model%mesh%node(:, e)))) cycle
          if (model%mesh%family(e) /= family_ge .or. model%mesh%curve(e) == 0) then
@@ -240,6 +258,8 @@ contains
          else if (model%mesh%section(e) > 0) then
             if (.not. model%section(model%mesh%section(e))%shear_rigid) reason = 'rods without shear flexibility; '// &
                'element '//to_text(model%mesh%element_label(e))//' has it'
+            if (model%section(model%mesh%section(e))%inextensible) reason = 'rods that can stretch; element '// &
+               to_text(model%mesh%element_label(e))//' cannot'
          end if
          if (reason /= '') return
       end do

@@ -175,11 +175,16 @@ contains
          if (.not. same_name(model%section(i)%name, curve%set)) cycle
          start = model%section(i)%ea
          if (curve%parameter == parameter_ei) start = model%section(i)%ei
+         if (curve%parameter == parameter_ea .and. model%section(i)%inextensible) exit
          ok = .true.
          return
       end do
-      call complain(deck, diagnostics, card, value_place(deck, card, 'ELSET'), 'no *BEAM SECTION names set '// &
-         trim(curve%set))
+      if (i > size(model%section)) then
+         call complain(deck, diagnostics, card, value_place(deck, card, 'ELSET'), 'no *BEAM SECTION names set '//trim(curve%set))
+      else
+         call complain(deck, diagnostics, card, value_place(deck, card, 'ELSET'), 'the rods of set '//trim(curve%set)// &
+            ' are INEXTENSIBLE and have no EA')
+      end if
    end subroutine read_stiffness
 
    !> IMPERFECTION: the set is a whole chain that has one, from the model part or as a mode in this step.

@@ -1,8 +1,9 @@
 !> *MATERIAL, *ELASTIC, *DENSITY, *EXPANSION and *BEAM SECTION: what every element is made of.
 module read_sections
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_positive_inf
    use kinds, only: wp, pi
    use text, only: to_text
-   use model, only: model_t, section_t
+   use model, only: model_t, section_t, family_ul2
    use diagnostics, only: diagnostics_t, place_t
    use deck_cards, only: deck_t, complain
    use card_values, only: given, parameter_text, parameter_word, parameter_place, value_place, field_given, &
@@ -121,6 +122,11 @@ contains
             end if
             model%mesh%section(elements(i)) = n
          end do
+         if (parameter_word(deck, card, 'SECTION') /= 'INEXTENSIBLE') cycle
+         i = findloc(model%mesh%family(elements), family_ul2, 1)
+         if (i > 0) call complain(deck, diagnostics, card, parameter_place(deck, card, 'SECTION'), 'element '// &
+            to_text(model%mesh%element_label(elements(i)))// &
+            ' is UL2, whose force is EA times its stretch; INEXTENSIBLE needs GE elements')
       end do
       model%section = model%section(:n)
       if (.not. (names%mesh_incomplete .or. names%sections_incomplete)) call check_complete(model, diagnostics)
@@ -175,19 +181,25 @@ contains
       section%expansion = material%alpha
    end subroutine section_of_material
 
-   !> SECTION=STIFFNESS: the numbers as they are.
+   !> SECTION=STIFFNESS, INEXTENSIBLE: the numbers as they are.
    subroutine section_of_stiffness(deck, card, section)
       type(deck_t), intent(in) :: deck
       integer, intent(in) :: card
       type(section_t), intent(out) :: section
-      integer :: line
+      integer :: line, before
       line = deck%card(card)%first_line
-      section%ea = field_real(deck, line, 1)
-      section%ei = field_real(deck, line, 2)
-      section%shear_rigid = .not. field_given(deck, line, 3)
-      if (.not. section%shear_rigid) section%ga = field_real(deck, line, 3)
-      section%mass = field_real(deck, line, 4)
-      section%expansion = field_real(deck, line, 5)
+      section%inextensible = parameter_word(deck, card, 'SECTION') == 'INEXTENSIBLE'
+      before = merge(0, 1, section%inextensible)
+      if (section%inextensible) then
+         section%ea = ieee_value(section%ea, ieee_positive_inf)
+      else
+         section%ea = field_real(deck, line, 1)
+      end if
+      section%ei = field_real(deck, line, before + 1)
+      section%shear_rigid = .not. field_given(deck, line, before + 2)
+      if (.not. section%shear_rigid) section%ga = field_real(deck, line, before + 2)
+      section%mass = field_real(deck, line, before + 3)
+      section%expansion = field_real(deck, line, before + 4)
    end subroutine section_of_stiffness
 
    !> Is there an element without a section?

@@ -2,7 +2,7 @@
 module read_supports
    use kinds, only: wp
    use text, only: parse_integer, to_text
-   use model, only: model_t
+   use model, only: model_t, joint_spring_t, complete_joints
    use diagnostics, only: diagnostics_t
    use deck_cards, only: deck_t, complain
    use card_values, only: field_given, field_place, field_text, field_word, field_integer, field_real
@@ -44,17 +44,24 @@ contains
    subroutine read_spring_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names           !! with the mesh
-      type(model_t), intent(inout) :: model             !! with the supports; gets spring
+      type(model_t), intent(inout) :: model             !! with the supports; gets spring and joint_spring
       type(diagnostics_t), intent(inout) :: diagnostics
-      integer, allocatable :: nodes(:)
+      integer, allocatable :: nodes(:), other(:)
       integer :: card, line, i, dof
       character(:), allocatable :: problem
       allocate (model%spring(3, model%mesh%n_nodes), source=0.0_wp)
+      call complete_joints(model)
       do card = 1, deck%n_cards
          if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'SPRING') cycle
          do line = deck%card(card)%first_line, deck%card(card)%last_line
             if (.not. deck%data_line(line)%sound) cycle
             call find_nodes(deck, names, diagnostics, line, 1, nodes)
+            if (allocated(other)) deallocate (other)
+            allocate (other(0))
+            if (field_given(deck, line, 4)) then
+               call find_nodes(deck, names, diagnostics, line, 4, other)
+               if (size(other) == 0) cycle
+            end if
             dof = findloc(dof_number, field_integer(deck, line, 2), 1)
             if (dof == 0) then
                call complain(deck, diagnostics, card, field_place(deck, line, 2), &
@@ -66,9 +73,20 @@ contains
                if (.not. names%mesh_incomplete) then
                   if (.not. names%connected(nodes(i))) problem = 'belongs to no element'
                end if
-               if (model%fixed(dof, nodes(i))) problem = 'is supported in this degree of freedom already'
+               if (size(other) == 0) then
+                  if (model%fixed(dof, nodes(i))) problem = 'is supported in this degree of freedom already'
+               else
+                  if (nodes(i) == other(1)) problem = 'is the second node, too'
+                  if (all(model%fixed(dof, [nodes(i), other(1)]))) problem = 'is supported in this degree of freedom, and the '// &
+                     'second node, too'
+                  if (.not. (names%mesh_incomplete .or. names%connected(other(1)))) problem = 'has a spring to a node of no element'
+               end if
                if (problem == '') then
-                  model%spring(dof, nodes(i)) = model%spring(dof, nodes(i)) + field_real(deck, line, 3)
+                  if (size(other) == 0) then
+                     model%spring(dof, nodes(i)) = model%spring(dof, nodes(i)) + field_real(deck, line, 3)
+                  else
+                     model%joint_spring = [model%joint_spring, joint_spring_t([nodes(i), other(1)], dof, field_real(deck, line, 3))]
+                  end if
                   cycle
                end if
                call complain(deck, diagnostics, card, field_place(deck, line, 1), 'node '// &

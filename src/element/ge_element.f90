@@ -23,7 +23,7 @@ module ge_element
    use inner_forces, only: inner_forces_t
    implicit none
    private
-   public :: ge_compliance, ge_stiffness_t, ge_load_t, ge_evaluate, ge_end_forces, ge_interior, ge_directions, &
+   public :: ge_compliance, forbid_stretch, ge_stiffness_t, ge_load_t, ge_evaluate, ge_end_forces, ge_interior, ge_directions, &
       & ge_direction_changes, ge_direction_rates, ge_size, ge_columns
 
    integer, parameter :: max_unknowns = 3 * max_stages
@@ -34,6 +34,7 @@ module ge_element
       real(wp) :: axial = 0.0_wp   !! 1/EA
       real(wp) :: bending = 0.0_wp !! 1/EI
       real(wp) :: shear = 0.0_wp   !! 1/GA, exactly zero for shear-rigid rods
+      real(wp) :: give = 0.0_wp    !! what the tangent takes for 1/EA where this is zero: a straight element has none without
    end type ge_stiffness_t
 
    !> Element load at the present load factor, and its derivative with respect to it.
@@ -69,6 +70,15 @@ contains
       if (.not. shear_rigid) compliance%shear = 1.0_wp / ga
       if (stages == 1) compliance%shear = compliance%shear + h**2 / (12.0_wp * ei)
    end function ge_compliance
+
+   !> Makes an element inextensible. Its tangent stretches by such a part of what bending gives that rounding by the stiffness which
+   !> is left, and what a solution with that tangent leaves of the stretch, are alike.
+   pure subroutine forbid_stretch(compliance, size)
+      type(ge_stiffness_t), intent(inout) :: compliance
+      real(wp), intent(in) :: size             !! of the structure
+      compliance%axial = 0.0_wp
+      compliance%give = sqrt(epsilon(size)) * size**2 * compliance%bending
+   end subroutine forbid_stretch
 
    !> Forces at both ends, condensed tangent and the operator that updates the stored unknowns.
    !>
@@ -247,6 +257,13 @@ contains
 
       ! Condensation: the end conditions give the increments of n and m at the first end.
       flexibility = dend(:, by_nx:by_m)
+      if (compliance%give > 0.0_wp) then
+         do i = 1, s
+            t = [cos(angle(i) + phi(i)), sin(angle(i) + phi(i))]
+            flexibility(1:2, 1) = flexibility(1:2, 1) + (hc * tab%b(i) * compliance%give * t(1)) * t
+            flexibility(1:2, 2) = flexibility(1:2, 2) + (hc * tab%b(i) * compliance%give * t(2)) * t
+         end do
+      end if
       ends = 0.0_wp
       do i = 1, 3
          ends(i, i) = -1.0_wp

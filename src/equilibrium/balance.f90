@@ -7,6 +7,7 @@ module balance
       & is_stress_free
    use contact_set, only: gap_tolerance
    use force_law, only: law_reaction
+   use tied_nodes, only: turned_arm
    use node_loads, only: node_push_t, dead_node_load, node_pushes
    use section_forces, only: end_forces
    use span_forces, only: span_totals, end_force
@@ -89,6 +90,7 @@ contains
       call measure_contact(problem, state, at, scale, middle, accuracy, total, left)
       if (problem%ground%chain%n > 0) call add_foundations()
       if (problem%spans) call add_spans()
+      call add_joints()
       accuracy%force = scale
       call note_worst(accuracy%force_balance, beyond(norm2(total(1:2)), noise) / scale, at)
       call note_worst(accuracy%moment_balance, beyond(abs(total(3)), noise * size_) / (scale * size_), at)
@@ -99,6 +101,44 @@ contains
          & node=problem%model%mesh%node_label(node))
 
    contains
+
+      !> Forces of springs between nodes, and of ties: each keeps its own component in balance and acts on what this follows.
+      subroutine add_joints()
+         real(wp) :: push, arm(2)
+         integer :: i, k
+         do i = 1, size(problem%model%joint_spring)
+            associate (spring => problem%model%joint_spring(i), at => problem%model%joint_spring(i)%component)
+               push = spring%stiffness * (state%u(at, spring%node(2)) - state%u(at, spring%node(1)))
+               call act(spring%node(1), at, push)
+               call act(spring%node(2), at, -push)
+            end associate
+         end do
+         do i = size(problem%model%tie), 1, -1
+            associate (tie => problem%model%tie(i))
+               push = left(tie%component, tie%node)
+               call act(tie%node, tie%component, push)
+               do k = 1, size(tie%of)
+                  call act(tie%of(k), tie%part(k), -tie%factor(k) * push)
+               end do
+               if (tie%turner == 0 .or. tie%component == 3) cycle
+               arm = turned_arm(tie, state%u(3, tie%turner))
+               call act(tie%turner, 3, -push * merge(-arm(2), arm(1), tie%component == 1))
+            end associate
+         end do
+      end subroutine add_joints
+
+      !> A force or moment on a node. Where there is a support this answers with the same.
+      subroutine act(on, component, push)
+         integer, intent(in) :: on, component
+         real(wp), intent(in) :: push
+         real(wp) :: f(3)
+         left(component, on) = left(component, on) - push
+         if (problem%model%fixed(component, on)) return
+         f = 0.0_wp
+         f(component) = push
+         x = node_position(state, on) - middle
+         total = total + [f(1:2), f(3) + x(1) * f(2) - x(2) * f(1)]
+      end subroutine act
 
       !> Forces of contact spans, and what their nodes are out of balance by besides these.
       subroutine add_spans()

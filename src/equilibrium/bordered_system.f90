@@ -11,6 +11,8 @@ module bordered_system
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use linear_system, only: system_t, assemble, to_node, to_global
+   use tied_nodes, only: spread_force
+   use axial_rigidity, only: rigidity_rounds, stretched, shrinking_forces
    use band_matrix, only: band_times, factorise, solve_factored
    use active_coupling, only: factor_excess, add_excess_response
    use timing, only: timers_t, timing_start, timing_stop, count_up, phase_factorisation, phase_solution, &
@@ -42,19 +44,55 @@ contains
       call timing_stop(timers, phase_factorisation)
       system%ok = .true.
       call solve_constrained(system, system%load, system%rate, system%tangent, timers)
+      system%tangent_stretch = 0.0_wp
+      call take_back_stretches(system, 1.0_wp, system%tangent_stretch, system%tangent, timers)
       system%negative_pivots = system%factor%negative_pivots + system%coupling%negative_pivots
    end subroutine factor_system
 
    !> Response to forces at a fixed load factor; constraints hold.
-   subroutine solve_effective(system, rhs, x, timers)
+   subroutine solve_effective(system, rhs, x, timers, stretch)
       type(system_t), intent(in) :: system     !! factored
       real(wp), intent(in) :: rhs(:)           !! (n) node axes; entries of fixed unknowns do not count
       real(wp), intent(out) :: x(:)            !! (n)
       type(timers_t), intent(inout) :: timers
-      real(wp) :: held(system%n)
+      real(wp), intent(out), optional :: stretch(:, :) !! (2, inextensible elements) what was given back to them
+      real(wp) :: held(system%n), given(2, system%rigidity%n)
       held = 0.0_wp
       call solve_constrained(system, rhs, held, x, timers)
+      given = 0.0_wp
+      call take_back_stretches(system, 0.0_wp, given, x, timers)
+      if (present(stretch)) stretch = given
    end subroutine solve_effective
+
+   !> Corrects a solution by what the tangent stretches where rods cannot (axial_rigidity).
+   subroutine take_back_stretches(system, load, stretch, x, timers)
+      type(system_t), intent(in) :: system     !! factored
+      real(wp), intent(in) :: load             !! load factor of the solution
+      real(wp), intent(inout) :: stretch(:, :) !! (2, inextensible elements) 0 on entry
+      real(wp), intent(inout) :: x(:)          !! (n) solution by the factored tangent
+      type(timers_t), intent(inout) :: timers
+      real(wp) :: first(system%n), force(system%n), held(system%n)
+      integer :: round
+      if (system%rigidity%n == 0) return
+      first = x
+      held = 0.0_wp
+      do round = 1, rigidity_rounds
+         call stretched(system%rigidity, x, load, stretch)
+         call shrinking_forces(system%rigidity, stretch, force)
+         call solve_constrained(system, force, held, x, timers)
+         x = first + x
+      end do
+      ! Nothing moves where all that did was stretch.
+      if (is_rounding(3) .and. is_rounding(1) .and. is_rounding(2)) x = 0.0_wp
+
+   contains
+
+      !> True when a component of all nodes is what cancellation leaves of it.
+      pure logical function is_rounding(component)
+         integer, intent(in) :: component
+         is_rounding = maxval(abs(x(component::3))) <= sqrt(epsilon(x)) * maxval(abs(first(component::3)))
+      end function is_rounding
+   end subroutine take_back_stretches
 
    !> x = K^-1 rhs with the fixed unknowns at their prescribed values.
    subroutine solve_constrained(system, rhs, prescribed, x, timers)
@@ -85,11 +123,13 @@ contains
       type(system_t), intent(inout) :: system
       real(wp), intent(in) :: row(:, :)    !! (3, nodes) in global axes
       real(wp), intent(in) :: corner
-      integer :: node, d
+      real(wp) :: part(3)
+      integer :: node
+      system%path_row = 0.0_wp
       do node = 1, size(row, 2)
-         d = dof(problem, node, 1)
-         system%path_row(d:d + 2) = row(:, node)
-         call to_node(system, node, system%path_row(d:d + 2))
+         part = row(:, node)
+         call to_node(system, node, part)
+         call spread_force(problem, system%tie_block, node, part, system%path_row)
       end do
       system%path_corner = corner
    end subroutine set_path_row
@@ -134,6 +174,11 @@ contains
             rate(:z, e) = rate(:z, e) + system%op(:z, k, e) * du(k)
          end do
          rate(:z, e) = rate(:z, e) + system%op(:z, 8, e) * y
+      end do
+      do k = 1, system%rigidity%n
+         e = system%rigidity%element(k)
+         z = problem%z_size(e)
+         rate(:z, e) = rate(:z, e) + matmul(system%op(:z, 4:5, e), y * system%tangent_stretch(:, k))
       end do
    end function resultant_rates
 

@@ -1,7 +1,8 @@
 !> Products with the sum of element matrices, more accurate than those with the assembled band.
 module element_products
    use kinds, only: wp
-   use problem, only: problem_t, dof
+   use problem, only: problem_t
+   use tied_nodes, only: node_unknowns, spread_force
    use linear_system, only: system_t, to_global, turn_pair
    implicit none
    private
@@ -21,21 +22,21 @@ contains
       real(wp), intent(in) :: x(:)             !! (n) node axes
       real(wp), intent(out) :: y(:)            !! (n) their sum times x
       real(wp), intent(out) :: form            !! x^T y
-      real(wp) :: relative(6), force(6), held(6), moved(2), u(3), stretch(3), pair(2)
-      integer :: e, i, d(2), node(2)
+      real(wp) :: relative(6), force(6), held(6), moved(2), u(3), stretch(3), pair(2), own(3)
+      integer :: e, i, node(2)
       form = 0.0_wp
       y = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
          node = problem%model%mesh%node(:, e)
          u = to_global(problem, system, x, node(1))
          do i = 1, 2
-            d(i) = dof(problem, node(i), 1)
+            own = node_unknowns(problem, system%tie_block, node(i), x)
             moved = u(1:2)
             if (system%turned(node(i))) call turn_pair(system%axis(:, node(i)), moved)
             ! What moves without turning turns against the track of a contact span.
-            relative(3 * i - 2:3 * i) = x(d(i):d(i) + 2) - [moved, -system%roll(node(i)) * moved(1)]
+            relative(3 * i - 2:3 * i) = own - [moved, -system%roll(node(i)) * moved(1)]
             ! On a track a translation is none.
-            if (problem%conforms(e) > 0) relative(3 * i - 2:3 * i) = x(d(i):d(i) + 2)
+            if (problem%conforms(e) > 0) relative(3 * i - 2:3 * i) = own
          end do
          force = matmul(k(:, :, e), relative)
          form = form + dot_product(relative, force)
@@ -59,8 +60,9 @@ contains
                force(3 * i - 2:3 * i - 1) = force(3 * i - 2:3 * i - 1) + pair
             end do
          end if
-         y(d(1):d(1) + 2) = y(d(1):d(1) + 2) + force(1:3)
-         y(d(2):d(2) + 2) = y(d(2):d(2) + 2) + force(4:6)
+         do i = 1, 2
+            call spread_force(problem, system%tie_block, node(i), force(3 * i - 2:3 * i), y)
+         end do
       end do
    end subroutine apply_elements
 end module element_products

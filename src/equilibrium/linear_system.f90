@@ -6,21 +6,25 @@
 !> band is in bordered_system.
 module linear_system
    use kinds, only: wp
+   use model, only: joint_spring_t
    use problem, only: problem_t, dof
-   use rod_state, only: state_t, element_load, candidate_gap, closing_rate, may_react, parallel
+   use rod_state, only: state_t, element_displacement, element_load, candidate_gap, closing_rate, may_react, parallel
    use node_loads, only: node_push_t, dead_node_load, node_pushes
    use force_law, only: law_reaction
-   use ge_element, only: ge_load_t, ge_columns
+   use ge_element, only: ge_directions, ge_load_t, ge_columns
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
    use conforming_span, only: track_rotation, track_bend_rate, touchdown_spring, touchdown_couple
    use inner_forces, only: inner_forces_t
    use band_matrix, only: band_t, factor_t, new_band
+   use gauss_tableau, only: max_stages
    use active_coupling, only: active_coupling_t, set_active, coupled_answer, add_forces, excess_row
+   use tied_nodes, only: set_blocks, tie_value, tie_swing, node_unknowns, spread_force, add_matrix
+   use axial_rigidity, only: rigidity_t, new_rigidity
    use timing, only: timers_t, timing_start, timing_stop, phase_elements, phase_assembly
    implicit none
    private
-   public :: system_t, new_system, assemble, sum_elements, contact_tangent, spring_tangent, &
+   public :: system_t, new_system, assemble, sum_elements, contact_tangent, spring_tangent, add_swings, apply_joints, &
       & matrix_to_node, turn_pair, to_node, to_global, row_times, contact_reaction, worst_round_off
 
    real(wp), parameter :: worst_round_off = 1.0e-6_wp !! a residual above it is no equilibrium, whatever its reason
@@ -41,6 +45,10 @@ module linear_system
       logical, allocatable :: turned(:)         !! (nodes) the axes differ from the global ones
       real(wp), allocatable :: roll(:)          !! (nodes) rotation per displacement along the first axis that the third unknown
       !! does not count: the curvature of the track of a contact span
+      real(wp), allocatable :: tie_block(:, :, :) !! see tied_nodes
+      type(rigidity_t) :: rigidity              !! inextensible elements
+      real(wp), allocatable :: tangent_stretch(:, :) !! (2, inextensible elements) what is given back to them in `tangent`
+      real(wp), allocatable :: swing(:)         !! (ties) what their forces add to the stiffness against rotation of their turners
       ! Contact, one entry a candidate.
       real(wp), allocatable :: gap(:), normal(:, :), bend(:)
       real(wp), allocatable :: opening(:)       !! gap to the surface as other reactions have settled it
@@ -91,6 +99,10 @@ contains
       allocate (system%axis(2, nodes), source=0.0_wp)
       allocate (system%turned(nodes), source=.false.)
       allocate (system%roll(nodes), source=0.0_wp)
+      allocate (system%tie_block(3, 3, size(problem%ties%of)), source=0.0_wp)
+      system%rigidity = new_rigidity(problem)
+      allocate (system%tangent_stretch(2, system%rigidity%n), source=0.0_wp)
+      allocate (system%swing(size(problem%model%tie)), source=0.0_wp)
       allocate (system%ek(6, 6, elements), system%ef(6, elements), system%eraw(6, elements), system%el(6, elements))
       allocate (system%op(z, ge_columns, elements))
       allocate (system%grip(elements), source=0)
@@ -151,11 +163,16 @@ contains
       end do
       call set_coupling(problem, state, system)
       call set_constraints(problem, state, system)
+      call set_blocks(problem, state%u, system%turned, system%axis, system%roll, system%tie_block)
       call sum_elements(problem, system)
+      call set_rigidity(problem, state, system)
       call add_node_loads(problem, state, system)
       call add_node_pushes(problem, state, system)
       call add_springs(problem, state, system)
+      call add_joint_springs(problem, state, system)
       call add_contact(problem, state, system)
+      call set_swings(problem, state, system)
+      call add_swings(problem, system, system%swing, system%k)
       call measure_residual(problem, state, system)
       system%defect_residual = max(worst(1), worst(2) / system%force_scale, worst(3) / problem%size)
       call timing_stop(timers, phase_assembly)
@@ -218,6 +235,13 @@ contains
                system%value(d) = target - state%u(i, node)
                system%rate(d) = step%displacement(i, node)
             end do
+         end do
+         do i = 1, size(problem%model%tie)
+            associate (tie => problem%model%tie(i))
+               d = dof(problem, tie%node, tie%component)
+               system%fixed(d) = .true.
+               system%value(d) = tie_value(tie, state%u) - state%u(tie%component, tie%node)
+            end associate
          end do
          first = 0
          system%partner = 0
@@ -328,6 +352,14 @@ contains
             if (system%turned(node(i))) call turn_element(system%axis(:, node(i)), system%roll(node(i)), 3 * i - 2, &
                & system%ek(:, :, e), system%ef(:, e), system%eraw(:, e), system%el(:, e))
          end do
+         if (any(problem%ties%follows(node))) then
+            do i = 1, 2
+               call spread_force(problem, system%tie_block, node(i), system%ef(3 * i - 2:3 * i, e), system%residual)
+               call spread_force(problem, system%tie_block, node(i), system%el(3 * i - 2:3 * i, e), system%load)
+            end do
+            call add_matrix(problem, system%tie_block, node, system%ek(:, :, e), system%k)
+            cycle
+         end if
          do a = 1, 2
             system%residual(p(a) + 1:p(a) + 3) = system%residual(p(a) + 1:p(a) + 3) + system%ef(3 * a - 2:3 * a, e)
             system%load(p(a) + 1:p(a) + 3) = system%load(p(a) + 1:p(a) + 3) + system%el(3 * a - 2:3 * a, e)
@@ -393,15 +425,14 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
-      integer :: node, d
+      integer :: node
       real(wp) :: load(3), rate(3)
       do node = 1, problem%model%mesh%n_nodes
          call dead_node_load(problem, state, node, load, rate)
          call to_node(system, node, load)
          call to_node(system, node, rate)
-         d = dof(problem, node, 1)
-         system%residual(d:d + 2) = system%residual(d:d + 2) - load
-         system%load(d:d + 2) = system%load(d:d + 2) + rate
+         call spread_force(problem, system%tie_block, node, -load, system%residual)
+         call spread_force(problem, system%tie_block, node, rate, system%load)
       end do
    end subroutine add_node_loads
 
@@ -411,21 +442,16 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
       type(node_push_t), allocatable :: push(:)
-      integer :: n, d, i, j
+      integer :: n
       push = node_pushes(problem, state)
       do n = 1, size(push)
          system%ok = system%ok .and. push(n)%sound
-         d = dof(problem, push(n)%node, 1)
          call to_node(system, push(n)%node, push(n)%force)
          call to_node(system, push(n)%node, push(n)%rate)
          call matrix_to_node(system, push(n)%node, push(n)%stiffness)
-         system%residual(d:d + 2) = system%residual(d:d + 2) - push(n)%force
-         system%load(d:d + 2) = system%load(d:d + 2) + push(n)%rate
-         do j = 1, 3
-            do i = j, 3
-               system%k%a(1 + i - j, d + j - 1) = system%k%a(1 + i - j, d + j - 1) + push(n)%stiffness(i, j)
-            end do
-         end do
+         call spread_force(problem, system%tie_block, push(n)%node, -push(n)%force, system%residual)
+         call spread_force(problem, system%tie_block, push(n)%node, push(n)%rate, system%load)
+         call add_matrix(problem, system%tie_block, [push(n)%node], push(n)%stiffness, system%k)
       end do
    end subroutine add_node_pushes
 
@@ -434,22 +460,178 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
-      integer :: node, d, i, j
-      real(wp) :: k(3, 3), force(3)
+      integer :: node
+      real(wp) :: force(3)
       do node = 1, problem%model%mesh%n_nodes
          if (.not. any(problem%spring(:, node) > 0.0_wp)) cycle
-         d = dof(problem, node, 1)
          force = problem%spring(:, node) * state%u(:, node)
          call to_node(system, node, force)
-         system%residual(d:d + 2) = system%residual(d:d + 2) + force
-         k = spring_tangent(problem, system, node)
-         do j = 1, 3
-            do i = j, 3
-               system%k%a(1 + i - j, d + j - 1) = system%k%a(1 + i - j, d + j - 1) + k(i, j)
-            end do
-         end do
+         call spread_force(problem, system%tie_block, node, force, system%residual)
+         call add_matrix(problem, system%tie_block, [node], spring_tangent(problem, system, node), system%k)
       end do
    end subroutine add_springs
+
+   !> Springs between two nodes, which follow the difference of their displacements.
+   subroutine add_joint_springs(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system
+      real(wp) :: k(6, 6), row(6), force
+      integer :: i, j
+      do i = 1, size(problem%model%joint_spring)
+         associate (spring => problem%model%joint_spring(i))
+            row = joint_row(system, spring)
+            force = spring%stiffness * (state%u(spring%component, spring%node(2)) - state%u(spring%component, spring%node(1)))
+            do j = 1, 2
+               call spread_force(problem, system%tie_block, spring%node(j), force * row(3 * j - 2:3 * j), system%residual)
+            end do
+            do j = 1, 6
+               k(:, j) = (spring%stiffness * row(j)) * row
+            end do
+            call add_matrix(problem, system%tie_block, spring%node, k, system%k)
+         end associate
+      end do
+   end subroutine add_joint_springs
+
+   !> The stretch of a spring between two nodes by increments of these (node_unknowns).
+   pure function joint_row(system, spring) result(row)
+      type(system_t), intent(in) :: system     !! gives the axes
+      type(joint_spring_t), intent(in) :: spring
+      real(wp) :: row(6)
+      integer :: j
+      row = 0.0_wp
+      row(spring%component) = -1.0_wp
+      row(3 + spring%component) = 1.0_wp
+      do j = 1, 2
+         call to_node(system, spring%node(j), row(3 * j - 2:3 * j))
+      end do
+   end function joint_row
+
+   !> The maps of inextensible elements, from their tangents in node axes.
+   subroutine set_rigidity(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system
+      real(wp) :: part(3, 3), t(2, max_stages), axes(2, 2)
+      integer :: i, j, e, n, b, k, s
+      do i = 1, system%rigidity%n
+         e = system%rigidity%element(i)
+         n = system%rigidity%first(i)
+         s = problem%model%mesh%stages(e)
+         associate (rigidity => system%rigidity, g => state%geometry%element(e), tab => problem%tableau(s), ties => problem%ties, &
+            & nodes => problem%model%mesh%node(:, e))
+            call ge_directions(tab, g%length, g%angle, problem%compliance(e), element_load(problem, state, e), &
+               & element_displacement(problem, state, e), state%z(:problem%z_size(e), e), t(:, :s))
+            rigidity%give(:, :, i) = 0.0_wp
+            do j = 1, s
+               t(:, j) = t(:, j) / norm2(t(:, j))
+               do k = 1, 2
+                  rigidity%give(:, k, i) = rigidity%give(:, k, i) + (g%length * g%scale * tab%b(j) * problem%compliance(e)%give * &
+                     & t(k, j)) * t(:, j)
+               end do
+            end do
+            rigidity%shifted(:, :, i) = system%op(1:2, 4:5, e)
+            rigidity%load(:, i) = system%op(1:2, 8, e)
+            axes = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
+            do k = 1, 2
+               if (system%turned(nodes(2))) call turn_pair(system%axis(:, nodes(2)), axes(:, k))
+            end do
+            do j = 1, 2
+               do b = ties%first(nodes(j)), max(ties%first(nodes(j)), ties%first(nodes(j) + 1) - 1)
+                  part = own_axes(system, nodes(j))
+                  if (ties%follows(nodes(j))) part = system%tie_block(:, :, b)
+                  rigidity%force(:, n:n + 2) = matmul(system%op(1:2, 3 * j - 2:3 * j, e), part)
+                  rigidity%push(:, n:n + 2) = transpose(matmul(system%ek(3 * j - 2:3 * j, 4:5, e), axes))
+                  if (ties%follows(nodes(j))) rigidity%push(:, n:n + 2) = matmul(rigidity%push(:, n:n + 2), part)
+                  n = n + 3
+               end do
+            end do
+         end associate
+      end do
+   end subroutine set_rigidity
+
+   !> Displacements and rotation of a node by its unknowns.
+   pure function own_axes(system, node) result(matrix)
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: node
+      real(wp) :: matrix(3, 3)
+      matrix = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
+      if (.not. system%turned(node)) return
+      associate (a => system%axis(:, node))
+         matrix(1:2, 1) = a
+         matrix(1:2, 2) = [-a(2), a(1)]
+         matrix(3, 1) = system%roll(node)
+      end associate
+   end function own_axes
+
+   !> The stiffness of rigid links through their forces.
+   pure subroutine set_swings(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system  !! with the residual, which at a tied component is the force in its tie
+      integer :: i
+      do i = 1, size(system%swing)
+         associate (tie => problem%model%tie(i))
+            system%swing(i) = tie_swing(tie, state%u, system%residual(dof(problem, tie%node, tie%component)))
+         end associate
+      end do
+   end subroutine set_swings
+
+   !> Adds stiffnesses of rigid links to a band.
+   pure subroutine add_swings(problem, system, swing, band)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: swing(:)         !! (ties) as of set_swings
+      type(band_t), intent(inout) :: band
+      real(wp) :: k(3, 3)
+      integer :: i
+      do i = 1, size(swing)
+         if (.not. abs(swing(i)) > 0.0_wp) cycle
+         k = 0.0_wp
+         k(3, 3) = swing(i)
+         call matrix_to_node(system, problem%model%tie(i)%turner, k)
+         call add_matrix(problem, system%tie_block, [problem%model%tie(i)%turner], k, band)
+      end do
+   end subroutine add_swings
+
+   !> Products of springs between nodes and of rigid links with a vector.
+   pure subroutine apply_joints(problem, system, swing, springs, x, y, form)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: swing(:)         !! (ties) as of set_swings
+      logical, intent(in) :: springs           !! true: with the springs
+      real(wp), intent(in) :: x(:)             !! (n) node axes
+      real(wp), intent(inout) :: y(:)          !! (n) their products are added
+      real(wp), intent(inout) :: form          !! and x^T times these
+      real(wp) :: row(6), du(3), stretch
+      integer :: i, j
+      do i = 1, size(swing)
+         if (.not. abs(swing(i)) > 0.0_wp) cycle
+         associate (node => problem%model%tie(i)%turner)
+            row(:3) = [0.0_wp, 0.0_wp, 1.0_wp]
+            call to_node(system, node, row(:3))
+            du = node_unknowns(problem, system%tie_block, node, x)
+            stretch = dot_product(row(:3), du)
+            call spread_force(problem, system%tie_block, node, (swing(i) * stretch) * row(:3), y)
+            form = form + swing(i) * stretch**2
+         end associate
+      end do
+      if (.not. springs) return
+      do i = 1, size(problem%model%joint_spring)
+         associate (spring => problem%model%joint_spring(i))
+            row = joint_row(system, spring)
+            stretch = 0.0_wp
+            do j = 1, 2
+               stretch = stretch + dot_product(row(3 * j - 2:3 * j), &
+                  & node_unknowns(problem, system%tie_block, spring%node(j), x))
+            end do
+            do j = 1, 2
+               call spread_force(problem, system%tie_block, spring%node(j), (spring%stiffness * stretch) * row(3 * j - 2:3 * j), y)
+            end do
+            form = form + spring%stiffness * stretch**2
+         end associate
+      end do
+   end subroutine apply_joints
 
    !> Stiffness of a node's springs in the node's axes.
    pure function spring_tangent(problem, system, node) result(k)
@@ -486,27 +668,26 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
-      integer :: c, d, j
+      integer :: c, d
       real(wp) :: force(2), k(3, 3), motion(3), normal(3)
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
          associate (node => problem%candidates%node(c))
             d = dof(problem, node, 1)
             call contact_tangent(problem, state, system, c, force, k)
-            if (system%soft(c)) system%residual(d:d + 1) = system%residual(d:d + 1) - force
+            if (system%soft(c)) call spread_force(problem, system%tie_block, node, -[force, 0.0_wp], system%residual)
             if (problem%candidates%touch(c) > 0 .and. .not. problem%candidates%follows(c)) then
                system%residual(d + 2) = system%residual(d + 2) + touchdown_couple(problem, state, c)
             end if
-            do j = 1, 3
-               system%k%a(1:4 - j, d + j - 1) = system%k%a(1:4 - j, d + j - 1) + k(j:3, j)
-            end do
+            call add_matrix(problem, system%tie_block, [node], k, system%k)
             motion = [system%motion(:, c), 0.0_wp]
             normal = [system%normal(:, c), 0.0_wp]
             if (system%turned(node)) call turn_pair(system%axis(:, node), motion(1:2))
             if (system%turned(node)) call turn_pair(system%axis(:, node), normal(1:2))
             motion(3) = -system%roll(node) * motion(1)
+            call spread_force(problem, system%tie_block, node, &
+               & matmul(k, motion) + (system%spring(c) * system%closing(c)) * normal, system%load)
          end associate
-         system%load(d:d + 2) = system%load(d:d + 2) + matmul(k, motion) + (system%spring(c) * system%closing(c)) * normal
       end do
       call place_coupling(problem, system)
    end subroutine add_contact
@@ -578,8 +759,8 @@ contains
       do e = 1, problem%model%mesh%n_elements
          do i = 1, 2
             node = problem%model%mesh%node(i, e)
-            d = dof(problem, node, 1)
-            system%raw(d:d + 2) = system%raw(d:d + 2) + (system%eraw(3 * i - 2:3 * i, e) - system%ef(3 * i - 2:3 * i, e))
+            call spread_force(problem, system%tie_block, node, system%eraw(3 * i - 2:3 * i, e) - system%ef(3 * i - 2:3 * i, e), &
+               & system%raw)
          end do
          scale = max(scale, maxval(abs(system%eraw(1:2, e))), maxval(abs(system%eraw(4:5, e))), &
             & abs(system%eraw(3, e)) / problem%size, abs(system%eraw(6, e)) / problem%size)
@@ -589,6 +770,12 @@ contains
       scale = max(scale, maxval(abs(state%reaction), mask=state%active))
       scale = max(scale, maxval(problem%spring(1:2, :) * abs(state%u(1:2, :))), &
          & maxval(problem%spring(3, :) * abs(state%u(3, :))) / problem%size)
+      do e = 1, size(problem%model%joint_spring)
+         associate (spring => problem%model%joint_spring(e))
+            scale = max(scale, spring%stiffness * maxval(abs(state%u(spring%component, spring%node))) / &
+               & merge(problem%size, 1.0_wp, spring%component == 3))
+         end associate
+      end do
       ! Loads of several steps may cancel; what is left is known to the rounding of the parts.
       associate (rate => problem%model%step(problem%step)%load)
          scale = max(scale, maxval(abs(problem%constant%node_force(1:2, :))), &
@@ -634,6 +821,11 @@ contains
       noise = maxval([problem%ground%stiffest, system%spring]) * merge(moved, problem%size, problem%resting)
       system%gap_noise = 2.0_wp * epsilon(noise) * noise / scale
       noise = max(noise, moved * maxval(problem%spring(1:2, :)), moved * maxval(problem%spring(3, :)) / problem%size**2)
+      do e = 1, size(problem%model%joint_spring)
+         associate (spring => problem%model%joint_spring(e))
+            noise = max(noise, moved * spring%stiffness / merge(problem%size**2, 1.0_wp, spring%component == 3))
+         end associate
+      end do
       do e = 1, problem%model%mesh%n_elements
          rod => rod_at(problem, e)
          noise = max(noise, rod%force_noise(problem, state, e, moved))
@@ -666,9 +858,9 @@ contains
       integer, intent(in) :: node
       real(wp) :: du(3)
       integer :: d
-      d = dof(problem, node, 1)
-      du = x(d:d + 2)
+      du = node_unknowns(problem, system%tie_block, node, x)
       if (.not. system%turned(node)) return
+      d = dof(problem, node, 1)
       associate (a => system%axis(:, node))
          du(1:2) = [a(1) * x(d) - a(2) * x(d + 1), a(2) * x(d) + a(1) * x(d + 1)]
          du(3) = du(3) + system%roll(node) * x(d)

@@ -4,12 +4,13 @@
 !> working mesh. What the deck asks for belongs to material points: a stretch of its layout and a coordinate there.
 module problem
    use kinds, only: wp
-   use model, only: model_t, load_t, family_ge, new_load
+   use model, only: model_t, load_t, family_ge, new_load, complete_joints
    use rod_layout, only: layout_t, new_layout
    use remeshed_model, only: division_t, new_remeshed_model
    use numbering, only: numbering_t, new_numbering
+   use tie_pattern, only: tie_pattern_t, new_tie_pattern, coupled_pairs
    use gauss_tableau, only: tableau_t, max_stages, new_tableau
-   use ge_element, only: ge_stiffness_t, ge_compliance, ge_size
+   use ge_element, only: ge_stiffness_t, ge_compliance, forbid_stretch, ge_size
    use ul2_element, only: ul2_size
    use rod_geometry, only: geometry_t, new_geometry
    use reference_curve, only: curve_length
@@ -35,6 +36,7 @@ module problem
       !! elements in this order: along(i) = i
       integer, allocatable :: mesh_node(:)               !! (deck's nodes) node of a breakpoint, 0: it is none
       type(numbering_t) :: numbering
+      type(tie_pattern_t) :: ties                        !! what follows other nodes, and which
       type(candidates_t) :: candidates                   !! of contact at nodes
       type(coupling_t) :: coupling                       !! how obstacles carry load from candidate to candidate
       type(ground_t) :: ground                           !! foundations that act inside elements
@@ -184,7 +186,10 @@ contains
       integer :: e, i, k
       real(wp) :: softest
       associate (model => problem%model)
-         problem%numbering = new_numbering(model%mesh, any(model%fixed, 1))
+         call complete_joints(model)
+         problem%ties = new_tie_pattern(model%tie, model%mesh%n_nodes)
+         problem%numbering = new_numbering(model%mesh, any(model%fixed, 1), &
+            & coupled_pairs(model%mesh, problem%ties, model%joint_spring))
          do i = 1, max_stages
             problem%tableau(i) = new_tableau(i)
          end do
@@ -212,6 +217,7 @@ contains
             associate (section => model%section(model%mesh%section(e)))
                problem%compliance(e) = ge_compliance(model%mesh%stages(e), home%element(e)%length, section%ea, section%ei, &
                   & section%ga, section%shear_rigid)
+               if (section%inextensible) call forbid_stretch(problem%compliance(e), problem%size)
                softest = min(softest, section%ei)
             end associate
             if (model%mesh%family(e) == family_ge) &

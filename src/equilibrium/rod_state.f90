@@ -186,15 +186,16 @@ contains
       opening = opening + settlement(problem%coupling, candidate, state%reaction)
    end function candidate_opening
 
-   !> False where a support of the node takes all that a rigid obstacle of this normal could push. A foundation answers to its
-   !> gap, whatever holds the node.
+   !> False where a support of the node takes all that a rigid obstacle of this normal could push, and where the node follows
+   !> another one: that has the contact. A foundation answers to its gap, whatever holds the node.
    pure logical function may_react(problem, candidate, normal)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
       real(wp), intent(in) :: normal(2)
       real(wp), parameter :: grazing = 1.0e-6_wp
       associate (fixed => problem%model%fixed(1:2, problem%candidates%node(candidate)))
-         may_react = any(.not. fixed .and. abs(normal) > grazing) .or. &
+         may_react = (any(.not. fixed .and. abs(normal) > grazing) .and. &
+            & .not. any(problem%ties%tied(1:2, problem%candidates%node(candidate)))) .or. &
             & .not. problem%model%obstacle(problem%candidates%obstacle(candidate))%rigid
       end associate
    end function may_react

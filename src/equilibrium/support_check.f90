@@ -5,6 +5,8 @@ module support_check
    use kinds, only: wp
    use text, only: to_text
    use problem, only: problem_t
+   use tied_nodes, only: turned_arm
+   use small_dense, only: dependent_row
    use rod_state, only: state_t, node_position, chain_gap, candidate_gap
    implicit none
    private
@@ -12,94 +14,149 @@ module support_check
 
 contains
 
-   !> Names a part that can move as a rigid body; '' when all are held. Joints between rods are rigid, so three
-   !> independent constraints on displacements or rotation hold a part.
+   !> Names a part that can move as a rigid body; '' when all are held. Elements and what they share are rigid, so three independent
+   !> constraints on displacements or rotation hold a part, and three times as many hold parts that joints connect. What only
+   !> forces hold, or what begins to resist with a motion's square, can move.
    function unheld_part(problem, state) result(part)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state       !! the start, its contact set included
       character(:), allocatable :: part
-      integer, allocatable :: member(:)
-      real(wp), allocatable :: gram(:, :, :)
-      real(wp) :: gap, normal(2), bend
-      integer :: node, c, k
+      type :: gram_t
+         real(wp), allocatable :: of(:, :)     ! sums of row * row^T
+      end type gram_t
+      type(gram_t), allocatable :: gram(:)     ! (groups)
+      integer, allocatable :: member(:), group(:), place(:)
+      real(wp) :: gap, normal(2), bend, arm(2), value(2)
+      integer :: node, c, i, k, loose
       member = parts(problem)
-      allocate (gram(3, 3, maxval(member)), source=0.0_wp)
+      call group_parts(problem, member, group, place)
+      allocate (gram(maxval(group)))
+      do k = 1, size(gram)
+         i = 3 * count(group == k)
+         allocate (gram(k)%of(i, i), source=0.0_wp)
+      end do
       associate (fixed => problem%model%fixed)
          do node = 1, problem%model%mesh%n_nodes
-            if (fixed(1, node) .or. problem%spring(1, node) > 0.0_wp) call add(node, [1.0_wp, 0.0_wp], 0.0_wp)
-            if (fixed(2, node) .or. problem%spring(2, node) > 0.0_wp) call add(node, [0.0_wp, 1.0_wp], 0.0_wp)
-            if (fixed(3, node) .or. problem%spring(3, node) > 0.0_wp) call add(node, [0.0_wp, 0.0_wp], 1.0_wp)
+            do i = 1, 3
+               if (fixed(i, node) .or. problem%spring(i, node) > 0.0_wp) call add([node], motion(i))
+            end do
          end do
       end associate
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
          call candidate_gap(problem, state, c, gap, normal, bend)
-         call add(problem%candidates%node(c), normal, 0.0_wp)
+         call add([problem%candidates%node(c)], [normal, 0.0_wp])
       end do
       ! A foundation resists where it touches; no sign counts, as for the candidates.
       do c = 1, problem%ground%chain%n
          call chain_gap(problem, state, problem%ground%chain, c, gap, normal, bend)
          if (problem%ground%chain%bilateral(c) .or. gap <= 1.0e-10_wp * problem%size) &
-            & call add(problem%ground%chain%node(c), normal, 0.0_wp)
+            & call add([problem%ground%chain%node(c)], [normal, 0.0_wp])
+      end do
+      do c = 1, size(problem%model%joint_spring)
+         associate (spring => problem%model%joint_spring(c))
+            call add(spring%node, [motion(spring%component), -motion(spring%component)])
+         end associate
+      end do
+      do c = 1, size(problem%model%tie)
+         associate (tie => problem%model%tie(c))
+            if (tie%turner == 0) then
+               call add([tie%node, tie%of], [motion(tie%component), [(-tie%factor(k) * motion(tie%part(k)), k=1, size(tie%of))]])
+            else
+               arm = turned_arm(tie, state%u(3, tie%turner)) / problem%size
+               value = [-arm(2), arm(1)]
+               call add([tie%node, tie%of, tie%turner], [motion(tie%component), [(-tie%factor(k) * motion(tie%part(k)), k=1, &
+                  & size(tie%of))], [0.0_wp, 0.0_wp, -value(tie%component)]])
+            end if
+         end associate
       end do
       part = ''
-      do k = 1, size(gram, 3)
-         if (rank(gram(:, :, k)) == 3) cycle
-         part = 'the part with node '//to_text(problem%model%mesh%node_label(findloc_part(k)))// &
-            & ' can move as a rigid body'
+      do k = 1, size(gram)
+         loose = dependent_row(gram(k)%of)
+         if (loose == 0) cycle
+         ! The first node of the part that the motion without resistance belongs to.
+         node = findloc(group(member) == k .and. place(member) == (loose + 2) / 3, .true., 1)
+         part = 'the part with node '//to_text(problem%model%mesh%node_label(node))//' can move '
+         if (count(group == k) == 1) then
+            part = part//'as a rigid body'
+         else
+            part = part//'without resistance: it and what is joined to it are a mechanism'
+         end if
          return
       end do
 
    contains
 
-      !> Adds the constraint "motion along `direction` plus `turn` times rotation vanishes" of a node.
-      subroutine add(at, direction, turn)
-         integer, intent(in) :: at
-         real(wp), intent(in) :: direction(2), turn
-         real(wp) :: x(2), row(3)
-         integer :: i
-         x = node_position(state, at) / problem%size
-         row = [direction, turn + x(1) * direction(2) - x(2) * direction(1)]
-         do i = 1, 3
-            gram(:, i, member(at)) = gram(:, i, member(at)) + row * row(i)
-         end do
-      end subroutine add
+      !> A displacement or the rotation as a direction.
+      pure function motion(component) result(direction)
+         integer, intent(in) :: component
+         real(wp) :: direction(3)
+         direction = 0.0_wp
+         direction(component) = 1.0_wp
+      end function motion
 
-      !> First node of a part.
-      integer function findloc_part(number)
-         integer, intent(in) :: number
-         do findloc_part = 1, size(member)
-            if (member(findloc_part) == number) return
+      !> Adds the constraint "the sum of directions times motions of some nodes vanishes".
+      subroutine add(nodes, direction)
+         integer, intent(in) :: nodes(:)
+         real(wp), intent(in) :: direction(:)  !! (3 nodes) x, y, rotation times size
+         real(wp) :: x(2), row(3 * maxval(place)), share(3)
+         integer :: i, at, k
+         k = group(member(nodes(1)))
+         row = 0.0_wp
+         do i = 1, size(nodes)
+            x = node_position(state, nodes(i)) / problem%size
+            share = direction(3 * i - 2:3 * i)
+            share(3) = share(3) + x(1) * share(2) - x(2) * share(1)
+            at = 3 * place(member(nodes(i)))
+            row(at - 2:at) = row(at - 2:at) + share
          end do
-      end function findloc_part
+         associate (sums => gram(k)%of)
+            do i = 1, size(sums, 1)
+               if (abs(row(i)) > 0.0_wp) sums(:, i) = sums(:, i) + row(:size(sums, 1)) * row(i)
+            end do
+         end associate
+      end subroutine add
    end function unheld_part
 
-   !> Rank of a symmetric positive semi-definite 3 x 3 matrix by elimination with diagonal pivots.
-   pure integer function rank(matrix)
-      real(wp), intent(in) :: matrix(3, 3)
-      real(wp), parameter :: tolerance = 1.0e-12_wp !! squares of direction cosines: angles of 1e-6 count as parallel
-      real(wp) :: a(3, 3), scale
-      logical :: used(3)
-      integer :: step, p, i
-      a = matrix
-      scale = a(1, 1) + a(2, 2) + a(3, 3)
-      used = .false.
-      rank = 0
-      do step = 1, 3
-         p = 0
-         do i = 1, 3
-            if (used(i)) cycle
-            if (p == 0) p = i
-            if (a(i, i) > a(p, p)) p = i
-         end do
-         if (.not. a(p, p) > tolerance * scale) return
-         used(p) = .true.
-         rank = rank + 1
-         do i = 1, 3
-            if (.not. used(i)) a(i, :) = a(i, :) - a(i, p) / a(p, p) * a(p, :)
-         end do
+   !> Parts that joints connect make groups, and have places in these.
+   subroutine group_parts(problem, member, group, place)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: member(:)                   !! (nodes) part
+      integer, allocatable, intent(out) :: group(:), place(:) !! (parts) both from 1
+      integer :: c, i, n
+      group = [(i, i=1, maxval(member))]
+      do c = 1, size(problem%model%joint_spring)
+         call join(problem%model%joint_spring(c)%node)
       end do
-   end function rank
+      do c = 1, size(problem%model%tie)
+         associate (tie => problem%model%tie(c))
+            call join([tie%node, tie%of, merge(tie%turner, tie%node, tie%turner > 0)])
+         end associate
+      end do
+      allocate (place(size(group)))
+      n = 0
+      do i = 1, size(group)
+         if (group(i) == i) then
+            n = n + 1
+            where (group(i:) == i) group(i:) = -n
+         end if
+         place(i) = count(group(:i) == group(i))
+      end do
+      group = -group
+
+   contains
+
+      !> One group, with the number of its first part.
+      subroutine join(nodes)
+         integer, intent(in) :: nodes(:)
+         integer :: to, j, from
+         to = minval(group(member(nodes)))
+         do j = 1, size(nodes)
+            from = group(member(nodes(j)))
+            if (from /= to) where (group == from) group = to
+         end do
+      end subroutine join
+   end subroutine group_parts
 
    !> Number of the connected part that each node belongs to, from 1.
    function parts(problem) result(member)

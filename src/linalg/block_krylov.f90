@@ -99,6 +99,7 @@ contains
       spectrum%vector = matmul(w(:, :k), ritz(:, :found))
       spectrum%residual = size_of
       do i = 1, found
+         if (operator%symmetric) call take_out_larger(i)
          if (norm(operator, spectrum%vector(:, i)) > 0.0_wp) &
             & spectrum%vector(:, i) = spectrum%vector(:, i) / norm(operator, spectrum%vector(:, i))
       end do
@@ -109,6 +110,20 @@ contains
       end if
 
    contains
+
+      !> Takes the eigenvectors of larger eigenvalues out of another one. What rounding leaves of them there, these values times
+      !> larger, may be all of it.
+      subroutine take_out_larger(i)
+         integer, intent(in) :: i
+         integer :: j, pass
+         associate (x => spectrum%vector)
+            do pass = 1, 2
+               do j = 1, i - 1
+                  x(:, i) = x(:, i) - sum(x(:, j) * operator%weight * x(:, i)) * x(:, j)
+               end do
+            end do
+         end associate
+      end subroutine take_out_larger
 
       !> Ritz values of the present basis, and what is wrong with them.
       subroutine take_ritz_values()

@@ -3,7 +3,7 @@ module small_dense
    use kinds, only: wp
    implicit none
    private
-   public :: solve_small
+   public :: solve_small, dependent_row
 
 contains
 
@@ -58,4 +58,35 @@ contains
          end do
       end do
    end subroutine solve_small
+
+   !> A row of a symmetric positive semi-definite matrix that the others determine, by elimination with diagonal pivots; 0: the
+   !> matrix is regular.
+   pure integer function dependent_row(matrix) result(p)
+      real(wp), intent(in) :: matrix(:, :)
+      real(wp), parameter :: tolerance = 1.0e-12_wp !! squares of direction cosines: angles of 1e-6 count as parallel
+      real(wp) :: a(size(matrix, 1), size(matrix, 1)), scale
+      logical :: used(size(matrix, 1))
+      integer :: step, i
+      a = matrix
+      scale = 0.0_wp
+      do i = 1, size(used)
+         scale = scale + a(i, i)
+      end do
+      scale = 3.0_wp * scale / size(used)
+      used = .false.
+      do step = 1, size(used)
+         p = 0
+         do i = 1, size(used)
+            if (used(i)) cycle
+            if (p == 0) p = i
+            if (a(i, i) > a(p, p)) p = i
+         end do
+         if (.not. a(p, p) > tolerance * scale) return
+         used(p) = .true.
+         do i = 1, size(used)
+            if (.not. used(i)) a(i, :) = a(i, :) - a(i, p) / a(p, p) * a(p, :)
+         end do
+      end do
+      p = 0
+   end function dependent_row
 end module small_dense

@@ -10,6 +10,7 @@ module model
    implicit none
    private
    public :: model_t, mesh_t, curve_t, imperfection_t, section_t, node_set_t, load_t, obstacle_t, law_t, contact_t
+   public :: tie_t, joint_spring_t, release_t, contact_print_t
    public :: monitor_t, step_t, threshold_t, branch_t, mode_offset_t, limit_curve_t
    public :: family_ul2, family_ge
    public :: shape_none, shape_sine, shape_cosine, shape_clamped, shape_nodal
@@ -19,7 +20,7 @@ module model
    public :: method_load, method_displacement, method_cylindrical, method_spherical, method_linearised, &
       & method_minimum_residual, method_variable_load, method_generalised, method_largest
    public :: parameter_modulus, parameter_gap, parameter_imperfection, parameter_ea, parameter_ei, parameter_constant_load
-   public :: new_load, obstacles_move
+   public :: new_load, obstacles_move, complete_joints
 
    ! Element families (the deck says UL2, GE2, GE4, GE6, GE8).
    integer, parameter :: family_ul2 = 1 !! the paper's straight updated-Lagrangian element
@@ -89,11 +90,38 @@ module model
    type :: section_t
       character(name_length) :: name = ''       !! the element set it was given to
       real(wp) :: ea = 0.0_wp, ei = 0.0_wp      !! axial [force] and bending [force length^2] stiffness
+      logical :: inextensible = .false.         !! 1/EA is zero: ea is not used
       real(wp) :: ga = 0.0_wp                   !! shear stiffness [force]; not used when shear_rigid
       logical :: shear_rigid = .true.
       real(wp) :: mass = 0.0_wp                 !! mass per unit stress-free length (self-weight)
       real(wp) :: expansion = 0.0_wp            !! strain per unit of temperature
    end type section_t
+
+   !> A displacement or rotation that follows others, u = sum of factor u_k + [(R - 1) arm], R a turn by the rotation of `turner`.
+   !>
+   !> Later ties may follow what earlier ones make of a node, never the other way round: they are in the order in which their
+   !> values can be found.
+   type :: tie_t
+      integer :: node = 0, component = 0        !! what follows
+      integer, allocatable :: of(:), part(:)    !! (terms) nodes that it follows, and which component of each
+      real(wp), allocatable :: factor(:)        !! (terms)
+      integer :: turner = 0                     !! node whose rotation swings the arm, 0: there is none
+      real(wp) :: arm(2) = 0.0_wp               !! stress-free [length]; counts for components 1 and 2
+   end type tie_t
+
+   !> A linear spring between the same component of two nodes, without force at the start.
+   type :: joint_spring_t
+      integer :: node(2) = 0
+      integer :: component = 0
+      real(wp) :: stiffness = 0.0_wp
+   end type joint_spring_t
+
+   !> Ends of elements that go their own way at a node: they share a node of their own.
+   type :: release_t
+      integer :: node = 0                       !! the deck's
+      integer :: own = 0                        !! that of the released ends
+      logical :: free(3) = .false.              !! components that are not the same
+   end type release_t
 
    type :: node_set_t
       character(name_length) :: name = ''
@@ -139,6 +167,14 @@ module model
       logical :: distributed = .false.          !! foundation: reactions act all along the elements, not at the nodes
       logical :: spans = .false.                !! contact points and lines anywhere along the rods (contact_touch)
    end type contact_t
+
+   !> A column of the listing: where a stretch of contact with an obstacle begins or ends.
+   type :: contact_print_t
+      integer :: obstacle = 0
+      logical :: at_end = .false.               !! its end, not its beginning
+      logical :: angle = .false.                !! as an angle about the obstacle's centre [degrees], not as an arc length
+      integer :: region = 1                     !! the k-th stretch along the rods
+   end type contact_print_t
 
    type :: monitor_t
       character(name_length) :: name = ''
@@ -235,14 +271,26 @@ module model
       type(node_set_t), allocatable :: node_set(:)
       logical, allocatable :: fixed(:, :)       !! (3, n_nodes) supported degrees of freedom
       real(wp), allocatable :: spring(:, :)     !! (3, n_nodes) stiffness of springs to the ground
+      type(tie_t), allocatable :: tie(:)
+      type(joint_spring_t), allocatable :: joint_spring(:)
+      type(release_t), allocatable :: release(:)
       type(law_t), allocatable :: law(:)
       type(obstacle_t), allocatable :: obstacle(:)
       type(contact_t), allocatable :: contact(:)
       type(monitor_t), allocatable :: monitor(:)
+      type(contact_print_t), allocatable :: contact_print(:)
       type(step_t), allocatable :: step(:)
    end type model_t
 
 contains
+
+   !> Gives a model that says nothing about joints empty lists of them.
+   pure subroutine complete_joints(model)
+      type(model_t), intent(inout) :: model
+      if (.not. allocated(model%tie)) allocate (model%tie(0))
+      if (.not. allocated(model%joint_spring)) allocate (model%joint_spring(0))
+      if (.not. allocated(model%release)) allocate (model%release(0))
+   end subroutine complete_joints
 
    !> True when some step moves an obstacle.
    pure logical function obstacles_move(model)

@@ -15,15 +15,16 @@ contains
 
    !> Numbers the nodes of a mesh; unconnected parts follow each other. Supports come late: eliminating from the free end
    !> towards the support keeps large pivots, the other way round they fall with the cube of the length.
-   function new_numbering(mesh, supported) result(numbering)
+   function new_numbering(mesh, supported, pair) result(numbering)
       type(mesh_t), intent(in) :: mesh
       logical, intent(in) :: supported(:)    !! (nodes)
+      integer, intent(in) :: pair(:, :)      !! (2, pairs) nodes that share matrix entries besides those of elements
       type(numbering_t) :: numbering
       integer, allocatable :: start(:), neighbour(:), order(:), level(:)
       integer :: n, placed, node, e, spread
 
       n = mesh%n_nodes
-      call build_adjacency(mesh, start, neighbour)
+      call build_adjacency(mesh, pair, start, neighbour)
       allocate (order(n), numbering%position(n))
       allocate (level(n), source=0)
       placed = 0
@@ -42,19 +43,25 @@ contains
       do e = 1, mesh%n_elements
          spread = max(spread, abs(numbering%position(mesh%node(1, e)) - numbering%position(mesh%node(2, e))))
       end do
+      do e = 1, size(pair, 2)
+         spread = max(spread, abs(numbering%position(pair(1, e)) - numbering%position(pair(2, e))))
+      end do
       numbering%half_bandwidth = 3 * spread + 2
    end function new_numbering
 
    !> Neighbour lists in compressed form: neighbour(start(i) : start(i + 1) - 1).
-   subroutine build_adjacency(mesh, start, neighbour)
+   subroutine build_adjacency(mesh, pair, start, neighbour)
       type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: pair(:, :)
       integer, allocatable, intent(out) :: start(:), neighbour(:)
       integer, allocatable :: fill(:)
-      integer :: e, a, b
+      integer :: e, a
       allocate (start(mesh%n_nodes + 1), source=0)
       do e = 1, mesh%n_elements
-         start(mesh%node(1, e) + 1) = start(mesh%node(1, e) + 1) + 1
-         start(mesh%node(2, e) + 1) = start(mesh%node(2, e) + 1) + 1
+         call count_edge(mesh%node(:, e))
+      end do
+      do e = 1, size(pair, 2)
+         call count_edge(pair(:, e))
       end do
       start(1) = 1
       do a = 1, mesh%n_nodes
@@ -63,13 +70,27 @@ contains
       fill = start(:mesh%n_nodes)
       allocate (neighbour(start(mesh%n_nodes + 1) - 1))
       do e = 1, mesh%n_elements
-         a = mesh%node(1, e)
-         b = mesh%node(2, e)
-         neighbour(fill(a)) = b
-         fill(a) = fill(a) + 1
-         neighbour(fill(b)) = a
-         fill(b) = fill(b) + 1
+         call add_edge(mesh%node(:, e))
       end do
+      do e = 1, size(pair, 2)
+         call add_edge(pair(:, e))
+      end do
+
+   contains
+
+      subroutine count_edge(ends)
+         integer, intent(in) :: ends(2)
+         start(ends(1) + 1) = start(ends(1) + 1) + 1
+         start(ends(2) + 1) = start(ends(2) + 1) + 1
+      end subroutine count_edge
+
+      subroutine add_edge(ends)
+         integer, intent(in) :: ends(2)
+         neighbour(fill(ends(1))) = ends(2)
+         fill(ends(1)) = fill(ends(1)) + 1
+         neighbour(fill(ends(2))) = ends(1)
+         fill(ends(2)) = fill(ends(2)) + 1
+      end subroutine add_edge
    end subroutine build_adjacency
 
    !> A node at an end of the part that `seed` belongs to: the last one of two breadth-first sweeps.

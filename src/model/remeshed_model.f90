@@ -1,7 +1,7 @@
 !> The model of a deck on another mesh: nodes anywhere along its free stretches, everything else where the deck has it.
 module remeshed_model
    use kinds, only: wp
-   use model, only: model_t, curve_t, mesh_t, contact_t, imperfection_t
+   use model, only: model_t, curve_t, mesh_t, contact_t, imperfection_t, complete_joints
    use rod_layout, only: layout_t, stretch_element, stretch_place
    use reference_curve, only: curve_point
    implicit none
@@ -27,6 +27,7 @@ contains
       integer, allocatable :: mesh_node(:), deck_node(:), deck_element(:), first(:)
       integer :: i, k
       model = deck
+      call complete_joints(model)
       call lay_mesh(deck, layout, division, model%mesh, mesh_node, first, deck_element)
       allocate (deck_node(model%mesh%n_nodes), source=0)
       do i = 1, size(mesh_node)
@@ -44,6 +45,20 @@ contains
             model%spring(:, i) = deck%spring(:, deck_node(i))
          end do
       end if
+      do k = 1, size(model%tie)
+         associate (tie => model%tie(k))
+            tie%node = mesh_node(tie%node)
+            tie%of = mesh_node(tie%of)
+            if (tie%turner > 0) tie%turner = mesh_node(tie%turner)
+         end associate
+      end do
+      do k = 1, size(model%joint_spring)
+         model%joint_spring(k)%node = mesh_node(model%joint_spring(k)%node)
+      end do
+      do k = 1, size(model%release)
+         model%release(k)%node = mesh_node(model%release(k)%node)
+         model%release(k)%own = mesh_node(model%release(k)%own)
+      end do
       do k = 1, size(deck%step)
          model%step(k)%load = deck%step(k)%load%mapped(deck_node, deck_element)
       end do

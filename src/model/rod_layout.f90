@@ -132,6 +132,7 @@ contains
          do i = 1, mesh%n_nodes
             breakpoint(i) = any(ends(:, i) /= 1) .or. any(model%fixed(:, i))
             if (allocated(model%spring)) breakpoint(i) = breakpoint(i) .or. any(model%spring(:, i) > 0.0_wp)
+            if (allocated(model%tie)) breakpoint(i) = breakpoint(i) .or. joined(model, i)
             if (.not. breakpoint(i)) breakpoint(i) = .not. goes_on(model, beside(1, i), beside(2, i))
          end do
          do k = 1, size(model%step)
@@ -156,6 +157,21 @@ contains
          end do
       end associate
    end subroutine find_breakpoints
+
+   !> True for a node that a tie or a spring to another node has to do with.
+   pure logical function joined(model, node)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: node
+      integer :: k
+      joined = .true.
+      do k = 1, size(model%tie)
+         if (model%tie(k)%node == node .or. any(model%tie(k)%of == node) .or. model%tie(k)%turner == node) return
+      end do
+      do k = 1, size(model%joint_spring)
+         if (any(model%joint_spring(k)%node == node)) return
+      end do
+      joined = .false.
+   end function joined
 
    !> True where one element goes on as the next one: the same in all but its nodes.
    pure logical function goes_on(model, a, b)

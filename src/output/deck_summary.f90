@@ -113,16 +113,18 @@ contains
    subroutine write_sections(unit, model)
       integer, intent(in) :: unit
       type(model_t), intent(in) :: model
-      character(:), allocatable :: shear, heat
+      character(:), allocatable :: axial, shear, heat
       integer :: i
       do i = 1, size(model%section)
          associate (section => model%section(i))
+            axial = brief(section%ea)
+            if (section%inextensible) axial = 'rigid'
             shear = brief(section%ga)
             if (section%shear_rigid) shear = 'rigid'
             heat = ''
             if (abs(section%expansion) > 0.0_wp) heat = ', expansion '//brief(section%expansion)
             call line(unit, 'section', trim(section%name)//': '//plural(count(model%mesh%section == i), 'element') &
-               & //', EA '//brief(section%ea)//', EI '//brief(section%ei)//', GA '//shear//', mass per length ' &
+               & //', EA '//axial//', EI '//brief(section%ei)//', GA '//shear//', mass per length ' &
                & //brief(section%mass)//heat)
          end associate
       end do

@@ -4,12 +4,13 @@
 module listing
    use kinds, only: wp, name_length
    use timing, only: timers_t
-   use model, only: model_t
+   use model, only: model_t, contact_print_t
    use model_words, only: method_name
    use path_record, only: point_t, critical_t, branch_start_t, buckling_t, limit_point_t
    use run_accuracy, only: accuracy_t
    use columns, only: significant, scientific, whole
-   use text_table, only: column_t, cell_t, page_rows, monitor_digits, fitting_columns, widen_columns, write_head, write_row
+   use text_table, only: column_t, cell_t, page_rows, monitor_digits, wide_column, fitting_columns, widen_columns, write_head, &
+      & write_row
    use side_tables, only: limit_table_t, open_limit_table, write_limit_point, leave_limit_table, write_buckling_table
    use run_summary, only: write_accuracy, write_cost
    use text, only: plural
@@ -37,6 +38,9 @@ module listing
       integer :: unit = -1
       integer :: n_monitors = 0                   !! shown; the others do not fit
       logical :: has_contact = .false.
+      type(contact_print_t), allocatable :: print(:) !! columns behind the monitors
+      integer, allocatable :: obstacle(:)         !! (contacts)
+      type(cell_t), allocatable :: printed(:)     !! these columns at the last point
       type(column_t), allocatable :: column(:)
       character(2 * name_length), allocatable :: step_title(:)
       character(:), allocatable :: branch_title   !! of the branch that started last
@@ -58,7 +62,7 @@ contains
       type(listing_t), intent(out) :: listing
       integer, intent(in) :: unit                 !! open for formatted writing, such as output_unit
       type(model_t), intent(in) :: model
-      type(column_t), allocatable :: first(:), last(:), monitor(:)
+      type(column_t), allocatable :: first(:), last(:), monitor(:), prints(:)
       integer :: i
       listing%unit = unit
       listing%has_contact = size(model%contact) > 0
@@ -70,10 +74,15 @@ contains
          if (model%step(i)%name /= '') listing%step_title(i) = trim(listing%step_title(i))//', '//model%step(i)%name
       end do
       first = [column_t('point', 6), column_t('', 2), column_t('load factor', 17)]
+      allocate (listing%print(0))
+      if (allocated(model%contact_print)) listing%print = model%contact_print
+      listing%obstacle = model%contact%obstacle
+      allocate (listing%printed(size(listing%print)))
       last = [column_t('contacts', 8), column_t('iterations', 10), column_t('residual', 8), column_t('pivots < 0', 10)]
       if (.not. listing%has_contact) last = last(2:)
-      monitor = fitting_columns(model%monitor%name, [first, last])
-      listing%column = [first, monitor, last]
+      prints = [(wide_column(print_head(model, listing%print(i))), i=1, size(listing%print))]
+      monitor = fitting_columns(model%monitor%name, [first, prints, last])
+      listing%column = [first, monitor, prints, last]
       listing%n_monitors = size(monitor)
       call open_limit_table(listing%limit_table, unit, model)
       if (listing%n_monitors < size(model%monitor)) then
@@ -96,6 +105,8 @@ contains
          cell(first_monitor - 1 + i)%text = significant(point%monitor(i), monitor_digits)
       end do
       n = size(cell)
+      call fill_prints(listing, point)
+      cell(first_monitor + listing%n_monitors:first_monitor - 1 + listing%n_monitors + size(listing%print)) = listing%printed
       if (listing%has_contact) cell(n - 3)%text = whole(point%active_contacts)
       cell(n - 2)%text = whole(point%iterations)
       cell(n - 1)%text = scientific(point%residual, 2)
@@ -107,6 +118,44 @@ contains
       listing%rows = listing%rows + 1
       flush (listing%unit)
    end subroutine listing_point
+
+   !> Head of a column that says where contact begins or ends.
+   pure function print_head(model, print) result(head)
+      type(model_t), intent(in) :: model
+      type(contact_print_t), intent(in) :: print
+      character(:), allocatable :: head
+      head = trim(merge('end  ', 'start', print%at_end))
+      if (print%angle) head = head//' angle'
+      if (print%region > 1) head = head//' '//whole(print%region)
+      head = head//', '//trim(model%obstacle(print%obstacle)%name)
+   end function print_head
+
+   !> Where contact begins and ends at a point; empty where there is none.
+   subroutine fill_prints(listing, point)
+      type(listing_t), intent(inout) :: listing
+      type(point_t), intent(in) :: point
+      integer :: i, k, n
+      real(wp) :: value
+      do i = 1, size(listing%print)
+         listing%printed(i)%text = ''
+         if (.not. allocated(point%region)) cycle
+         n = 0
+         do k = 1, size(point%region)
+            associate (region => point%region(k), print => listing%print(i))
+               if (listing%obstacle(region%contact) /= print%obstacle) cycle
+               n = n + 1
+               if (n < print%region) cycle
+               if (print%angle) then
+                  value = merge(region%angle_end, region%angle_start, print%at_end)
+               else
+                  value = merge(region%end, region%start, print%at_end)
+               end if
+               listing%printed(i)%text = significant(value, monitor_digits)
+            end associate
+            exit
+         end do
+      end do
+   end subroutine fill_prints
 
    !> Counts a point; n is its number on its path.
    subroutine count_point(listing, n)
@@ -157,7 +206,14 @@ contains
       associate (row => longer(n + 1))
          row%branch = listing%branch
          row%remark = remark(critical)
-         allocate (row%cell(6 + listing%n_monitors))
+         allocate (row%cell(6 + listing%n_monitors + size(listing%print)))
+         ! A critical point comes right behind its point, unless it is only bracketed.
+         row%cell(7 + listing%n_monitors:) = listing%printed
+         if (critical%point /= merge(listing%n_root, listing%n_branch, listing%branch == 0)) then
+            do i = 1, size(listing%print)
+               row%cell(6 + listing%n_monitors + i)%text = ''
+            end do
+         end if
          row%cell(1)%text = trim(critical%label)
          row%cell(2)%text = whole(critical%point)
          row%cell(3)%text = whole(critical%step)
@@ -233,11 +289,12 @@ contains
       type(column_t), allocatable :: column(:)
       type(cell_t), allocatable :: cell(:, :)
       integer :: k, j, n
-      logical :: shown(6 + listing%n_monitors + 1)
+      logical :: shown(6 + listing%n_monitors + size(listing%print) + 1)
       if (size(listing%critical) == 0) return
       n = size(listing%critical)
       column = [column_t('branch', 6), column_t('', 2), column_t('point', 6), column_t('step', 4), listing%column(3), &
-         & column_t('error', 10), column_t('corrected', 17), listing%column(first_monitor:first_monitor - 1 + listing%n_monitors)]
+         & column_t('error', 10), column_t('corrected', 17), &
+         & listing%column(first_monitor:first_monitor - 1 + listing%n_monitors + size(listing%print))]
       ! Columns that have something in them.
       shown = .true.
       shown(1) = listing%n_branches > 0

@@ -57,7 +57,33 @@ contains
          & 'rows of coordinates (from 0) of the first and second node of every element')
       call hdf5_write(file, '/mesh/node_label', model%mesh%node_label, '1', 'node numbers of the deck')
       call hdf5_write(file, '/mesh/element_label', model%mesh%element_label, '1', 'element numbers of the deck')
+      if (allocated(model%tie)) call write_joints(file, model)
    end subroutine write_mesh
+
+   !> /joints: released ends and rigid links. The displacements of both nodes of a release tell the jump at it.
+   subroutine write_joints(file, model)
+      type(hdf5_file_t), intent(inout) :: file
+      type(model_t), intent(in) :: model
+      integer, allocatable :: link(:, :)
+      integer :: i
+      allocate (link(2, 0))
+      do i = 1, size(model%tie)
+         associate (tie => model%tie(i))
+            if (tie%turner > 0 .and. tie%component == 1) link = reshape([link, tie%turner, tie%node], [2, size(link, 2) + 1])
+         end associate
+      end do
+      if (size(model%release) == 0 .and. size(link, 2) == 0) return
+      call hdf5_group(file, '/joints')
+      if (size(model%release) > 0) then
+         call hdf5_write(file, '/joints/release', reshape([([model%release(i)%node, model%release(i)%own], i=1, &
+            & size(model%release))], [2, size(model%release)]) - 1, '1', &
+            & 'node of each joint, and that at its place which the released ends have (rows of /mesh/coordinates, from 0)')
+         call hdf5_write(file, '/joints/released', reshape([(merge(1, 0, model%release(i)%free), i=1, size(model%release))], &
+            & [3, size(model%release)]), '1', '1 where u, v, rotation are released, 0 where they are the same')
+      end if
+      if (size(link, 2) > 0) call hdf5_write(file, '/joints/link', link - 1, '1', &
+         & 'rigid bars: the node that turns them and the node they carry (rows of /mesh/coordinates, from 0)')
+   end subroutine write_joints
 
    !> A group for every obstacle: attributes, and of curves their points and the surface to draw.
    subroutine write_obstacles(file, model)

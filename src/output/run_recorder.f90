@@ -4,6 +4,7 @@ module run_recorder
    use path_record, only: recorder_t, point_t, critical_t, branch_start_t, buckling_t, limit_point_t
    use results, only: results_t, results_point, results_critical, results_branch, results_buckling, results_limit_point
    use listing, only: listing_t, listing_point, listing_critical, listing_branch, listing_buckling, listing_limit_point
+   use progress, only: progress_t, progress_point
    use timing, only: timers_t, timing_start, timing_stop, phase_output
    implicit none
    private
@@ -12,6 +13,8 @@ module run_recorder
    type, extends(recorder_t) :: run_recorder_t
       type(results_t) :: results
       type(listing_t) :: listing
+      type(progress_t) :: progress
+      integer :: on_branch = 0          !! points belong to it; 0: to the path of the steps
       logical :: quiet = .false.        !! no listing
    contains
       procedure :: point => record_point
@@ -32,6 +35,7 @@ contains
       call timing_start(timers, phase_output)
       call results_point(self%results, point, error)
       if (.not. self%quiet) call listing_point(self%listing, point)
+      call progress_point(self%progress, point, self%on_branch)
       call timing_stop(timers, phase_output)
    end subroutine record_point
 
@@ -56,6 +60,7 @@ contains
       call timing_start(timers, phase_output)
       call results_branch(self%results, start, error)
       if (.not. self%quiet) call listing_branch(self%listing, start)
+      self%on_branch = start%branch
       call timing_stop(timers, phase_output)
    end subroutine record_branch
 

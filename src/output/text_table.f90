@@ -3,7 +3,7 @@ module text_table
    use columns, only: right
    implicit none
    private
-   public :: column_t, cell_t, page_rows, monitor_digits, fitting_columns, widen_columns, write_head, write_row
+   public :: column_t, cell_t, page_rows, monitor_digits, wide_column, fitting_columns, widen_columns, write_head, write_row
 
    integer, parameter :: page_width = 132, page_rows = 50
    integer, parameter :: longest_head = 24        !! longer heads are cut
@@ -26,16 +26,22 @@ contains
       character(*), intent(in) :: name(:)
       type(column_t), intent(in) :: beside(:)     !! the others of the table
       type(column_t), allocatable :: column(:)
-      integer :: i, used, width
+      integer :: i, used
       allocate (column(0))
       used = sum(beside%width + 1)
       do i = 1, size(name)
-         width = max(monitor_width, min(longest_head, len_trim(name(i))))
-         used = used + width + 1
-         if (used > page_width) return
-         column = [column, column_t(name(i), width)]
+         column = [column, wide_column(name(i))]
+         used = used + column(i)%width + 1
+         if (used > page_width) exit
       end do
+      column = column(:i - 1)
    end function fitting_columns
+
+   !> A column for numbers as monitors have them.
+   pure type(column_t) function wide_column(head) result(column)
+      character(*), intent(in) :: head
+      column = column_t(head, max(monitor_width, min(longest_head, len_trim(head))))
+   end function wide_column
 
    !> Widens columns to what their cells need.
    pure subroutine widen_columns(column, cell)

@@ -186,7 +186,7 @@ contains
          ! A small residual after a large correction is luck, or softness: the next one still moves the point.
          travelled = metric(problem, state%u - origin%u, state%u - origin%u)
          if (iteration == 1) second_order = maxval(abs(state%u(3, :) - origin%u(3, :)))**2 / &
-            & (minval(problem%compliance%axial) * system%force_scale)
+            & (minval(problem%compliance%axial + problem%compliance%give) * system%force_scale)
          settled = correction <= (large_correction**2) * travelled .or. report%residual <= 1.0e-3_wp * tolerance
          if (.not. step%flipped .and. (settled .or. iteration > settling_iterations) .and. &
             & report%residual <= max(tolerance, system%round_off) .and. &

@@ -11,6 +11,7 @@ module path_loop
    use linear_system, only: new_system
    use bordered_system, only: linearise
    use support_check, only: unheld_part
+   use bar_check, only: indeterminate_bar
    use corrector, only: increment_t
    use path_run, only: run_t
    use first_contact, only: presume_contact
@@ -109,6 +110,11 @@ contains
          part = unheld_part(problem, run%state)
          if (part /= '') then
             outcome%why = part//': '//unheld
+            return
+         end if
+         part = indeterminate_bar(problem, run%state)
+         if (part /= '') then
+            outcome%why = part
             return
          end if
       end if

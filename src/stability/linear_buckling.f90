@@ -15,7 +15,7 @@ module linear_buckling
    use linear_system, only: system_t
    use stress_stiffness, only: stress_stiffness_t, new_stress_stiffness, stiffness_under, apply_stress
    use bordered_system, only: solve_effective, factor_system
-   use tangent_modes, only: deck_mode, apply_tangent
+   use tangent_modes, only: deck_mode, apply_tangent, stretching_work
    use band_matrix, only: band_times
    use block_krylov, only: operator_t, spectrum_t, largest_eigenvalues
    use spectrum_slicing, only: pencil_t, eigenvalues_below, slice
@@ -184,6 +184,7 @@ contains
          call solve_effective(self%system, left, s, self%timers)
          residual = sqrt(abs(dot_product(left, s) / form))
          change = -(form + form_s) / form_d
+         if (self%system%rigidity%n > 0) change = change - stretching_work(self%system, sx, held, self%timers) / form_d
          factor = factor + change
          ! Quadratic convergence ends in rounding.
          if (abs(change) <= epsilon(change) * abs(factor) .or. &

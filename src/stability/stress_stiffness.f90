@@ -9,7 +9,8 @@ module stress_stiffness
    use kinds, only: wp
    use problem, only: problem_t, dof
    use rod_state, only: state_t
-   use linear_system, only: system_t, sum_elements, turn_pair, matrix_to_node, to_global
+   use linear_system, only: system_t, sum_elements, turn_pair, matrix_to_node, to_global, row_times, add_swings, apply_joints
+   use tied_nodes, only: tie_swing, node_unknowns, spread_force, add_matrix
    use element_products, only: apply_elements
    use node_loads, only: node_push_t, node_pushes
    use bordered_system, only: resultant_rates
@@ -26,6 +27,7 @@ module stress_stiffness
       real(wp), allocatable :: element(:, :, :) !! (6, 6, elements) its elements, node axes
       real(wp), allocatable :: shift(:, :, :)  !! (6, 2, elements) these times unit translations, (6, 2, 0) without foundations
       real(wp), allocatable :: contact(:, :, :) !! (2, 2, candidates) and its contacts
+      real(wp), allocatable :: swing(:)        !! (ties) what the forces of rigid links add against rotation
       real(wp), allocatable :: pressure(:)     !! (elements) that makes a part of it
       type(node_push_t), allocatable :: push(:) !! and its loads on nodes, node axes
    end type stress_stiffness_t
@@ -59,6 +61,7 @@ contains
       derivative%k%a = (more%k%a - derivative%k%a) / (2.0_wp * part * factor)
       derivative%element = (more%element - derivative%element) / (2.0_wp * part * factor)
       derivative%shift = (more%shift - derivative%shift) / (2.0_wp * part * factor)
+      derivative%swing = (more%swing - derivative%swing) / (2.0_wp * part * factor)
       derivative%contact = (more%contact - derivative%contact) / (2.0_wp * part * factor)
       do c = 1, size(more%push)
          derivative%push(c)%stiffness_rate = (more%push(c)%stiffness_rate - derivative%push(c)%stiffness_rate) / &
@@ -76,8 +79,8 @@ contains
       type(system_t) :: stresses
       class(rod_element_t), pointer :: rod
       real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements)
-      real(wp) :: reaction, t(2), du(6), shift(6, 2), times
-      integer :: e, c, d, i, j
+      real(wp) :: reaction, t(2), du(6), shift(6, 2), bent(3, 3), times
+      integer :: e, c, d
       times = factor
       if (.not. abs(factor) > 0.0_wp) times = 1.0_wp
       rate = resultant_rates(problem, system, system%tangent, 1.0_wp)
@@ -93,6 +96,14 @@ contains
          if (size(stresses%eshift, 3) > 0) stresses%eshift(:, :, e) = shift
       end do
       call sum_elements(problem, stresses)
+      allocate (matrix%swing(size(system%swing)))
+      do c = 1, size(matrix%swing)
+         associate (tie => problem%model%tie(c))
+            d = dof(problem, tie%node, tie%component)
+            matrix%swing(c) = times * tie_swing(tie, state%u, row_times(system, d, system%tangent) - system%load(d))
+         end associate
+      end do
+      call add_swings(problem, system, matrix%swing, stresses%k)
       matrix%k = stresses%k
       matrix%element = stresses%ek
       matrix%shift = stresses%eshift
@@ -107,23 +118,17 @@ contains
             if (system%turned(node)) call turn_pair(system%axis(:, node), t)
             matrix%contact(:, 1, c) = -reaction * t * t(1)
             matrix%contact(:, 2, c) = -reaction * t * t(2)
-            d = dof(problem, node, 1)
+            bent = 0.0_wp
+            bent(1:2, 1:2) = matrix%contact(:, :, c)
+            call add_matrix(problem, system%tie_block, [node], bent, matrix%k)
          end associate
-         matrix%k%a(1, d) = matrix%k%a(1, d) + matrix%contact(1, 1, c)
-         matrix%k%a(2, d) = matrix%k%a(2, d) + matrix%contact(2, 1, c)
-         matrix%k%a(1, d + 1) = matrix%k%a(1, d + 1) + matrix%contact(2, 2, c)
       end do
       matrix%push = node_pushes(problem, state)
       do c = 1, size(matrix%push)
          associate (push => matrix%push(c))
             call matrix_to_node(system, push%node, push%stiffness_rate)
             push%stiffness_rate = times * push%stiffness_rate
-            d = dof(problem, push%node, 1)
-            do j = 1, 3
-               do i = j, 3
-                  matrix%k%a(1 + i - j, d + j - 1) = matrix%k%a(1 + i - j, d + j - 1) + push%stiffness_rate(i, j)
-               end do
-            end do
+            call add_matrix(problem, system%tie_block, [push%node], push%stiffness_rate, matrix%k)
          end associate
       end do
    end subroutine sum_stresses
@@ -135,20 +140,25 @@ contains
       type(stress_stiffness_t), intent(in) :: matrix
       real(wp), intent(in) :: x(:)             !! (n) node axes, zero at the fixed unknowns
       real(wp), intent(out) :: y(:), form
-      real(wp) :: force(2), moved(3)
-      integer :: c, d
+      real(wp) :: force(3), moved(3)
+      integer :: c
       call apply_elements(problem, system, matrix%element, matrix%shift, matrix%pressure, x, y, form)
+      call apply_joints(problem, system, matrix%swing, .false., x, y, form)
       do c = 1, problem%candidates%n
-         d = dof(problem, problem%candidates%node(c), 1)
-         force = matmul(matrix%contact(:, :, c), x(d:d + 1))
-         y(d:d + 1) = y(d:d + 1) + force
-         form = form + dot_product(x(d:d + 1), force)
+         associate (node => problem%candidates%node(c))
+            moved = node_unknowns(problem, system%tie_block, node, x)
+            force = [matmul(matrix%contact(:, :, c), moved(1:2)), 0.0_wp]
+            call spread_force(problem, system%tie_block, node, force, y)
+            form = form + dot_product(moved, force)
+         end associate
       end do
       do c = 1, size(matrix%push)
-         d = dof(problem, matrix%push(c)%node, 1)
-         moved = matmul(matrix%push(c)%stiffness_rate, x(d:d + 2))
-         y(d:d + 2) = y(d:d + 2) + moved
-         form = form + dot_product(x(d:d + 2), moved)
+         associate (node => matrix%push(c)%node)
+            moved = node_unknowns(problem, system%tie_block, node, x)
+            force = matmul(matrix%push(c)%stiffness_rate, moved)
+            call spread_force(problem, system%tie_block, node, force, y)
+            form = form + dot_product(moved, force)
+         end associate
       end do
    end subroutine apply_stress
 end module stress_stiffness

@@ -9,7 +9,9 @@ module tangent_modes
    use errors, only: error_t
    use problem, only: problem_t, dof
    use rod_state, only: state_t
-   use linear_system, only: system_t, to_global, contact_tangent, spring_tangent, matrix_to_node
+   use linear_system, only: system_t, to_global, contact_tangent, spring_tangent, matrix_to_node, apply_joints
+   use axial_rigidity, only: shrinking_forces
+   use tied_nodes, only: node_unknowns, spread_force
    use element_products, only: apply_elements
    use node_loads, only: node_push_t, node_pushes
    use deck_nodes, only: deck_node_rates
@@ -19,7 +21,8 @@ module tangent_modes
    use timing, only: timers_t
    implicit none
    private
-   public :: modes_t, lowest_modes, choose_null_vectors, apply_tangent, nodal_mode, deck_mode, numbered_eigenvalue, &
+   public :: modes_t, lowest_modes, stretching_work, choose_null_vectors, apply_tangent, nodal_mode, deck_mode, &
+      & numbered_eigenvalue, &
       & mode_tolerance
 
    !> The eigenvalues nearest zero, the nearest first.
@@ -77,6 +80,7 @@ contains
       do i = 1, modes%n
          held = merge(0.0_wp, modes%x(:, i), system%fixed)
          call apply_tangent(problem, state, system, held, x, modes%mu(i))
+         if (system%rigidity%n > 0) modes%mu(i) = modes%mu(i) + stretching_work(system, operator%weight * held, held, timers)
       end do
       ! The refined values may have changed places.
       do i = 1, modes%n - 1
@@ -86,6 +90,19 @@ contains
          modes%was_negative([i, j]) = modes%was_negative([j, i])
       end do
    end subroutine lowest_modes
+
+   !> Work of a mode that its inextensible elements do not take: what the tangent's stretch adds to x^T K x, for a multiple x of
+   !> the answer to some forces.
+   real(wp) function stretching_work(system, rhs, x, timers) result(work)
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: rhs(:)         !! (n) these forces
+      real(wp), intent(in) :: x(:)           !! (n) node axes, zero at the fixed unknowns
+      type(timers_t), intent(inout) :: timers
+      real(wp) :: answer(system%n), force(system%n), stretch(2, system%rigidity%n)
+      call solve_effective(system, rhs, answer, timers, stretch)
+      call shrinking_forces(system%rigidity, stretch * (dot_product(x, x) / dot_product(x, answer)), force)
+      work = -dot_product(x, force)
+   end function stretching_work
 
    !> Turns the first n modes, whose eigenvalues are zero, into null vectors that do not depend on rounding: any rotation of a
    !> null space is one, but few of them point along branches.
@@ -154,9 +171,9 @@ contains
       real(wp), intent(in) :: x(:)             !! (n) node axes, zero at the fixed unknowns
       real(wp), intent(out) :: y(:)            !! (n)
       real(wp), intent(out) :: form
-      real(wp) :: force(2), k(3, 3), push(3), excess
+      real(wp) :: force(2), k(3, 3), excess
       type(node_push_t), allocatable :: pushed(:)
-      integer :: c, d, i, node
+      integer :: c, i, node
       associate (rate => problem%model%step(problem%step)%load%pressure)
          call apply_elements(problem, system, system%ek, system%eshift, &
             & problem%constant%pressure + state%load_factor * rate, x, y, form)
@@ -164,28 +181,33 @@ contains
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
          call contact_tangent(problem, state, system, c, force, k)
-         d = dof(problem, problem%candidates%node(c), 1)
-         push = matmul(k, x(d:d + 2))
-         y(d:d + 2) = y(d:d + 2) + push
-         form = form + dot_product(x(d:d + 2), push)
+         call add_node(problem%candidates%node(c), k)
       end do
       call subtract_excess(system%coupling, x, y, excess)
       form = form - excess
       do node = 1, problem%model%mesh%n_nodes
          if (.not. any(problem%spring(:, node) > 0.0_wp)) cycle
-         d = dof(problem, node, 1)
-         push = matmul(spring_tangent(problem, system, node), x(d:d + 2))
-         y(d:d + 2) = y(d:d + 2) + push
-         form = form + dot_product(x(d:d + 2), push)
+         call add_node(node, spring_tangent(problem, system, node))
       end do
       pushed = node_pushes(problem, state)
       do i = 1, size(pushed)
-         d = dof(problem, pushed(i)%node, 1)
          call matrix_to_node(system, pushed(i)%node, pushed(i)%stiffness)
-         push = matmul(pushed(i)%stiffness, x(d:d + 2))
-         y(d:d + 2) = y(d:d + 2) + push
-         form = form + dot_product(x(d:d + 2), push)
+         call add_node(pushed(i)%node, pushed(i)%stiffness)
       end do
+      call apply_joints(problem, system, system%swing, .true., x, y, form)
+
+   contains
+
+      !> What a matrix on a node adds.
+      subroutine add_node(at, matrix)
+         integer, intent(in) :: at
+         real(wp), intent(in) :: matrix(3, 3)
+         real(wp) :: own(3), push(3)
+         own = node_unknowns(problem, system%tie_block, at, x)
+         push = matmul(matrix, own)
+         call spread_force(problem, system%tie_block, at, push, y)
+         form = form + dot_product(own, push)
+      end subroutine add_node
    end subroutine apply_tangent
 
    subroutine apply_inverse(self, x, y)

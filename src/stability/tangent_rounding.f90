@@ -10,6 +10,7 @@ module tangent_rounding
    use kinds, only: wp
    use problem, only: problem_t, dof
    use rod_state, only: state_t
+   use axial_rigidity, only: shrinking_forces
    use linear_system, only: system_t
    use tangent_modes, only: apply_tangent
    implicit none
@@ -37,7 +38,8 @@ contains
          end do
          if (.not. length > 0.0_wp) return
          call apply_tangent(problem, state, system, t, force, work)
-         left = system%load - force
+         call shrinking_forces(system%rigidity, system%tangent_stretch, left)
+         left = left + system%load - force
          stiffness = abs(work) / length
          rounding = abs(dot_product(t, merge(0.0_wp, left, system%fixed))) / length
       end associate
@@ -60,7 +62,7 @@ contains
       stretching = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
          stretching = max(stretching, problem%compliance(e)%bending * state%geometry%element(e)%length**2 / &
-            & (12.0_wp * problem%compliance(e)%axial))
+            & (12.0_wp * (problem%compliance(e)%axial + problem%compliance(e)%give)))
       end do
       words = 'fewer elements are needed'
       if (stretching > 1.0_wp) words = 'fewer elements or a smaller EA are needed'

@@ -107,6 +107,10 @@ class Picture:
             colour, layer = shade(k, n), 4.0 + k / n
             for curve in self._mirrored(shape.curves()):
                 axes.plot(*curve.T, color=colour, linewidth=1.3, zorder=layer)
+            for curve in self._mirrored(list(shape.nodes[results.mesh.links])):
+                axes.plot(*curve.T, color=colour, linewidth=2.6, zorder=layer)
+            for spot in self._mirrored([spot[None, :] for spot in shape.nodes[results.mesh.hinges]]):
+                axes.plot(*spot.T, color=colour, zorder=6, **style.HINGE)
             lines, spots = contact_curves(results, point, shape)
             for curve in self._mirrored(lines):
                 axes.plot(*curve.T, color=style.CONTACT, linewidth=1.9, zorder=layer, solid_capstyle="butt")

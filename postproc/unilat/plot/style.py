@@ -24,6 +24,7 @@ INK = "#1a1a1a"
 REFERENCE = "#9a9a9a"
 CONTACT = "#D55E00"
 FORMATS = ("png", "pdf", "svg")
+HINGE = {"marker": "o", "markersize": 3.6, "markerfacecolor": "white", "markeredgewidth": 0.9, "linestyle": "none"}
 STRESS_FREE = {"color": "#666666", "linewidth": 0.6, "linestyle": (0, (5, 3))}
 MILLIMETRE = 1.0 / 25.4    # inches
 # Serif text of paper size, thin lines; the same bytes for the same data.

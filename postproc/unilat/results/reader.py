@@ -131,7 +131,9 @@ def _mesh(file: h5py.File, filename: str) -> Mesh:
         raise ResultsError(f"{filename}: /mesh/elements refers to nodes that do not exist")
     labels = [file[f"mesh/{name}"][()] if f"mesh/{name}" in file else np.arange(1, count + 1)
               for name, count in (("node_label", len(coordinates)), ("element_label", len(elements)))]
-    return Mesh(coordinates, elements.astype(int), *labels)
+    joints = [file[f"joints/{name}"][()].astype(int) if f"joints/{name}" in file else np.zeros((0, columns), dtype=int)
+              for name, columns in (("release", 2), ("released", 3), ("link", 2))]
+    return Mesh(coordinates, elements.astype(int), *labels, joints[0], joints[1] > 0, joints[2])
 
 
 def _contact(group: h5py.Group, filename: str, mesh: Mesh) -> tuple[Contact | None, list[int]]:

@@ -29,6 +29,17 @@ class Mesh:
     elements: np.ndarray      # (elements, 2) node rows, from 0
     node_label: np.ndarray    # (nodes) the deck's numbers
     element_label: np.ndarray
+    # (joints, 2) node rows: a node, and that of the ends released at it
+    releases: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), dtype=int))
+    # (joints, 3) True: u, v, rotation are not the same
+    released: np.ndarray = field(default_factory=lambda: np.zeros((0, 3), dtype=bool))
+    # (rigid bars, 2) node rows: the node that turns a bar, and the node it carries
+    links: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), dtype=int))
+
+    @property
+    def hinges(self) -> np.ndarray:
+        """Node rows of the releases that let ends turn."""
+        return self.releases[self.released[:, 2], 0]
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,88 @@
+!> Rods that cannot stretch: what is left out of a tangent that gives a little where they do not.
+!>
+!> The elements of such rods have 1/EA = 0 in all that they answer (stored resultants and defects), so equilibrium is exact. A
+!> straight one then has no finite stiffness, so their tangents stretch by a small part of what bending gives (ge_element), and
+!> solutions with the factored tangent are corrected here: what the elements stretched by goes back as a distortion that
+!> they are free of. Each round leaves that small part of the error of the one before.
+module axial_rigidity
+   use kinds, only: wp
+   use problem, only: problem_t, dof
+   implicit none
+   private
+   public :: rigidity_t, new_rigidity, stretched, shrinking_forces
+
+   integer, parameter, public :: rigidity_rounds = 2 !! each takes about eight digits of the error
+
+   !> The inextensible elements as a map from unknowns to stretches and back.
+   type :: rigidity_t
+      integer :: n = 0
+      integer, allocatable :: element(:)       !! (n)
+      integer, allocatable :: first(:)         !! (n + 1) place of the first entry of an element
+      integer, allocatable :: unknown(:)       !! (entries)
+      real(wp), allocatable :: force(:, :)     !! (2, entries) force at the first end by the unknown
+      real(wp), allocatable :: push(:, :)      !! (2, entries) force on the unknown by a shift of the second end
+      real(wp), allocatable :: give(:, :, :)   !! (2, 2, n) stretch of the tangent by the force
+      real(wp), allocatable :: shifted(:, :, :) !! (2, 2, n) force by a shift of the second end
+      real(wp), allocatable :: load(:, :)      !! (2, n) force by the load factor
+   end type rigidity_t
+
+contains
+
+   !> The inextensible elements of a problem; entries for all unknowns of their nodes, ties included.
+   function new_rigidity(problem) result(rigidity)
+      type(problem_t), intent(in) :: problem
+      type(rigidity_t) :: rigidity
+      integer :: e, i, j, n
+      rigidity%element = pack([(e, e=1, size(problem%compliance))], problem%compliance%give > 0.0_wp)
+      rigidity%n = size(rigidity%element)
+      allocate (rigidity%first(rigidity%n + 1), rigidity%unknown(0))
+      do e = 1, rigidity%n
+         rigidity%first(e) = size(rigidity%unknown) + 1
+         do i = 1, 2
+            associate (node => problem%model%mesh%node(i, rigidity%element(e)), ties => problem%ties)
+               if (.not. ties%follows(node)) rigidity%unknown = [rigidity%unknown, [(dof(problem, node, j), j=1, 3)]]
+               do n = ties%first(node), ties%first(node + 1) - 1
+                  rigidity%unknown = [rigidity%unknown, [(dof(problem, ties%of(n), j), j=1, 3)]]
+               end do
+            end associate
+         end do
+      end do
+      n = size(rigidity%unknown)
+      rigidity%first(rigidity%n + 1) = n + 1
+      allocate (rigidity%force(2, n), rigidity%push(2, n), source=0.0_wp)
+      allocate (rigidity%give(2, 2, rigidity%n), rigidity%shifted(2, 2, rigidity%n), rigidity%load(2, rigidity%n), source=0.0_wp)
+   end function new_rigidity
+
+   !> What the inextensible elements stretch by in a solution with the factored tangent.
+   pure subroutine stretched(rigidity, x, load, stretch)
+      type(rigidity_t), intent(in) :: rigidity
+      real(wp), intent(in) :: x(:)             !! (unknowns) the solution
+      real(wp), intent(in) :: load             !! and its load factor
+      real(wp), intent(inout) :: stretch(:, :) !! (2, n) that has been given back to them so far; with what is to come
+      real(wp) :: force(2)
+      integer :: i, k
+      do i = 1, rigidity%n
+         force = load * rigidity%load(:, i) + matmul(rigidity%shifted(:, :, i), stretch(:, i))
+         do k = rigidity%first(i), rigidity%first(i + 1) - 1
+            force = force + rigidity%force(:, k) * x(rigidity%unknown(k))
+         end do
+         stretch(:, i) = matmul(rigidity%give(:, :, i), force)
+      end do
+   end subroutine stretched
+
+   !> Forces on the unknowns that make elements shrink by given stretches.
+   pure subroutine shrinking_forces(rigidity, stretch, force)
+      type(rigidity_t), intent(in) :: rigidity
+      real(wp), intent(in) :: stretch(:, :)    !! (2, n)
+      real(wp), intent(out) :: force(:)        !! (unknowns)
+      integer :: i, k
+      force = 0.0_wp
+      do i = 1, rigidity%n
+         do k = rigidity%first(i), rigidity%first(i + 1) - 1
+            associate (at => rigidity%unknown(k))
+               force(at) = force(at) - dot_product(rigidity%push(:, k), stretch(:, i))
+            end associate
+         end do
+      end do
+   end subroutine shrinking_forces
+end module axial_rigidity

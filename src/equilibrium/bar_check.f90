@@ -1,0 +1,66 @@
+!> Whether straight rods that cannot stretch are statically determinate among each other at the start.
+!>
+!> Such a rod keeps the distance of its ends. Where others keep it already nothing tells what force it has, and heat or a support
+!> that moves would need a stretch: no equations decide that. Curved rods bend and are never in question.
+module bar_check
+   use kinds, only: wp
+   use text, only: to_text
+   use problem, only: problem_t, dof
+   use rod_state, only: state_t
+   use tied_nodes, only: set_blocks, spread_force
+   use small_dense, only: dependent_row
+   implicit none
+   private
+   public :: indeterminate_bar
+
+   real(wp), parameter :: straight = 1.0e-12_wp !! part of its length that a straight rod may be longer than its chord
+
+contains
+
+   !> Names a rod whose ends cannot come nearer even without it; '' when there is none.
+   function indeterminate_bar(problem, state) result(words)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state       !! the start
+      character(:), allocatable :: words
+      real(wp) :: block(3, 3, size(problem%ties%of)), axis(2, problem%model%mesh%n_nodes), roll(problem%model%mesh%n_nodes), &
+         & chord(2), length
+      real(wp), allocatable :: row(:, :), gram(:, :)
+      integer, allocatable :: bar(:)           ! stretches
+      logical :: turned(problem%model%mesh%n_nodes)
+      integer :: i, j, k, node(2), d
+      words = ''
+      if (.not. any(problem%compliance%give > 0.0_wp)) return
+      turned = .false.
+      axis = 0.0_wp
+      roll = 0.0_wp
+      call set_blocks(problem, state%u, turned, axis, roll, block)
+      allocate (bar(0), row(problem%n_unknowns, 0))
+      do j = 1, size(problem%layout%stretch)
+         associate (element => problem%along(problem%element_first(j):problem%element_last(j)))
+            if (.not. problem%compliance(element(1))%give > 0.0_wp) cycle
+            node = problem%mesh_node(problem%layout%stretch(j)%node)
+            chord = state%geometry%x(:, node(2)) - state%geometry%x(:, node(1))
+            length = sum(state%geometry%element(element)%length)
+            if (norm2(chord) < (1.0_wp - straight) * length) cycle
+            bar = [bar, j]
+            row = reshape([row, spread([0.0_wp], 2, problem%n_unknowns)], [problem%n_unknowns, size(bar)])
+            chord = chord / norm2(chord)
+            call spread_force(problem, block, node(1), [-chord, 0.0_wp], row(:, size(bar)))
+            call spread_force(problem, block, node(2), [chord, 0.0_wp], row(:, size(bar)))
+         end associate
+      end do
+      do i = 1, problem%model%mesh%n_nodes
+         do k = 1, 3
+            d = dof(problem, i, k)
+            if (problem%model%fixed(k, i) .or. problem%ties%tied(k, i)) row(d, :) = 0.0_wp
+            if (k == 3) row(d, :) = row(d, :) / problem%size
+         end do
+      end do
+      gram = matmul(transpose(row), row)
+      i = dependent_row(gram)
+      if (i == 0) return
+      words = 'rods that cannot stretch are statically indeterminate: supports and other rods hold the length of that with '// &
+         & 'element '//to_text(problem%deck%mesh%element_label(problem%layout%stretch(bar(i))%element(1)))// &
+         & ' without it, so its force is not known; with an EA, or a *RELEASE, it is'
+   end function indeterminate_bar
+end module bar_check

@@ -1,0 +1,119 @@
+!> Which nodes the unknowns of tied nodes belong to, ties followed to their ends.
+!>
+!> What follows other nodes is no unknown of its own. Its forces act on the nodes that it follows, so these are neighbours in the
+!> band like the two ends of an element.
+module tie_pattern
+   use model, only: mesh_t, tie_t, joint_spring_t
+   implicit none
+   private
+   public :: tie_pattern_t, new_tie_pattern, coupled_pairs
+
+   type :: tie_pattern_t
+      logical, allocatable :: tied(:, :)    !! (3, nodes) components that follow others
+      logical, allocatable :: follows(:)    !! (nodes) some component does
+      integer, allocatable :: first(:)      !! (nodes + 1) place in `of` of the list of a node
+      integer, allocatable :: of(:)         !! the list of a node that follows: itself, then all that it follows; of others: empty
+   end type tie_pattern_t
+
+contains
+
+   !> The pattern of ties that are in order (see tie_t).
+   function new_tie_pattern(tie, n_nodes) result(pattern)
+      type(tie_t), intent(in) :: tie(:)
+      integer, intent(in) :: n_nodes
+      type(tie_pattern_t) :: pattern
+      type :: list_t
+         integer, allocatable :: node(:)
+      end type list_t
+      type(list_t), allocatable :: list(:)  ! (ties) that of the node of each, at the first tie of the node
+      integer :: at(n_nodes), i, k, n
+      allocate (pattern%tied(3, n_nodes), source=.false.)
+      allocate (list(size(tie)))
+      at = 0
+      do i = 1, size(tie)
+         pattern%tied(tie(i)%component, tie(i)%node) = .true.
+         if (at(tie(i)%node) == 0) then
+            at(tie(i)%node) = i
+            list(i)%node = [tie(i)%node]
+         end if
+         do k = 1, size(tie(i)%of)
+            call join(at(tie(i)%node), tie(i)%of(k))
+         end do
+         if (tie(i)%turner > 0) call join(at(tie(i)%node), tie(i)%turner)
+      end do
+      pattern%follows = at > 0
+      allocate (pattern%first(n_nodes + 1))
+      n = 0
+      do i = 1, n_nodes
+         pattern%first(i) = n + 1
+         if (at(i) > 0) n = n + size(list(at(i))%node)
+      end do
+      pattern%first(n_nodes + 1) = n + 1
+      allocate (pattern%of(n))
+      do i = 1, n_nodes
+         if (at(i) > 0) pattern%of(pattern%first(i):pattern%first(i + 1) - 1) = list(at(i))%node
+      end do
+
+   contains
+
+      !> Adds a node, or what this one follows, to a list.
+      subroutine join(to, node)
+         integer, intent(in) :: to, node
+         integer, allocatable :: more(:)
+         integer :: j
+         more = [node]
+         if (at(node) > 0) more = list(at(node))%node
+         do j = 1, size(more)
+            if (.not. any(list(to)%node == more(j))) list(to)%node = [list(to)%node, more(j)]
+         end do
+      end subroutine join
+   end function new_tie_pattern
+
+   !> Pairs of nodes that are neighbours in the band beyond those of the elements.
+   function coupled_pairs(mesh, pattern, spring) result(pair)
+      type(mesh_t), intent(in) :: mesh
+      type(tie_pattern_t), intent(in) :: pattern
+      type(joint_spring_t), intent(in) :: spring(:)
+      integer, allocatable :: pair(:, :)    !! (2, pairs)
+      integer :: i
+      allocate (pair(2, 0))
+      do i = 1, size(spring)
+         call couple(members([spring(i)%node(1), spring(i)%node(2)]))
+      end do
+      if (.not. any(pattern%follows)) return
+      do i = 1, mesh%n_elements
+         if (any(pattern%follows(mesh%node(:, i)))) call couple(members(mesh%node(:, i)))
+      end do
+      do i = 1, mesh%n_nodes
+         if (pattern%follows(i)) call couple(members([i]))
+      end do
+
+   contains
+
+      !> Some nodes, and all that they follow.
+      function members(nodes) result(all_of)
+         integer, intent(in) :: nodes(:)
+         integer, allocatable :: all_of(:)
+         integer :: j
+         all_of = nodes
+         do j = 1, size(nodes)
+            all_of = [all_of, pattern%of(pattern%first(nodes(j)):pattern%first(nodes(j) + 1) - 1)]
+         end do
+      end function members
+
+      !> Every node of a group with every other one.
+      subroutine couple(group)
+         integer, intent(in) :: group(:)
+         integer :: more(2, size(group)**2 / 2), a, b, n
+         n = 0
+         do a = 1, size(group)
+            do b = a + 1, size(group)
+               if (group(a) == group(b)) cycle
+               n = n + 1
+               more(:, n) = [group(a), group(b)]
+            end do
+         end do
+         pair = reshape([pair, more(:, :n)], [2, size(pair, 2) + n])
+      end subroutine couple
+   end function coupled_pairs
+end module tie_pattern

@@ -1,0 +1,85 @@
+!> One line on the terminal that says how far a long run is, while its listing goes elsewhere.
+!>
+!> It is written to standard error, only where that is a terminal and the listing is not to be seen on one, so logs of batch runs
+!> have none of it; it is overwritten in place, some times a second, and wiped at the end.
+module progress
+   use, intrinsic :: iso_fortran_env, only: error_unit
+   use, intrinsic :: iso_c_binding, only: c_int
+   use kinds, only: wp, i8
+   use columns, only: significant, whole
+   use path_record, only: point_t
+   implicit none
+   private
+   public :: progress_t, progress_open, progress_point, progress_close
+
+   real(wp), parameter :: seconds_between = 0.25_wp
+   integer, parameter :: line_width = 79
+
+   type :: progress_t
+      private
+      logical :: shown = .false.
+      integer :: points = 0
+      integer(i8) :: started = 0, last = 0      !! ticks of the clock
+      real(wp) :: ticks = 1.0_wp                !! a second
+   end type progress_t
+
+   interface
+      !> POSIX: 1 when a file descriptor is a terminal.
+      integer(c_int) function c_isatty(descriptor) bind(c, name='isatty')
+         import :: c_int
+         integer(c_int), value :: descriptor
+      end function c_isatty
+   end interface
+
+contains
+
+   !> Looks where output goes. `listed`: standard output has the listing.
+   subroutine progress_open(progress, listed)
+      type(progress_t), intent(out) :: progress
+      logical, intent(in) :: listed
+      integer(i8) :: rate
+      integer(c_int) :: there(2)
+      there(1) = c_isatty(1_c_int)
+      there(2) = c_isatty(2_c_int)
+      progress%shown = there(2) == 1 .and. .not. (listed .and. there(1) == 1)
+      call system_clock(progress%started, rate)
+      progress%ticks = real(rate, wp)
+      progress%last = progress%started
+   end subroutine progress_open
+
+   !> Says where the path is, when it is time to.
+   subroutine progress_point(progress, point, branch)
+      type(progress_t), intent(inout) :: progress
+      type(point_t), intent(in) :: point
+      integer, intent(in) :: branch             !! the path that the point is on, 0: that of the steps
+      integer(i8) :: now
+      character(:), allocatable :: words
+      progress%points = progress%points + 1
+      if (.not. progress%shown) return
+      call system_clock(now)
+      if (real(now - progress%last, wp) < seconds_between * progress%ticks) return
+      progress%last = now
+      words = 'step '//whole(point%step)
+      if (branch > 0) words = words//', branch '//whole(branch)
+      words = words//', '//whole(progress%points)//' points, load factor '//trim(adjustl(significant(point%load_factor, 6)))// &
+         & ', '//whole(int(real(now - progress%started, wp) / progress%ticks))//' s'
+      call show(words)
+   end subroutine progress_point
+
+   !> Wipes the line.
+   subroutine progress_close(progress)
+      type(progress_t), intent(inout) :: progress
+      if (progress%shown .and. progress%last > progress%started) call show('')
+      progress%shown = .false.
+   end subroutine progress_close
+
+   !> Puts words where the last ones were.
+   subroutine show(words)
+      character(*), intent(in) :: words
+      character(line_width) :: line
+      character(*), parameter :: back = achar(13)
+      line = words
+      write (error_unit, '(a)', advance='no') back//line//back
+      flush (error_unit)
+   end subroutine show
+end module progress

@@ -1,0 +1,383 @@
+"""Hinges, springs between nodes, ties, linear equations, rigid links and rods that cannot stretch, against closed forms."""
+import math
+
+import numpy as np
+import pytest
+
+import deck_runner as dr
+
+
+def root(f, low, high):
+    """Where f changes its sign, by bisection to the last bit."""
+    negative = f(low) < 0
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        if (f(middle) < 0) == negative:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+def within_bar(critical, exact, slack=0.0):
+    """The load factor is as near to the exact one as the run says; where it does not know, to 1e-6 (order 8, 4 elements a wave)."""
+    error = critical.error if math.isfinite(critical.error) else 1e-6 * abs(exact)
+    dr.assert_close(critical.load_factor, exact, absolute=error + slack * abs(exact))
+
+
+# Three-hinged arch -----------------------------------------------------------------------------------------------
+
+
+def test_three_hinged_arch():
+    """Straight members under end forces are exact elements: the path P = 2 N y/l, its limit points and the members' buckling."""
+    run = dr.run_deck(dr.example("three-hinged-arch"))
+    ea, half = 1000.0, math.sqrt(0.75)
+
+    def load(y):
+        length = np.hypot(half, y)
+        return 2 * ea * (1 - length) * y / length
+
+    height = 0.5 - run.column("v")
+    dr.assert_close(run.column("load_factor"), load(height), absolute=1e-7)
+    # The members turn on their own, as rigid bars would.
+    turn = np.arctan2(height, half) - math.radians(30)
+    dr.assert_close(run.column("left"), turn, absolute=1e-9)
+    dr.assert_close(run.column("right"), -turn, absolute=1e-9)
+    longest = 0.75 ** (1 / 3)
+    top = load(math.sqrt(longest**2 - 0.75))
+    dr.assert_close([c.load_factor for c in run.labelled("LP")], [top, -top], relative=1e-10)
+    force = root(lambda n: n * (1 - n / ea) - math.pi**2, 5, 20)
+    length = 1 - force / ea
+    buckles = 2 * force * math.sqrt(length**2 - 0.75) / length
+    first = run.labelled("BP")[0]
+    within_bar(first, buckles, slack=1e-8)
+    assert first.note == "bifurcation, double"
+
+
+# Roorda's frame --------------------------------------------------------------------------------------------------
+
+
+def column_stiffness(p):
+    """End moment over end rotation of a hinged column of length and EI 1 under p."""
+    u = math.sqrt(p)
+    return p / (1 - u / math.tan(u))
+
+
+ROORDA = root(lambda p: column_stiffness(p) + 3, 11, 16)
+
+
+def rate_of(f, at, step=1e-5):
+    return (f(at + step) - f(at - step)) / (2 * step)
+
+
+def roorda_slope():
+    """Rate of the load over the buckling load with the corner's rotation t (anticlockwise), L = EI = 1; Koiter's 0.3805.
+
+    To first order the beam's end moment is 3 t, so its corner is pushed up and the column down by 3 t; the column's is -3 t, so the
+    beam is pressed by 3 t. To second order rods shorten by e t^2, which turns the chord of the other one: that of the column by
+    -e_b t^2, that of the beam by e_c t^2. Moments at the corner, k(P + dP + 3 t) (t + e_b t^2) + b(3 t) (t - e_c t^2) = 0, with
+    k = -3 and b(h) = 3 - h/5 of a beam under small compression h, give dP/t.
+    """
+    u = math.sqrt(ROORDA)
+    x = (np.arange(20000) + 0.5) / 20000
+    e_c = 0.5 * np.mean((3 / ROORDA * (u * np.cos(u * x) / math.sin(u) - 1)) ** 2)
+    e_b = 0.5 * np.mean((0.5 * (3 * x**2 - 1)) ** 2)
+    k_rate = rate_of(column_stiffness, ROORDA)
+    return -(3 * k_rate - 3 * e_b - 3 * 0.2 - 3 * e_c) / k_rate / ROORDA
+
+
+def test_roorda_frame():
+    """The buckling load, and the slope of the buckled path at it: a parabola through the bifurcation and both branches."""
+    dr.assert_close(roorda_slope(), -0.3805, absolute=5e-5)
+    run = dr.run_deck(dr.example("roorda-frame"))
+    within_bar(run.labelled("BP")[0], ROORDA)
+    turn, load = [0.0], [1.0]
+    for branch in run.results.branches.values():
+        turn += list(branch.column("turn").values[1:5])
+        load += list(branch.column("load_factor").values[1:5] / ROORDA)
+    assert min(turn) < -0.005 and max(turn) > 0.005 and max(np.abs(turn)) < 0.05
+    # The third power of rotations up to 0.05, not fitted, is 1e-4 of what the slope makes.
+    slope = np.polyfit(turn, load, 4)[3]
+    dr.assert_close(slope, roorda_slope(), relative=1e-4)
+
+
+def roorda_limit(moment):
+    """Limit load of Roorda's frame with a moment on the corner that turns it the way its load falls."""
+    text = dr.changed(
+        dr.example("roorda-frame"),
+        ("METHOD=LOAD\n2., 1E-6, 2.\n*CLOAD\n2, 2, -1.\n*STOP", f"METHOD=LOAD\n1.\n*CLOAD\n2, 6, {moment}\n*END STEP\n*STEP\n"
+         "*STATIC, METHOD=SPHERICAL\n1., , 0.05\n*CLOAD\n2, 2, -1.\n*STOP"),
+        ("*BRANCH, NAME=BUCKLED, INCREMENT=0.001\nturn, ABOVE, 0.3\nturn, BELOW, -0.3\n", ""),
+        ("LOAD, ABOVE, 15.", "turn, ABOVE, 0.3"),
+    )
+    return dr.run_deck(text).load("LP")
+
+
+def test_roorda_imperfection():
+    """Half-power law of asymmetric bifurcation: (dP - slope P t) k' t + moment = 0 is highest at dP = -2 sqrt(slope P moment/k')."""
+    drop = []
+    for moment in (1e-4, 1e-6):
+        drop.append(ROORDA - roorda_limit(moment))
+        first = 2 * math.sqrt(roorda_slope() * ROORDA * moment / rate_of(column_stiffness, ROORDA))
+        # The next term of the series in the rotation.
+        dr.assert_close(drop[-1], first, relative=10 * math.sqrt(moment))
+    dr.assert_close(drop[0] / drop[1], 10.0, relative=0.1)
+
+
+# Partial fixity ---------------------------------------------------------------------------------------------------
+
+SPLICE = """*HEADING
+Hinged column of length and EI 1 with a rotational spring of stiffness 1 at its middle
+*NODE
+1, 0, 0
+2, 0, 0.5
+3, 0, 1
+4, 0, 0.5
+*LINE, ELSET=COLUMN, NSET=LOWER, TYPE=GE8
+1, 2, 4
+*LINE, ELSET=COLUMN, NSET=UPPER, TYPE=GE8
+{second}, 3, 4
+{joint}
+*BEAM SECTION, ELSET=COLUMN, SECTION=INEXTENSIBLE
+1
+*BOUNDARY
+1, PINNED
+3, 1
+*MONITOR, NAME=mid
+2, U1
+*STEP
+*STATIC, METHOD=LOAD
+0.5, , 0.5
+*CLOAD
+3, 2, -1
+*STOP
+LOAD, ABOVE, 4
+*END STEP
+"""
+
+
+@pytest.mark.parametrize(
+    "second, joint",
+    [("2", "*RELEASE\n2, 5, , , 1."), ("4", "*MPC, TYPE=PIN\n4, 2\n*SPRING\n2, 6, 1., 4"),
+     ("4", "*EQUATION\n4, 1, 2.\n2, 1, -2.\n*EQUATION\n2, 2, 1.\n4, 2, -1.\n*SPRING\n4, 6, 1., 2")],
+    ids=["released", "pinned", "equations"],
+)
+def test_spliced_column(second, joint):
+    """P w = c 2 w' at the middle: u/2 tan(u/2) = c L/EI. Three ways to say it."""
+    text = SPLICE.format(second=second, joint=joint)
+    if second == "2":
+        text = text.replace("4, 0, 0.5\n", "")
+    half = root(lambda v: v * math.tan(v) - 1, 0.1, 1.5)
+    within_bar(dr.run_deck(text).labelled("BP")[0], 4 * half**2)
+
+
+def test_gerber_beam():
+    """A beam on three supports with a hinge beyond the second, under its weight q: statically determinate. Slopes of 1e-4."""
+    q = 1e-3
+    run = dr.run_deck("""*HEADING
+Gerber beam
+*NODE
+1, 0, 0
+2, 1, 0
+3, 1.25, 0
+4, 2.25, 0
+*LINE, ELSET=BEAM, TYPE=GE8
+1, 2, 2
+2, 3, 1
+3, 4, 2
+*RELEASE
+3
+*BEAM SECTION, ELSET=BEAM, SECTION=STIFFNESS
+1e4, 1
+*BOUNDARY
+1, PINNED
+2, 2
+4, 2
+*MONITOR, NAME=A
+1, RF2
+*MONITOR, NAME=B
+2, RF2
+*MONITOR, NAME=C
+4, RF2
+*STEP
+*STATIC, METHOD=LOAD
+1.
+*DLOAD
+BEAM, PY, -0.001
+*FIELD OUTPUT
+DISPLACEMENT, SECTION FORCES
+*END STEP
+""")
+    dr.assert_close([run.column(name)[-1] for name in "ABC"], np.array([0.34375, 1.40625, 0.5]) * q, absolute=1e-7 * q)
+    mesh = run.results.mesh
+    assert mesh.releases.tolist() == [[2, len(mesh.node_label) - 1]] and mesh.hinges.tolist() == [2]
+    rotation = run.results.field("displacement", 2)[mesh.releases[0], 2]
+    # Half of it hangs on the cantilever of 0.25 beyond the first span, which turns at its support, too.
+    end = -(0.25**3 / 6 + 0.5 * 0.25**2 / 2)
+    support = 1 / 24 - (0.25**2 / 2 + 0.5 * 0.25) / 3
+    sag = 0.25 * support - (0.25**4 / 8 + 0.5 * 0.25**3 / 3)
+    dr.assert_close(rotation, np.array([support + end, -sag - 1 / 24]) * q, absolute=1e-7 * q)
+
+
+# Rigid links ------------------------------------------------------------------------------------------------------
+
+TIP = """*HEADING
+Cantilever column of length 1, its tip {what}
+*NODE
+1, 0, 0
+2, 0, 1
+3, {x}, {y}
+*LINE, ELSET=ROD, TYPE=GE8
+1, 2, 6
+{arm}
+*BEAM SECTION, ELSET=ROD, SECTION=INEXTENSIBLE
+1
+*BOUNDARY
+1, ENCASTRE
+*MONITOR, NAME=u
+3, U1
+*MONITOR, NAME=v
+3, U2
+*MONITOR, NAME=turn
+3, UR
+*STEP
+*STATIC, METHOD={method}
+{increments}
+*CLOAD
+3, 2, -1
+*STOP
+LOAD, ABOVE, {last}
+*END STEP
+"""
+LINK = "*MPC, TYPE=BEAM\n3, 2"
+
+
+def test_column_with_rigid_end():
+    """A rigid bar as long as the column goes on from its tip and carries the load at its end: u tan u = 1."""
+    text = TIP.format(what="a rigid bar", x=0, y=2, arm=LINK, method="LOAD", increments="0.2, , 0.2", last=1)
+    within_bar(dr.run_deck(text).labelled("BP")[0], root(lambda u: u * math.tan(u) - 1, 0.1, 1.5) ** 2)
+
+
+def test_linear_buckling_with_rigid_end():
+    """The same by *BUCKLE: elements of 1/6 that carry the wave to (u/6)^8 or so."""
+    text = TIP.format(what="a rigid bar", x=0, y=2, arm=LINK, method="LOAD", increments="0.2", last=1)
+    text = text.replace("*STATIC, METHOD=LOAD\n0.2\n", "*BUCKLE\n1\n").replace("*STOP\nLOAD, ABOVE, 1\n", "")
+    factor = dr.run_deck(text).results.buckling["Step-1"].load_factor[0]
+    dr.assert_close(factor, root(lambda u: u * math.tan(u) - 1, 0.1, 1.5) ** 2, relative=1e-6)
+
+
+def test_large_turns_of_a_rigid_arm():
+    """A load on an arm across the tip, to turns beyond a right angle, is a load and its moment about the tip where this is then:
+    the same with the arm as a rod of EI 1e8."""
+    options = dict(x=0.3, y=1, method="CYLINDRICAL", increments="0.2, , 0.2", last=6)
+    rigid = dr.run_deck(TIP.format(what="a rigid arm", arm=LINK, **options))
+    text = TIP.format(what="a stiff arm", arm="*LINE, ELSET=ARM, TYPE=GE8\n2, 3, 1", **options)
+    stiff = dr.run_deck(text.replace("*BOUNDARY", "*BEAM SECTION, ELSET=ARM, SECTION=STIFFNESS\n1e8, 1e8\n*BOUNDARY"))
+    assert abs(rigid.column("turn")[-1]) > 1.9
+    for name in ("u", "v", "turn"):
+        dr.assert_close(rigid.column(name)[-1], stiff.column(name)[-1], relative=1e-6)
+
+
+SCISSOR = """*HEADING
+Two crossed bars with a pin, feet at (-0.8, 0) and (0.8, 0), the left one hinged, the right one on a roller with a spring
+*NODE
+1, -0.8, 0
+2, 0, 0.6
+3, 0.8, 1.2
+4, 0.8, 0
+5, 0, 0.6
+6, -0.8, 1.2
+*LINE, ELSET=BARS
+1, 2, 1
+2, 3, 1
+4, 5, 1
+5, 6, 1
+*MPC, TYPE=PIN
+5, 2
+*BEAM SECTION, ELSET=BARS, SECTION=INEXTENSIBLE
+1e6
+*BOUNDARY
+1, PINNED
+4, 2
+*SPRING
+4, 1, 10.
+*MONITOR, NAME=out
+4, U1
+*MONITOR, NAME=down
+3, U2, -1.
+*STEP
+*STATIC
+0.2, , 0.1
+*CLOAD
+3, 2, -1.
+6, 2, -1.
+*STOP
+down, ABOVE, 1.
+*END STEP
+"""
+
+
+def test_scissor():
+    """Bars of length 2: the work of both loads is that of the spring, 2 P dh = k out d(out), h^2 + (1.6 + out)^2 = 4. The bars
+    bend by P L^2/EI of their length, 2e-5 at most."""
+    run = dr.run_deck(SCISSOR)
+    out = run.column("out")
+    width = 1.6 + out
+    height = np.sqrt(4 - width**2)
+    dr.assert_close(1.2 - run.column("down"), height, absolute=1e-4)
+    dr.assert_close(run.column("load_factor"), 0.5 * 10 * out * height / width, absolute=1e-4 * max(abs(run.column("load_factor"))))
+    assert out[-1] > 0.35
+
+
+# Rods that cannot stretch ------------------------------------------------------------------------------------------
+
+ARCH = """*HEADING
+Semicircular arch, hinged, with a load at the crown
+*NODE
+1, -1, 0
+2, 0, 1
+3, 1, 0
+*ARC, ELSET=ARCH, TYPE=GE8, DIRECTION=CLOCKWISE
+1, 2, 0, 0, 6
+2, 3, 0, 0, 6
+*BEAM SECTION, ELSET=ARCH, SECTION={section}1
+*BOUNDARY
+1, PINNED
+3, PINNED
+*MONITOR, NAME=v
+2, U2, -1
+*STEP
+*STATIC
+1, , 0.1
+*CLOAD
+2, 2, -1
+*STOP
+v, ABOVE, 0.5
+*END STEP
+"""
+
+
+def test_arch_without_stretch():
+    """Loads go to those of the inextensible arch with 1/EA, so two EA give them."""
+    loads = {}
+    for name, section in (("1e6", "STIFFNESS\n1e6, "), ("2e6", "STIFFNESS\n2e6, "), ("rigid", "INEXTENSIBLE\n")):
+        run = dr.run_deck(ARCH.format(section=section))
+        loads[name] = np.array([run.load("BP"), run.load("EP")])
+    # What is left is of order (load/EA)^2.
+    dr.assert_close(loads["rigid"], 2 * loads["2e6"] - loads["1e6"], relative=3e-9)
+
+
+def test_indeterminate_bars():
+    """A column that cannot stretch between two hinges, and a triangle with a bar too many."""
+    column = SPLICE.format(second="2", joint="").replace("4, 0, 0.5\n", "").replace("3, 1\n", "3, PINNED\n")
+    run = dr.run_deck(column, code=2)
+    assert "rods that cannot stretch are statically indeterminate" in run.stderr and "element 1" in run.stderr
+    assert dr.run_deck(column.replace("3, PINNED", "3, 1")).code == 0
+
+
+def test_mechanisms():
+    """Joints without which nothing stands still."""
+    text = dr.changed(dr.example("three-hinged-arch"), ("*RELEASE, NSET=CROWN\n2, RIGHT",
+                      "*RELEASE, NSET=CROWN\n2, RIGHT\n*RELEASE\n5"))
+    run = dr.run_deck(text, code=2)
+    assert "can move without resistance" in run.stderr and "mechanism" in run.stderr
