@@ -243,17 +243,7 @@ contains
    subroutine freeze_loads(problem, state)
       type(problem_t), intent(inout) :: problem
       type(state_t), intent(inout) :: state
-      associate (load => problem%model%step(problem%step)%load, kept => problem%constant, factor => state%load_factor)
-         kept%node_force = kept%node_force + factor * load%node_force
-         kept%line_force = kept%line_force + factor * load%line_force
-         kept%pressure = kept%pressure + factor * load%pressure
-         kept%strain = kept%strain + factor * load%strain
-         kept%curvature = kept%curvature + factor * load%curvature
-         kept%displacement = kept%displacement + factor * load%displacement
-         kept%motion = kept%motion + factor * load%motion
-         kept%closing = kept%closing + factor * load%closing
-         kept%resolved = kept%resolved + factor * load%resolved
-      end associate
+      call problem%constant%add(state%load_factor, problem%model%step(problem%step)%load)
       state%load_factor = 0.0_wp
    end subroutine freeze_loads
 end module path_loop
