@@ -3,7 +3,8 @@
 !> It drives the checks (card_check), the readers (card_values) and the manual (card_manual, `unilat --cards`).
 module card_table
    use card_spec, only: card_spec_t, in_model, anywhere, positive, not_negative, not_zero, &
-      kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label, kind_label_or_set, kind_dof, &
+      kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label, kind_label_or_set, kind_dof, kind_path, &
+      kind_value, &
       card => add_card, param => add_parameter, lines => add_layout, field => add_field
    use step_card_table, only: add_step_cards
    implicit none
@@ -34,6 +35,17 @@ contains
          once=.true., free_text=.true.)
       call param(t, 'JOB', kind_name, 'name of the result file, without `.h5`', optional=.true.)
       call lines(t, least=0)
+
+      call card(t, 'PARAMETER', anywhere, 'Names with values: `${name}` and formulas such as `${2*pi*EI/L}` in the lines '// &
+         'below write them. `--set name=value` on the command line, or a sweep, replaces a value.', free_text=.true.)
+      call lines(t)
+      call field(t, 'name = value', kind_value, 'each name once: a letter, then letters, digits and `_`. Formulas use '// &
+         'the names above, without `${}`')
+
+      call card(t, 'INCLUDE', anywhere, 'Puts the lines of another file in the place of this card: cards, or data '// &
+         'lines of the card above. It may stand anywhere, and have its like inside.')
+      call param(t, 'FILE', kind_path, 'beside the file that has this card, or absolute; of a deck from standard input: '// &
+         'beside the working directory. The rest of the line')
 
       call card(t, 'NODE', in_model, 'Nodes by label and stress-free position.')
       call param(t, 'NSET', kind_name, 'adds the nodes to this node set', optional=.true.)

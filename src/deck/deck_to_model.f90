@@ -1,11 +1,13 @@
 !> From the text of a deck to the model: the sequence of all readers.
 !>
 !> Everything is read even when errors were found, so that the user sees them all at once. What follows only from
-!> an error already reported (a node that is missing because its line is bad) is not reported again.
+!> an error already reported (a node that is missing because its line is bad) is not reported again. So nothing is read
+!> of a deck that cannot be put together, because an included deck or a value is missing.
 module deck_to_model
    use model, only: model_t
    use deck_source, only: deck_source_t
    use diagnostics, only: diagnostics_t, place_t
+   use deck_assembly, only: assemble_deck
    use deck_cards, only: deck_t, split_deck
    use card_check, only: check_cards
    use card_values, only: parameter_text
@@ -20,7 +22,7 @@ module deck_to_model
    use read_gap_supports, only: read_gap_cards
    use read_monitors, only: read_monitor_cards
    use read_steps, only: read_step_cards
-   use read_loads, only: read_load_cards
+   use read_loads, only: read_load_cards, is_load_card
    use read_path_control, only: read_path_cards, check_steps
    use read_mode_imperfections, only: read_mode_imperfection_cards
    use read_branches, only: read_branch_cards
@@ -33,15 +35,19 @@ module deck_to_model
 contains
 
    !> Reads and checks a deck.
-   subroutine read_deck(source, model, diagnostics, steps_optional)
-      type(deck_source_t), intent(in) :: source        !! its text
+   subroutine read_deck(source, model, diagnostics, steps_optional, settings)
+      type(deck_source_t), intent(inout) :: source     !! its text as typed; as read
       type(model_t), intent(out) :: model              !! all components allocated; of use only without errors
       type(diagnostics_t), intent(out) :: diagnostics  !! diagnostics%n: number of errors
       logical, intent(in), optional :: steps_optional  !! true: a deck without *STEP is no error (default false)
+      character(*), intent(in), optional :: settings(:) !! name=value from the command line, for ${name} (default none)
       type(deck_t) :: deck
       type(deck_names_t) :: names
       integer :: n
 
+      if (present(settings)) call assemble_deck(source, settings, diagnostics)
+      if (.not. present(settings)) call assemble_deck(source, [character(1) ::], diagnostics)
+      if (diagnostics%n > 0) return
       call split_deck(source, deck, diagnostics)
       call check_cards(deck, diagnostics)
       call note_bad_cards(deck, diagnostics, names)
@@ -128,8 +134,8 @@ contains
          case ('BOUNDARY')
             names%supports_incomplete = .true.
             names%loads_incomplete = .true.
-         case ('CLOAD', 'DLOAD', 'TEMPERATURE', 'OBSTACLE MOTION', 'CONTACT INTERFERENCE')
-            names%loads_incomplete = .true.
+         case default
+            if (is_load_card(deck%card(card)%keyword)) names%loads_incomplete = .true.
          end select
       end do
       if (.not. names%unknown_cards) return

@@ -70,7 +70,7 @@ contains
          old = names%node%find(label)
          if (old > 0) then
             call complain(deck, diagnostics, card, field_place(deck, line, 1), &
-               'node '//to_text(label)//' was defined in line '//to_text(origin%node_line(old)))
+               'node '//to_text(label)//' was defined in '//deck%source%line_words(origin%node_line(old)))
             cycle
          end if
          call new_node(names, grown, origin, label, [field_real(deck, line, 2), field_real(deck, line, 3)], &
@@ -96,7 +96,7 @@ contains
          old = names%element%find(label)
          if (old > 0) then
             call complain(deck, diagnostics, card, field_place(deck, line, 1), &
-               'element '//to_text(label)//' was defined in line '//to_text(origin%element_line(old)))
+               'element '//to_text(label)//' was defined in '//deck%source%line_words(origin%element_line(old)))
             cycle
          end if
          call two_nodes(deck, names, grown, diagnostics, line, node, length)
