@@ -20,6 +20,8 @@ module mesh_request
    real(wp), parameter :: part_of_iteration = 0.1_wp !! of what is asked
    real(wp), parameter :: of_rest = 1.4_wp       !! times what the iteration has left is its part of a bar, see error_bar
    integer, parameter :: most_unbounded = 2      !! meshes for a bar that is narrow enough, but has no bounds
+   integer, parameter :: most_unknown = 5        !! and for one that has none at all
+   real(wp), parameter :: enough_progress = 0.7_wp !! of the error, by a mesh that is at least finer by `least`
    real(wp), parameter :: most = 4.0_wp          !! times as many elements at once: farther the forecast does not reach
    real(wp), parameter :: least = 1.25_wp        !! times as many where a mesh of the right number was not good enough
 
@@ -27,7 +29,8 @@ contains
 
    !> The elements wanted where bars are wider than allowed. Not allocated: they are not, or no mesh of the program's makes them
    !> narrower (rounding, elements that the deck has given, no estimate).
-   subroutine request_mesh(problem, state, bars, sizes, counted, asked, critical, tries, can_settle, unsettled, demand)
+   subroutine request_mesh(problem, state, bars, sizes, counted, asked, critical, tries, can_settle, last, unsettled, &
+      & demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! the point that the bars are of
       type(error_bars_t), intent(in) :: bars
@@ -36,6 +39,7 @@ contains
       real(wp), intent(in) :: asked              !! relative error
       logical, intent(in) :: critical            !! a load's bar without bounds does not do, however narrow
       integer, intent(in) :: tries               !! requests for the same point that did not suffice
+      real(wp), intent(inout) :: last            !! of these: the error over what is allowed; on return that of this one
       logical, intent(in) :: can_settle          !! the iteration can go on
       logical, intent(out) :: unsettled          !! the iteration has left more than its part: it is to go on first
       type(demand_t), allocatable, intent(out) :: demand(:) !! (stretches)
@@ -71,6 +75,9 @@ contains
          whole = now
       end if
       if (known) then
+         ! Where more elements do not help it is not their number.
+         if (tries > most_unbounded .and. ratio > enough_progress * last) return
+         last = ratio
          ! What the given elements contribute no other mesh takes away.
          if (2.0_wp * sum(indicator, mask=free) < sum(indicator)) return
          wanted = exp(((2 * s + 1) * log(whole) - log(part_of_asked * asked)) / (2 * s))
@@ -78,6 +85,8 @@ contains
          wanted = min(wanted, most * now)
          g = g / whole
       else
+         if (tries > most_unknown) return
+         last = huge(last)
          wanted = 2.0_wp * now
          ! Shares tell little: nowhere fewer than there are.
          g = merge(max(g / whole, 1.0_wp / now), 0.0_wp, free)

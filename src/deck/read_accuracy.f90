@@ -60,7 +60,7 @@ contains
       if (given(deck, card, 'PATH')) step%asked_of_path = parameter_real(deck, card, 'PATH')
       if (given(deck, card, 'WIDEST')) step%widest_bar = parameter_real(deck, card, 'WIDEST')
       call check('TOLERANCE', step%asked < 1.0_wp, 'must be below 1')
-      call check('PATH', step%asked_of_path < 1.0_wp, 'must be below 1')
+      call check('PATH', step%asked_of_path < 1.0_wp .or. .not. given(deck, card, 'PATH'), 'must be below 1')
       call check('PATH', .not. given(deck, card, 'PATH') .or. makes_mesh, 'goes with a number of elements that is left out')
       call check('POINTS', step%error_bars .or. .not. makes_mesh, 'must not be NONE where a number of elements is left out')
       if (deck%card(card)%last_line < deck%card(card)%first_line) return

@@ -19,6 +19,7 @@ module span_problem
 
    ! A free span of elements of order 8 is good to 1e-9 with these, one in contact is smooth: no layer forms at its ends.
    integer, parameter :: least_free = 8, least_conforming = 2
+   real(wp), parameter :: whole_number = 0.01_wp    !! that near to one a sum of parts is it
    integer, parameter :: least_placed = 2           !! of a mesh that is made for a tolerance: its error is watched
    real(wp), parameter :: at_breakpoint = 1.0e-9_wp !! of a stretch: as near as that is there
    ! Elements that tell what touches: at least, and at most where the deck has more.
@@ -137,7 +138,7 @@ contains
          if (.not. to > from) return
          if (base%layout%stretch(stretch)%placed) then
             wanted = between(base%demand(stretch), from, to)
-            n = max(least_placed, nint(min(wanted, (to - from) / (finest * base%size))))
+            n = max(least_placed, ceiling(min(wanted, (to - from) / (finest * base%size)) - whole_number))
             if (contact > 0) then
                if (lies_straight(base, stretch, contact)) n = least_conforming
             end if

@@ -191,7 +191,7 @@ contains
       if (.not. allocated(bars) .or. .not. asked > 0.0_wp .or. tries > most_meshes) return
       can_settle = .not. step%tolerance_given .and. problem%model%step(problem%step)%sharper > most_sharp
       call request_mesh(problem, place, bars, sizes_there(problem, step, run, place, outcome), step%asked_of, asked, critical, &
-         & tries, can_settle, run%unsettled, run%wanted)
+         & tries, can_settle, run%excess, run%unsettled, run%wanted)
    end subroutine ask_for_mesh
 
    !> What the errors of a point are measured against.

@@ -48,12 +48,13 @@ contains
       type(heading_t) :: ahead
       type(relation_t) :: relation, before
       logical :: finished, scaled, turned, shorter, astray, changed, entered, taken, asked
-      integer :: cuts, searches, tries
+      integer :: cuts, searches, tries, tried_at
 
       finished = .false.
       cuts = 0
       searches = 0
       tries = 0
+      tried_at = run%step_points
       taken = .false.
       changed = .false.
       points: do
@@ -61,6 +62,8 @@ contains
             if (size(step%stop) > 0) outcome%why = 'the allowed number of points was used up before the stop condition'
             return
          end if
+         if (run%step_points /= tried_at) tries = 0
+         tried_at = run%step_points
          if (is_arc_length(run%control%method)) &
             & call set_tangent(problem, run%system, run%heading%u, run%heading%load, run%control)
          call shorten_to_stop(step, run)
@@ -147,7 +150,6 @@ contains
                call refine()
                cycle points
             end if
-            if (changed) tries = 0
             if (changed .and. .not. allocated(run%stuck)) cycle points
          end if
          if (allocated(run%stuck)) then
@@ -165,7 +167,6 @@ contains
             call refine()
             cycle points
          end if
-         tries = 0
          searches = 0
          call renew_mesh(problem, run, timers)
          if (is_arc_length(step%method) .and. .not. is_arc_length(run%control%method)) then
@@ -186,6 +187,7 @@ contains
          cuts = 0
          tries = tries + 1
          if (run%unsettled) then
+            run%unsettled = .false.
             problem%model%step(problem%step)%sharper = sharper * problem%model%step(problem%step)%sharper
             problem%deck%step(problem%step)%sharper = problem%model%step(problem%step)%sharper
             if (allocated(run%wanted)) deallocate (run%wanted)

@@ -14,12 +14,14 @@ module path_loop
    use corrector, only: increment_t
    use path_run, only: run_t
    use first_contact, only: presume_contact
-   use span_mesh, only: prepare_mesh
+   use span_mesh, only: prepare_mesh, ask_for_twice, refine_mesh
    use span_problem, only: hold_touches
    use step_control, only: start_control
    use path_events, only: new_probe
    use path_acceptance, only: record, note_trouble, outcome_t
    use linear_buckling, only: buckle
+   use buckling_errors, only: add_buckling_bars
+   use error_report, only: note_buckling_bars
    use tangent_rounding, only: path_stiffness, bending_stiffness, rounding_cure
    use path_follower, only: follow_points
    use branches, only: follow_branches
@@ -29,6 +31,8 @@ module path_loop
    implicit none
    private
    public :: follow_path, outcome_t
+
+   integer, parameter :: most_meshes = 8         !! of a buckling step
 
 contains
 
@@ -213,22 +217,39 @@ contains
 
    !> A buckling step.
    subroutine find_modes(problem, run, buckling, recorder, outcome, timers)
-      type(problem_t), intent(in) :: problem
+      type(problem_t), intent(inout) :: problem      !! its mesh is refined as the modes want it
       type(run_t), intent(inout) :: run
       type(buckling_t), intent(out) :: buckling
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
+      type(step_t) :: step
+      type(state_t) :: nowhere
+      integer :: tries
+      logical :: asked, taken, done
       type(error_t), allocatable :: error
-      associate (step => problem%model%step(problem%step))
+      step = problem%model%step(problem%step)
+      call start_control(problem, step, run)
+      do tries = 0, most_meshes
          call buckle(problem, run%state, run%system, step%n_modes, buckling, error, timers)
          if (allocated(error)) then
             call note_trouble(outcome, 'step '//trim(step%name)//': '//error%message)
             return
          end if
-         if (size(buckling%load_factor) < step%n_modes) call note_trouble(outcome, 'step '//trim(step%name)// &
-            & ': there are only '//to_text(size(buckling%load_factor))//' buckling modes')
-      end associate
+         if (.not. step%error_bars) exit
+         call add_buckling_bars(problem, run%state, buckling, timers)
+         if (.not. allocated(buckling%bar) .or. .not. step%asked > 0.0_wp) exit
+         if (all(buckling%bar%bounded .and. buckling%bar%bar <= step%asked * abs(buckling%load_factor))) exit
+         ! The indicators of a path say nothing of modes.
+         call ask_for_twice(problem, run, asked)
+         if (.not. asked) exit
+         nowhere = run%state
+         call refine_mesh(problem, run, nowhere, taken, done, timers)
+         if (.not. done) exit
+      end do
+      if (size(buckling%load_factor) < step%n_modes) call note_trouble(outcome, 'step '//trim(step%name)// &
+         & ': there are only '//to_text(size(buckling%load_factor))//' buckling modes')
+      if (step%error_bars) call note_buckling_bars(buckling, step%widest_bar, outcome%accuracy)
       call recorder%buckling(buckling, timers, error)
       if (allocated(error)) outcome%why = error%message
    end subroutine find_modes
@@ -237,17 +258,7 @@ contains
    subroutine freeze_loads(problem, state)
       type(problem_t), intent(inout) :: problem
       type(state_t), intent(inout) :: state
-      associate (load => problem%model%step(problem%step)%load, kept => problem%constant, factor => state%load_factor)
-         kept%node_force = kept%node_force + factor * load%node_force
-         kept%line_force = kept%line_force + factor * load%line_force
-         kept%pressure = kept%pressure + factor * load%pressure
-         kept%strain = kept%strain + factor * load%strain
-         kept%curvature = kept%curvature + factor * load%curvature
-         kept%displacement = kept%displacement + factor * load%displacement
-         kept%motion = kept%motion + factor * load%motion
-         kept%closing = kept%closing + factor * load%closing
-         kept%resolved = kept%resolved + factor * load%resolved
-      end associate
+      call problem%constant%add(state%load_factor, problem%model%step(problem%step)%load)
       state%load_factor = 0.0_wp
    end subroutine freeze_loads
 end module path_loop

@@ -55,6 +55,7 @@ module path_run
       integer :: span_tries = 0                  !! increments with contact at nodes that could not be taken for contact spans
       logical :: on_bifurcation = .false.        !! the last point is one that was recorded: its pivots have the sign of rounding
       real(wp) :: motion(2) = 0.0_wp             !! largest displacement and rotation so far
+      real(wp) :: excess = 0.0_wp                !! of the last trial that wanted another mesh: its error over what is allowed
       logical :: unsettled = .false.             !! the last trial wants smaller residuals, and nothing was recorded
       type(demand_t), allocatable :: wanted(:)   !! (stretches) the mesh that the last trial asks for, of which nothing was
       !! recorded; not allocated: it is as good as the deck asks
