@@ -15,7 +15,7 @@ module path_loop
    use corrector, only: increment_t
    use path_run, only: run_t
    use first_contact, only: presume_contact
-   use span_start, only: prepare_spans
+   use span_mesh, only: prepare_mesh, ask_for_twice, refine_mesh
    use span_problem, only: hold_touches
    use step_control, only: start_control
    use path_events, only: new_probe
@@ -32,6 +32,8 @@ module path_loop
    implicit none
    private
    public :: follow_path, outcome_t
+
+   integer, parameter :: most_meshes = 8         !! of a buckling step
 
 contains
 
@@ -50,7 +52,7 @@ contains
       call timing_start(timers, phase_path)
       n_branches = 0
       perfect = problem%deck
-      call prepare_spans(problem)
+      call prepare_mesh(problem)
       outcome%spans = any(problem%deck%contact%along)
       run%state = new_state(problem)
       call hold_touches(problem, run%state%active)
@@ -202,7 +204,7 @@ contains
       fresh = new_problem(bent)
       fresh%step = problem%step
       fresh%coordinates = problem%coordinates
-      call prepare_spans(fresh)
+      call prepare_mesh(fresh)
       problem = fresh
       run%state = new_state(problem)
       call hold_touches(problem, run%state%active)
@@ -221,26 +223,39 @@ contains
 
    !> A buckling step.
    subroutine find_modes(problem, run, buckling, recorder, outcome, timers)
-      type(problem_t), intent(in) :: problem
+      type(problem_t), intent(inout) :: problem      !! its mesh is refined as the modes want it
       type(run_t), intent(inout) :: run
       type(buckling_t), intent(out) :: buckling
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
+      type(step_t) :: step
+      type(state_t) :: nowhere
+      integer :: tries
+      logical :: asked, taken, done
       type(error_t), allocatable :: error
-      associate (step => problem%model%step(problem%step))
+      step = problem%model%step(problem%step)
+      call start_control(problem, step, run)
+      do tries = 0, most_meshes
          call buckle(problem, run%state, run%system, step%n_modes, buckling, error, timers)
          if (allocated(error)) then
             call note_trouble(outcome, 'step '//trim(step%name)//': '//error%message)
             return
          end if
-         if (size(buckling%load_factor) < step%n_modes) call note_trouble(outcome, 'step '//trim(step%name)// &
-            & ': there are only '//to_text(size(buckling%load_factor))//' buckling modes')
-      end associate
-      if (problem%model%step(problem%step)%error_bars) then
+         if (.not. step%error_bars) exit
          call add_buckling_bars(problem, run%state, buckling, timers)
-         call note_buckling_bars(buckling, problem%model%step(problem%step)%widest_bar, outcome%accuracy)
-      end if
+         if (.not. allocated(buckling%bar) .or. .not. step%asked > 0.0_wp) exit
+         if (all(buckling%bar%bounded .and. buckling%bar%bar <= step%asked * abs(buckling%load_factor))) exit
+         ! The indicators of a path say nothing of modes.
+         call ask_for_twice(problem, run, asked)
+         if (.not. asked) exit
+         nowhere = run%state
+         call refine_mesh(problem, run, nowhere, taken, done, timers)
+         if (.not. done) exit
+      end do
+      if (size(buckling%load_factor) < step%n_modes) call note_trouble(outcome, 'step '//trim(step%name)// &
+         & ': there are only '//to_text(size(buckling%load_factor))//' buckling modes')
+      if (step%error_bars) call note_buckling_bars(buckling, step%widest_bar, outcome%accuracy)
       call recorder%buckling(buckling, timers, error)
       if (allocated(error)) outcome%why = error%message
    end subroutine find_modes

@@ -1,0 +1,107 @@
+"""A tolerance instead of a mesh: decks without numbers of elements deliver the error that they ask for, or say that they do not.
+
+Exact values: the ring's critical loads (tests/reference), Euler's column, the cantilever by elliptic integrals (many elements),
+the deep arch by its reference; others by the same program with a given mesh many times as fine.
+"""
+from __future__ import annotations
+
+import functools
+import math
+import re
+
+import pytest
+
+import deck_runner as dr
+
+RING_100 = 81.557427564661
+TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9)
+
+
+def without_counts(text):
+    """The deck with elements of order 8 and their numbers left out."""
+    text = re.sub(r"TYPE=GE\d", "TYPE=GE8", text)
+
+    def rows(match):
+        keep = 4 if "*ARC" in match[1] else 2
+        lines = [", ".join(field.strip() for field in line.split(",")[:keep]) for line in match[2].splitlines()]
+        return match[1] + "\n".join(lines) + "\n"
+    return re.sub(r"(\*(?:LINE|ARC)[^\n]*\n)((?:\d+,[^\n]*\n)+)", rows, text)
+
+
+def asking(name, tolerance, *changes):
+    """An example deck, or a text, that asks for a tolerance."""
+    text = without_counts(dr.example(name) if "\n" not in name else name)
+    text = re.sub(r"\*ACCURACY[^\n]*\n", "", text)
+    text = re.sub(r"\*STEP([^\n]*)\n", rf"*STEP\1\n*ACCURACY, TOLERANCE={tolerance}\n", text)
+    return dr.changed(text, *changes)
+
+
+def loads(run, label):
+    return [c.load_factor for c in run.results.critical if c.label == label]
+
+
+@functools.cache
+def fine(name, n):
+    """Limit loads of the same deck with n given elements of order 8 on every line or arc."""
+    text = without_counts(dr.example(name))
+    text = re.sub(r"(\*(?:LINE|ARC)[^\n]*\n)((?:\d+,[^\n]*\n)+)",
+                  lambda m: m[1] + "".join(f"{line}, {n}\n" for line in m[2].splitlines()), text)
+    return loads(dr.run_deck(re.sub(r"\*ACCURACY[^\n]*\n", "", text)), "LP")
+
+
+@pytest.mark.parametrize("tolerance", TOLERANCES)
+def test_ring_delivers_what_is_asked(tolerance):
+    run = dr.run_deck(asking("ring", tolerance))
+    (load,) = loads(run, "LP")
+    assert abs(load - RING_100) <= tolerance * RING_100
+    (bar,) = [c.error for c in run.results.critical if c.label == "LP"]
+    assert abs(load - RING_100) <= bar <= tolerance * RING_100
+
+
+@pytest.mark.parametrize("name", ["lee-frame", "column", "arch-shallow-hinged"])
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
+def test_limit_loads_deliver_what_is_asked(name, tolerance):
+    expected = fine(name, 24)
+    got = loads(dr.run_deck(asking(name, tolerance)), "LP")
+    largest = max(abs(load) for load in expected)
+    assert len(got) == len(expected)
+    assert all(abs(a - b) <= tolerance * largest for a, b in zip(got, expected))
+
+
+def test_a_smaller_tolerance_takes_more_elements_of_the_ring():
+    """What is delivered follows what is asked: one mesh for all would be as good for each."""
+    errors = [abs(loads(dr.run_deck(asking("ring", t)), "LP")[0] - RING_100) for t in (1e-2, 1e-9)]
+    assert errors[0] > 1e2 * errors[1]
+
+
+EULER = ("*HEADING, JOB=euler\n*NODE\n1, 0., 0.\n2, 1., 0.\n*LINE, ELSET=C\n1, 2\n*BEAM SECTION, ELSET=C, SECTION=STIFFNESS\n"
+         "1E5, 1.\n*BOUNDARY\n1, ENCASTRE\n2, YSYMM\n*MONITOR, NAME=x\n2, U1, -1.\n*STEP\n*STATIC, METHOD=LOAD\n2., 1E-9, 3.\n"
+         "*CLOAD\n2, 1, -10.\n*STOP\nLOAD, ABOVE, 5.\n*END STEP\n")
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
+def test_bifurcation_of_a_clamped_column(tolerance):
+    """P (1 - P/EA) = 4 pi^2 EI in tenths."""
+    exact = 0.1 * 0.5 * (1.0 - math.sqrt(1.0 - 4.0 * 4.0 * math.pi**2 / 1e5)) * 1e5
+    (load,) = loads(dr.run_deck(asking(EULER, tolerance)), "BP")
+    assert abs(load - exact) <= tolerance * 5.0
+
+
+def test_a_given_number_stays_and_its_bar_tells():
+    """Two elements of order 4 for the frame's lines: far from 1e-6, which the run says."""
+    text = re.sub(r"TYPE=GE\d", "TYPE=GE4", dr.example("lee-frame"))
+    text = re.sub(r"(\d, \d), \d+\n", r"\1, 2\n", text)
+    text = re.sub(r"\*ACCURACY[^\n]*\n", "", text).replace("*STEP\n", "*STEP\n*ACCURACY, TOLERANCE=1E-6\n")
+    run = dr.run_deck(text, code=2)
+    assert "1E-06" in run.stderr and "WIDEST" in run.stderr
+
+
+def test_without_the_card_a_millionth_is_asked_for():
+    run = dr.run_deck(without_counts(dr.example("ring")))
+    (load,) = loads(run, "LP")
+    assert abs(load - RING_100) <= 1e-6 * RING_100
+
+
+def test_an_error_that_rounding_does_not_allow_is_said():
+    run = dr.run_deck(asking("arch-deep-hinged", "1E-15"), code=2)
+    assert "the errors asked for are not reached" in run.stderr
