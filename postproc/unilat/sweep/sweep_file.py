@@ -28,15 +28,17 @@ class Sweep:
     gather: dict[str, Quantity]
     pictures: list[dict]
     timeout: float | None      # [s] a run
+    more: dict                 # what else was asked for, see read_sweep
 
 
-def read_sweep(filename: str) -> Sweep:
-    """Everything checked that can be checked before the first run."""
+def read_sweep(filename: str, also: tuple[str, ...] = ()) -> Sweep:
+    """Everything checked that can be checked before the first run. `also`: further keys that the file may have."""
     text = _text(filename)
     content = _toml(text, filename)
-    unknown = set(content) - KNOWN
+    known = KNOWN | set(also)
+    unknown = set(content) - known
     if unknown:
-        raise ResultsError(f"{filename}: '{min(unknown)}' is not known (known: {', '.join(sorted(KNOWN))})")
+        raise ResultsError(f"{filename}: '{min(unknown)}' is not known (known: {', '.join(sorted(known))})")
     if "deck" not in content:
         raise ResultsError(f"{filename}: deck is missing: deck = \"NAME.inp\"")
     deck_name = os.path.join(os.path.dirname(filename), content["deck"])
@@ -58,7 +60,7 @@ def read_sweep(filename: str) -> Sweep:
     return Sweep(os.path.splitext(os.path.basename(filename))[0], content.get("title", ""), text, os.path.basename(deck_name), deck,
                  values, {name: word for word in GROUPS for name in content.get(word, {}) if name in values[0]},
                  [filled(deck, each, deck_name) for each in values], gather, _pictures(content, filename, gather, values[0]),
-                 timeout)
+                 timeout, {key: content[key] for key in also if key in content})
 
 
 def _pictures(content: dict, filename: str, gather: dict, values: dict) -> list[dict]:
