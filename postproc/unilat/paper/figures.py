@@ -182,7 +182,7 @@ def stages(column: Results) -> dict[str, int]:
 
 
 def curve(axes, results: Results, x: str, number: int):
-    path_curves.draw_path(axes, results, results.column(x).values, results.column("load_factor").values, style.look(number), True)
+    path_curves.draw_path(axes, results, results.column(x).values, results.column("load_factor").values, style.look(number), load=1)
 
 
 def without_order(look: dict) -> dict:

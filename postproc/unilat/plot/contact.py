@@ -17,7 +17,8 @@ factor, a monitor or the number of the point. Unstable parts of the path are das
 reference direction; arc lengths are stress-free ones along the candidates of the contact. A region that is one point
 has one line. Where regions split or merge the ends between them begin or end. Contact without force, as of a rod that
 lies in its cavity before any load, is left out when the first load ends it. With both ends of a single file as arc
-lengths over a quantity that only grows (or falls), such as point, the region itself is tinted."""
+lengths over a quantity that only grows (or falls), such as point, the region itself is tinted. Between computed points curves
+are smooth as in unilat-plot path."""
 
 EXAMPLES = """\
 examples:
@@ -40,6 +41,7 @@ def main(argv=None) -> int:
                         help="which end of the regions (default both)")
     parser.add_argument("--against", metavar="NAME", default="load_factor",
                         help="load_factor (default), a monitor, point, or any path quantity")
+    path_curves.add_step(parser)
     parser.add_argument("--contact", type=int, metavar="N", help="only the N-th *CONTACT of the deck")
     path_curves.add_marks(parser, "LP,BP")
     style.add_axes(parser)
@@ -59,22 +61,23 @@ def main(argv=None) -> int:
         against = options.numbers(results, args.against)
         label = label or captions.column_label(against, args.x_scale)
         x = args.x_scale * against.values
+        step = path_curves.step_number(results, args.step)
         drawn = [line for line in lines[k] if line.side in sides and np.any(np.isfinite(curve(line, angle)))]
         looks = {line: style.look(k) for line in lines[k]} if len(everything) > 1 else end_looks(drawn)
         if len(everything) == 1 and not angle and len(sides) == 2:
             for history in found[0]:
-                tint(axes, results, history, x, args.y_scale, looks)
+                tint(axes, results, history, x, args.y_scale, looks, step, path_curves.load_axis(against))
         for line in without_twins(drawn):
             rows = line.points - 1
             y = args.y_scale * curve(line, angle)
-            unstable |= path_curves.draw_path(axes, results, x[rows], y, looks[line], against.name == "load_factor",
-                                        first=rows[0])
+            unstable |= path_curves.draw_path(axes, results, x[rows], y, looks[line], path_curves.load_axis(against),
+                                              first=rows[0], step=step)
 
             def place(critical, rows=rows, y=y):
                 at = critical.point - 1 - rows[0]
                 return (x[rows[at]], y[at]) if 0 <= at < len(rows) else (np.nan, np.nan)
 
-            texts += path_curves.draw_marks(axes, results, args.mark, place, looks[line]["color"])
+            texts += path_curves.draw_marks(axes, results, args.mark, place, looks[line]["color"], step=step)
         contacts = {line.contact: looks[line] for line in drawn}
         used |= {looks[line]["color"] for line in drawn}
         if len(everything) > 1 or published:
@@ -137,22 +140,27 @@ def without_twins(drawn: list[End]) -> list[End]:
     return [line for line in drawn if line.side == "start" or (line.contact, line.points[0], tuple(line.arc)) not in starts]
 
 
-def tint(axes, results, history, x, scale, looks):
+def tint(axes, results, history, x, scale, looks, wanted, load):
     """The region itself, when it is drawn over something that only grows or falls in a step.
 
-    Of steps that go over the same values the last one.
+    Of steps that go over the same values the last one, when none is `wanted`. `load`: see load_axis.
     """
     steps = results.path["step"].values if "step" in results.path else np.ones(results.n_points, dtype=int)
     colour = next((look["color"] for line, look in looks.items() if line.contact == history.contact
                    and line.line == history.start_line and line.side == "start"), style.COLOURS[0])
     points, start, end = joined(history, [line for line in looks if line.contact == history.contact])
-    for step in np.unique(steps[points - 1]):
+    for step in np.unique(steps[points - 1]) if wanted is None else [wanted]:
         whole, later, part = x[steps == step], x[steps > step], steps[points - 1] == step
         way = np.diff(whole)
-        again = later.size and min(later.max(), whole.max()) > max(later.min(), whole.min())
-        if (np.all(way > 0.0) or np.all(way < 0.0)) and not again:
-            axes.fill_between(x[points[part] - 1], scale * start[part], scale * end[part], where=(end >= start)[part],
-                              color=colour, alpha=0.10, linewidth=0, zorder=1)
+        again = wanted is None and later.size and min(later.max(), whole.max()) > max(later.min(), whole.min())
+        if part.any() and (np.all(way > 0.0) or np.all(way < 0.0)) and not again:
+            inside = np.flatnonzero(part & (end >= start))
+            for run in np.split(inside, np.flatnonzero(np.diff(inside) > 1) + 1):
+                rows = points[run] - 1
+                lower, upper = (path_curves.smoothed(results, x[rows], scale * side[run], load, rows[0])
+                                for side in (start, end))
+                axes.fill(np.append(lower[0], upper[0][::-1]), np.append(lower[1], upper[1][::-1]), color=colour,
+                          alpha=0.10, linewidth=0, zorder=1)
 
 
 def joined(history, lines: list[End]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -16,7 +16,8 @@ the load factor over the first monitor when nothing else is asked. Branches are 
 bifurcation diagram. Stable parts (no negative pivot of the tangent) are solid, unstable ones dashed; critical points
 are marked by their labels, LP and BP with their load factor: LP limit point, BP bifurcation, TP turning point of a
 monitor, C+ contact gained, C- contact lost, UZ user value, EP end. Error bars of the discretisation are drawn where the
-file has them, between neighbouring points as a band."""
+file has them, between neighbouring points as a band. Between computed points the curve is smooth but for kinks: contact
+events, bifurcations, new steps, sudden turns; --points shows what was computed."""
 
 EXAMPLES = """\
 examples:
@@ -41,6 +42,7 @@ def main(argv=None) -> int:
     parser.add_argument("--list", action="store_true", help="list the quantities of the files and stop")
     parser.add_argument("--branches", choices=("all", "none"), default="all",
                         help="draw the branches of the path, too (default), or the path of the steps alone")
+    path_curves.add_step(parser)
     path_curves.add_marks(parser, "LP,BP,TP,C+,C-,UZ")
     parser.add_argument("--values", action="store_true", help="write the value of y beside all labels")
     parser.add_argument("--points", action="store_true", help="show every computed point as a dot")
@@ -93,6 +95,7 @@ class Diagram:
     def draw(self, results: Results, path: Path, look: dict):
         """The path of the steps of a file, or one of its branches, with marks."""
         args = self.args
+        step = path_curves.step_number(results, args.step)
         x_name = args.x or next(iter(results.monitors), "point")
         x, y = options.numbers(path, x_name), options.numbers(path, args.y)
         self.x, self.y = self.x or x, self.y or y
@@ -103,9 +106,10 @@ class Diagram:
                 root = tuple(scale * options.numbers(parent, name).values[row]
                              for scale, name in ((args.x_scale, x_name), (args.y_scale, args.y)))
         self.unstable |= path_curves.draw_path(self.axes, path, args.x_scale * x.values, args.y_scale * y.values, look,
-                                         "load_factor" in (x.name, y.name), root=root)
+                                               path_curves.load_axis(x, y), root=root, step=step)
         if args.points:
-            self.axes.plot(args.x_scale * x.values, args.y_scale * y.values, ".", color=look["color"], markersize=2.6,
+            own = path_curves.rows_of_step(path, step)
+            self.axes.plot(args.x_scale * x.values[own], args.y_scale * y.values[own], ".", color=look["color"], markersize=2.6,
                            zorder=5)
 
         def place(critical):
@@ -120,17 +124,16 @@ class Diagram:
             factor = {x.name: args.x_scale, y.name: args.y_scale}.get("load_factor", 1.0)
             return factor * critical.load_factor
 
-        self.draw_errors(path, x, y, look["color"])
-        self.texts += path_curves.draw_marks(self.axes, path, args.mark, place, look["color"], value)
+        self.draw_errors(path, x, y, look["color"], step)
+        self.texts += path_curves.draw_marks(self.axes, path, args.mark, place, look["color"], value, step)
 
-
-    def draw_errors(self, path: Path, x: Column, y: Column, colour: str):
+    def draw_errors(self, path: Path, x: Column, y: Column, colour: str, step: int | None):
         """Error bars at critical points that are not as thin as a line, a band between points that have them."""
         args = self.args
         if y.name not in path.errors:
             return
         error = abs(args.y_scale) * path.errors[y.name].values
-        known = np.isfinite(error)
+        known = np.isfinite(error) & path_curves.rows_of_step(path, step)
         at, value = args.x_scale * x.values, args.y_scale * y.values
         seen = known & (error > THINNEST_BAR * np.ptp(value))
         if not seen.any():

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..options import LABELS, Parser, mark_list
-from ..results import Column, Critical, Path
+from ..results import Column, Critical, Path, Results, ResultsError
+from . import smooth_curve
 
 MARKERS = {"LP": "o", "BP": "D", "TP": "p", "C+": "^", "C-": "v", "UZ": "x", "EP": "s"}
 UNSTABLE = (0, (4.5, 1.8))
@@ -16,6 +17,30 @@ def add_marks(parser: Parser, default: str):
     parser.add_argument("--mark", metavar="LABELS", type=mark_list, default=mark_list(default),
                         help=f"critical points to mark: some of {','.join(LABELS)}, or all, or none "
                              f"(default {default}); hollow: bracketed, not located")
+
+
+def add_step(parser: Parser):
+    parser.add_argument("--step", metavar="N", type=int, help="only the N-th step of the deck (default: all)")
+
+
+def step_number(results: Results, wanted: int | None) -> int | None:
+    """The step to draw, None for all; an error when the path has no point of it."""
+    if wanted is not None and not np.any(rows_of_step(results, wanted)):
+        raise ResultsError(f"{results.filename}: no points of step {wanted}")
+    return wanted
+
+
+def rows_of_step(results: Path, step: int | None) -> np.ndarray:
+    """Which points belong to a step; all when it is None."""
+    if step is None or "step" not in results.path:
+        return np.full(results.n_points, step in (None, 1))
+    return results.path["step"].values[:results.n_points] == step
+
+
+def load_axis(*columns: Column) -> int | None:
+    """Along which axis the load factor is drawn, 0: x, 1: y; None: along none."""
+    names = [column.name for column in columns]
+    return names.index("load_factor") if "load_factor" in names else None
 
 
 def critical_value(results: Path, critical: Critical, column: Column) -> float:
@@ -52,42 +77,71 @@ def stretches(results: Path, breaks: bool) -> list[tuple[np.ndarray, bool]]:
     return [(np.array(rows), stable) for rows, stable in pieces]
 
 
-def draw_path(axes, results: Path, x: np.ndarray, y: np.ndarray, line: dict, breaks: bool, first: int = 0,
-              root: tuple[float, float] | None = None) -> bool:
+def draw_path(axes, results: Path, x: np.ndarray, y: np.ndarray, line: dict, load: int | None, first: int = 0,
+              root: tuple[float, float] | None = None, step: int | None = None) -> bool:
     """A curve along the path, stable parts solid, unstable ones dashed; True when there is an unstable part.
 
-    `line` says how it is drawn otherwise (see look). `first` is the row of x[0]: the curve may be there for a part of
-    the path only. `root` is where a branch leaves the other path; what joins it to x[0] is as stable as the first part
-    of the branch.
+    `line` says how it is drawn otherwise (see look), `load` where the load factor is (see load_axis). `first` is the
+    row of x[0]: the curve may be there for a part of the path only. `root` is where a branch leaves the other path;
+    what joins it to x[0] is as stable as the first part of the branch. `step`: only the part of this step.
     """
     last, unstable = first + len(x) - 1, False
+    curve_x, curve_y, place = smoothed(results, x, y, load, first, root)
+    own, pieces = rows_of_step(results, step), stretches(results, load is not None)
     if root is not None:
-        pieces = stretches(results, breaks)
         stable = pieces[0][1] if pieces else "negative_pivots" not in results.path or \
             not results.path["negative_pivots"].values[0] > 0
-        axes.plot((root[0], x[0]), (root[1], y[0]), linestyle="-" if stable else UNSTABLE, zorder=3, **line,
-                  solid_capstyle="round", dash_capstyle="butt")
-        unstable = not stable
-    for rows, stable in stretches(results, breaks):
-        rows = rows[(rows >= first) & (rows <= last)] - first
-        if rows.size < 2 or not np.any(np.isfinite(x[rows] + y[rows])):
+        if pieces and pieces[0][0][0] == 0:
+            pieces[0] = (np.insert(pieces[0][0], 0, -1), stable)
+        else:
+            pieces.insert(0, (np.array((-1, 0)), stable))
+        own = np.insert(own, 0, own[0])
+    before = 0 if root is None else 1       # points of the curve before x[0]
+    for rows, stable in pieces:
+        rows = rows[(rows >= first - before) & (rows <= last) & own[rows + before]] - first + before
+        part = slice(place[rows[0]], place[rows[-1]] + 1) if rows.size > 1 else slice(0)
+        if not np.any(np.isfinite(curve_x[part] + curve_y[part])):
             continue
         unstable = unstable or not stable
-        axes.plot(x[rows], y[rows], linestyle="-" if stable else UNSTABLE, zorder=3, **line,
+        axes.plot(curve_x[part], curve_y[part], linestyle="-" if stable else UNSTABLE, zorder=3, **line,
                   solid_capstyle="round", dash_capstyle="butt")
     if len(x) == 1 and root is None:
         axes.plot(x, y, marker=".", zorder=3, **line)
     return unstable
 
 
-def draw_marks(axes, results: Path, wanted: list[str], place, colour: str, value_of=None) -> list[tuple]:
+def smoothed(results: Path, x: np.ndarray, y: np.ndarray, load: int | None, first: int = 0,
+             root: tuple[float, float] | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The curve drawn through points of the path, from row `first` on, and where on it they are; see smooth_curve.
+
+    A `root` is a point before them.
+    """
+    corner, smooth = (bend[first:first + len(x)] for bend in bends(results))
+    if root is not None:
+        x, y = np.insert(x, 0, root[0]), np.insert(y, 0, root[1])
+        corner, smooth = np.insert(corner, 0, False), np.insert(smooth, 0, False)
+    return smooth_curve.through(x, y, corner, smooth, load)
+
+
+def bends(results: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Where the path has a kink, and where it has none for sure: contact and new loads make kinks, limit points do not."""
+    n = results.n_points
+    labels = results.path["label"].values if "label" in results.path else np.full(n, "")
+    steps = results.path["step"].values if "step" in results.path else np.ones(n, dtype=int)
+    ends = np.append(steps[1:] != steps[:-1], False)
+    return ends | np.isin(labels, ("C+", "C-", "BP")), np.isin(labels, ("LP", "TP"))
+
+
+def draw_marks(axes, results: Path, wanted: list[str], place, colour: str, value_of=None,
+               step: int | None = None) -> list[tuple]:
     """Mark critical points; `place(critical)` gives (x, y). The labels still to be placed: (x, y, text, colour).
 
     `value_of(critical)` gives the number to write beside a label, None for no number.
+    `step`: only those of this step.
     """
     texts = []
     for label in wanted:
-        points = [critical for critical in results.critical if critical.label == label]
+        points = [critical for critical in results.critical if critical.label == label and step in (None, critical.step)]
         dense = len(points) > MOST_LABELS
         for critical in points:
             x, y = place(critical)

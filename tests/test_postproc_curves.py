@@ -1,0 +1,52 @@
+"""Curves through computed points: smooth between them, with their kinks."""
+
+import numpy as np
+import pytest
+
+from unilat.plot.smooth_curve import through
+
+
+def curve(x, y, corner=(), smooth=(), still=None):
+    rows = np.arange(len(x))
+    return through(np.asarray(x, float), np.asarray(y, float), np.isin(rows, corner), np.isin(rows, smooth), still)
+
+
+def test_goes_through_its_points():
+    x, y = np.array([0.0, 1.0, 3.0, 3.5, 2.0]), np.array([0.0, 2.0, 2.5, 1.0, -1.0])
+    along_x, along_y, place = curve(x, y)
+    assert np.array_equal(along_x[place], x) and np.array_equal(along_y[place], y)
+
+
+@pytest.mark.parametrize("parts, error", [(8, 4e-3), (16, 3e-4)])
+def test_a_circle_stays_round(parts, error):
+    angle = np.linspace(0.0, 2.0 * np.pi, parts + 1)
+    x, y, place = curve(np.cos(angle), np.sin(angle))
+    inside = slice(place[1], place[-2])
+    assert np.max(np.abs(np.hypot(x, y)[inside] - 1.0)) < error
+
+
+def test_units_do_not_matter():
+    x, y = np.array([0.0, 1.0, 2.0, 2.5]), np.array([0.0, 1.0, 0.5, 3.0])
+    first, second = curve(x, y), curve(1e6 * x, 1e-9 * y)
+    assert np.allclose(first[0], 1e-6 * second[0]) and np.allclose(first[1], 1e9 * second[1])
+
+
+def test_corners_stay_sharp():
+    """What comes before a corner does not know of what follows; a sudden turn is a corner of its own."""
+    x = np.linspace(0.0, 8.0, 9)
+    for corner in ((), (4,)):
+        along, y, _ = curve(x, np.abs(x - 4.0), corner)
+        assert np.allclose(y, np.abs(along - 4.0))
+
+
+def test_a_limit_point_is_level():
+    x = np.array([-1.0, -0.3, 0.0, 0.8, 2.0])
+    along, y, place = curve(x, -x**2, smooth=(2,), still=1)
+    assert np.max(y) <= 1e-12
+    assert not np.allclose(y, curve(x, -x**2)[1])       # the points alone do not tell
+
+
+def test_what_is_not_known_breaks_the_curve():
+    y = np.array([0.0, 1.0, np.nan, 1.0, 2.0, 2.2])
+    _, values, place = curve(np.arange(6.0), y)
+    assert np.isnan(values[place[2]]) and np.all(np.isfinite(values[place[3]:]))
