@@ -34,7 +34,7 @@ program unilat
    type(outcome_t) :: outcome
    type(timers_t) :: timers
    type(error_t), allocatable :: error
-   character(:), allocatable :: result_file, status
+   character(:), allocatable :: result_file, status, checks, why_nodes
 
    call read_command_line(options, error)
    if (allocated(error)) call stop_with(exit_deck_error, error%message//' (unilat --help tells the options)')
@@ -71,8 +71,10 @@ program unilat
    call follow_deck()
    ! What contact spans cannot follow nodes may, as well as the deck's mesh can.
    if (begins_again()) then
+      why_nodes = outcome%why
       deck_model%contact%along = .false.
       call follow_deck()
+      call note_failure('contact is at the nodes of the deck, where errors are not known, because spans do not get on: '//why_nodes)
    end if
    if (allocated(outcome%accuracy%bar_words)) call note_failure(outcome%accuracy%bar_words)
 
@@ -102,8 +104,8 @@ contains
       if (.not. options%quiet) call listing_open(recorder%listing, output_unit, deck_model)
       call timing_stop(timers, phase_output)
       call follow_path(path_problem, recorder, outcome, timers)
-      status = failed_checks(outcome%accuracy)
-      if (status /= '') call note_failure(status)
+      checks = failed_checks(outcome%accuracy)
+      if (checks /= '') call note_failure(checks)
    end subroutine follow_deck
 
    !> The run has come to its end, but not to what the deck asks for.
