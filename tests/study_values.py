@@ -1,6 +1,6 @@
-"""Exact values for the maps of input/maps: python3 tests/study_values.py ring column arch writes input/maps/exact/*.csv anew.
+"""Exact values for the maps of input/maps: python3 tests/study_values.py ring winkler column arch writes input/maps/exact/*.csv anew.
 
-ring, column: boundary-value solver of contact_reference.py. arch: arch_reference.py. Both to 1e-10 or so and independent of the
+ring, winkler, column: boundary-value solver of contact_reference.py. arch: arch_reference.py. Both to 1e-10 or so and independent of the
 program; an empty cell: there is no such point.
 """
 
@@ -13,6 +13,7 @@ import sys
 
 import arch_reference
 import contact_cases as cases
+import winkler_reference
 from contact_cases import Line, Wave, _column, _to_the_wall, assert_admissible, shortening
 
 FOLDER = pathlib.Path(__file__).resolve().parent.parent / "input" / "maps" / "exact"
@@ -92,6 +93,24 @@ def arch():
           ("ea", "bifurcation", "limit_load"), rows())
 
 
+def winkler():
+    """Depth 0.02 and the limit point up to a depth of 0.06; beyond k = 1e11 both are those of the rigid cavity to 1e-6."""
+    def rows():
+        for decade in range(-2, 12):
+            try:
+                state = winkler_reference.ring(100.0, 10.0**decade, 0.02)
+                yield f"1e{decade}", number(state["p"]), number(winkler_reference.limit(state, 0.06)), "solver"
+            except (ArithmeticError, AssertionError) as problem:
+                print(decade, problem, flush=True)
+        rigid = float(cases.ring_path(100.0, [0.02])[0, 1])
+        for decade in (12, 14, 16):
+            yield f"1e{decade}", number(rigid), number(cases.RING[100]), "rigid cavity"
+    write("winkler", "Half ring, R/h = 100, in a tensionless Winkler medium, k = k R^4/EI, dead load p R^3/EI: at the depth v/R = 0.02 of the\n"
+          "apex, and at the limit point where it comes before a depth of 0.06. Boundary-value solver of tests/winkler_reference.py,\n"
+          "from k = 1e12 the rigid cavity, which is within 2e-7 there (tests/study_values.py)",
+          ("k", "load", "limit_load", "source"), rows())
+
+
 if __name__ == "__main__":
     for name in sys.argv[1:]:
-        {"ring": ring, "column": column, "arch": arch}[name]()
+        {"ring": ring, "column": column, "arch": arch, "winkler": winkler}[name]()

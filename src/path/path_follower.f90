@@ -53,7 +53,8 @@ contains
       changed = .false.
       points: do
          if (run%step_points >= step%max_points) then
-            if (size(step%stop) > 0) outcome%why = 'the allowed number of points was used up before the stop condition'
+            outcome%used_up = size(step%stop) > 0
+            if (outcome%used_up) outcome%why = 'the allowed number of points was used up before the stop condition'
             return
          end if
          if (is_arc_length(run%control%method)) &
