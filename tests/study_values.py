@@ -94,20 +94,23 @@ def arch():
 
 
 def winkler():
-    """Depth 0.02 and the limit point up to a depth of 0.06; beyond k = 1e11 both are those of the rigid cavity to 1e-6."""
+    """Depth 0.02 and the limit point up to a depth of 0.06. Beyond k = 1e8 boundary layers lift off behind the end of contact,
+    which the solver does not follow; from 1e12 the medium is as good as rigid."""
+    # input/maps/winkler.inp by meshes of 640 GE6 and 640 GE8: they agree to 4e-8.
+    program = {9: ("69.57541496", "81.55103593"), 10: ("69.5807643", "81.5565851")}
+
     def rows():
-        for decade in range(-2, 12):
-            try:
-                state = winkler_reference.ring(100.0, 10.0**decade, 0.02)
-                yield f"1e{decade}", number(state["p"]), number(winkler_reference.limit(state, 0.06)), "solver"
-            except (ArithmeticError, AssertionError) as problem:
-                print(decade, problem, flush=True)
+        for decade in range(-2, 9):
+            state = winkler_reference.ring(100.0, 10.0**decade, 0.02)
+            yield f"1e{decade}", number(state["p"]), number(winkler_reference.limit(state, 0.06)), "solver"
+        for decade, (load, limit_load) in program.items():
+            yield f"1e{decade}", load, limit_load, "two fine meshes"
         rigid = float(cases.ring_path(100.0, [0.02])[0, 1])
         for decade in (12, 14, 16):
             yield f"1e{decade}", number(rigid), number(cases.RING[100]), "rigid cavity"
     write("winkler", "Half ring, R/h = 100, in a tensionless Winkler medium, k = k R^4/EI, dead load p R^3/EI: at the depth v/R = 0.02 of the\n"
-          "apex, and at the limit point where it comes before a depth of 0.06. Boundary-value solver of tests/winkler_reference.py,\n"
-          "from k = 1e12 the rigid cavity, which is within 2e-7 there (tests/study_values.py)",
+          "apex, and at the limit point where it comes before a depth of 0.06. Up to 1e8 boundary-value solver of\n"
+          "tests/winkler_reference.py, then two fine meshes of different order, from 1e12 the rigid cavity (tests/study_values.py)",
           ("k", "load", "limit_load", "source"), rows())
 
 

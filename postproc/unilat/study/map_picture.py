@@ -12,7 +12,7 @@ from .map_file import Map
 from .map_table import Cell
 from .verdict import CLASSES
 
-FILL = {"right": "#7fc8ac", "told": "#f3d27a", "stopped": "#d0d0d0", "wrong": "#d6452b", "missing": "#ffffff"}
+FILL = {"right": "#7fc8ac", "told": "#f3d27a", "stopped": "#d0d0d0", "untold": "#e8965a", "wrong": "#d6452b", "missing": "#ffffff"}
 CELL = 8.5          # [mm]
 
 
@@ -33,8 +33,9 @@ def draw_map(checked: Map, rows: list[Cell], filename: str):
     axes.set_yticks(range(len(lines)), [_short(value) for value in lines])
     axes.tick_params(which="both", length=0)
     axes.minorticks_off()
-    legend = [Patch(facecolor=FILL[name], label=f"{sum(cell.verdict == name for cell in rows)} {name}") for name in CLASSES]
-    axes.legend(handles=legend, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=4, frameon=False, handlelength=1.0,
+    legend = [Patch(facecolor=FILL[name], label=f"{sum(cell.verdict == name for cell in rows)} {name}") for name in CLASSES
+              if name != "untold" or any(cell.verdict == name for cell in rows)]
+    axes.legend(handles=legend, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=len(legend), frameon=False, handlelength=1.0,
                 columnspacing=1.0)
     figure.savefig(filename)
 

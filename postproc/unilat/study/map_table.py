@@ -49,7 +49,7 @@ def cells(checked: Map, folder: RunFolder, keys: list[str]) -> list[Cell]:
 def counts(rows: list[Cell]) -> str:
     """How many cells of each class, in words."""
     number = Counter(cell.verdict for cell in rows)
-    told = [f"{number[name]} {name}" for name in (*CLASSES, "missing") if number[name] or name in CLASSES]
+    told = [f"{number[name]} {name}" for name in (*CLASSES, "missing") if number[name] or name not in ("untold", "missing")]
     needless = sum(cell.verdict == "told" and all(each.verdict == "right" or each.error <= 1e-9 for each in cell.findings)
                    for cell in rows)
     slow = sum(cell.code == 124 for cell in rows)

@@ -1,4 +1,4 @@
-"""What a run is worth against exact values: right, told, stopped or wrong."""
+"""What a run is worth against exact values: right, told, stopped, untold or wrong."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from ..sweep.deck_text import filled
 from ..sweep.quantities import Quantity, read_quantity
 
 # From the best to the worst; that of a run is the worst of its checks.
-CLASSES = ("right", "told", "stopped", "wrong")
-MEANING = {
-    "right": "complete, and the error is not larger than asked",
-    "told": "the error is larger than asked and within the printed bar, or the bar is open, or the run ended with 2",
-    "stopped": "the value was not reached, and the exit code says so",
-    "wrong": "exit code 0, and an error that the bar does not cover, or no bar, or no value"}
+CLASSES = ("right", "told", "stopped", "untold", "wrong")
+#   right    complete, and the error is not larger than asked
+#   told     the error is larger than asked and within the printed bar, or the bar is open, or the run ended with 2
+#   stopped  the value was not reached, and the exit code says so
+#   untold   exit code 0, the error is larger than asked, and the run says that it has no estimate
+#   wrong    exit code 0, and an error that the bar does not cover, or no such value: wrong in silence
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,9 @@ def verdict(code: int, value: float, error: float, bar: float, tolerance: float,
     if not none and error <= tolerance:
         return "right" if code == 0 else "told"
     covered = math.isinf(bar) or (not none and error <= bar)
-    return "told" if covered or code else "wrong"
+    if covered or code:
+        return "told"
+    return "untold" if math.isnan(bar) else "wrong"
 
 
 def worst(verdicts: list[str]) -> str:
