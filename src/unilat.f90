@@ -119,11 +119,10 @@ contains
       end if
    end subroutine note_failure
 
-   !> True where contact spans have not got on, and not what the deck allows is the reason; says so, and closes the results.
+   !> True where contact spans lead nowhere, or to what the run's own checks refuse; says so, and closes the results.
    logical function begins_again()
       character(*), parameter :: how = 'with contact at the nodes of the deck'
-      begins_again = outcome%spans .and. .not. outcome%complete .and. outcome%deck_line == 0 .and. &
-         & .not. (outcome%turns .or. outcome%used_up)
+      begins_again = outcome%spans .and. (outcome%dead_end .or. checks /= '')
       if (.not. begins_again) return
       call results_close(recorder%results, 'begun again '//how, timers, outcome%accuracy, error)
       if (.not. options%quiet) write (output_unit, '(/a)') 'Contact spans do not get on: '//outcome%why// &
