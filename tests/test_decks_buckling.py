@@ -1,7 +1,7 @@
 """Linear buckling (*BUCKLE) against closed forms.
 
-The stress stiffness acts on the condensed displacements of an element, as in Rayleigh's quotient with cubic deflections: factors
-converge with the fourth order from GE4 on, with the second for GE2 and the straight UL2.
+Factors converge with the order of the element, the straight UL2 with the second: the stresses act within the element, too, not
+only on the displacements of its nodes, where linearised stiffness has the fourth order at most.
 """
 import functools
 
@@ -24,8 +24,8 @@ def column(ends, elements=32, kind="GE4", ea=1e6, shape="1, 0., 0.\n2, 1., 0.", 
             f"*BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS\n{ea!r}, 1.\n*BOUNDARY\n{ends}\n{extra}")
 
 
-def buckle(modes, loads="*CLOAD\n2, 1, -1.\n", name="BUCKLE"):
-    return f"*STEP, NAME={name}\n*BUCKLE\n{modes}\n{loads}*END STEP\n"
+def buckle(modes, loads="*CLOAD\n2, 1, -1.\n", name="BUCKLE", widest=0.01):
+    return f"*STEP, NAME={name}\n*BUCKLE\n{modes}\n*ACCURACY, WIDEST={widest}\n{loads}*END STEP\n"
 
 
 def load_step(loads, end=1.0):
@@ -53,17 +53,21 @@ COLUMNS = {"clamped, free": ("1, ENCASTRE", [PI2 / 4, 9 * PI2 / 4, 25 * PI2 / 4]
 # ---- columns ----
 
 @pytest.mark.parametrize("ends", COLUMNS)
-@pytest.mark.parametrize("kind, order", [("GE2", 2), ("UL2", 2), ("GE4", 4), ("GE6", 4), ("GE8", 4)])
+@pytest.mark.parametrize("kind, order", [("GE2", 2), ("UL2", 2), ("GE4", 4), ("GE6", 6), ("GE8", 8)])
 def test_columns_converge_to_euler(ends, kind, order):
     support, exact = COLUMNS[ends]
-    meshes = (8, 16, 32) if order == 4 else (16, 32, 64)
-    found = np.array([factors(deck(column(support, n, kind), buckle(len(exact)))) for n in meshes])
-    errors = found / exact - 1.0
+    meshes = (4, 8, 16) if order > 4 else (8, 16, 32) if order == 4 else (16, 32, 64)
+    runs = [modes_of(deck(column(support, n, kind), buckle(len(exact), widest=10))) for n in meshes]
+    errors = np.array([run.load_factor for run in runs]) / exact - 1.0
     for mode in range(len(exact)):
-        dr.assert_order(errors[:, mode], order, below=0.35, above=0.35)
-    # Hermite elements: (k h)^4/720 with k^2 = P; second order: (k h)^2/12 or less
+        # Rounding of the tangent ends it.
+        seen = (np.abs(errors[:, mode]) > 1e-12) & (np.abs(errors[:, mode]) < (0.5 if order == 2 else 1e-2))
+        if np.sum(seen) > 1:
+            dr.assert_order(errors[seen, mode], order, below=0.35, above=0.9)
+    # second order: (k h)^2/12 or less with k^2 = P, and so on
     wave = np.sqrt(exact) / meshes[-1]
-    dr.assert_close(errors[-1], 0.0 * errors[-1], absolute=1.5 * np.max(wave**4 / 360 if order == 4 else wave**2 / 6))
+    least = {2: wave**2 / 6, 4: wave**4 / 360, 6: wave**6 / 2e4, 8: wave**8 / 1e6}[order]
+    assert np.all(np.abs(errors[-1]) < 1.5 * np.max(least) + 1e-12)
 
 
 def test_pulled_instead_of_pushed():
@@ -123,7 +127,7 @@ def test_loaded_column_has_the_rest_left(share):
 
 
 def test_the_nearer_the_state_the_better():
-    """The path of two GE8 elements is right to 1e-6; the tangent of the stress-free state is not linear in the force."""
+    """Two GE8 elements are right to 1e-6; what is left is the shortening, 2.5e-6, which the step leaves out."""
     path = dr.run_deck(deck(column("1, ENCASTRE", 2, "GE8"), "*STEP\n*STATIC, METHOD=LOAD\n0.5\n*CLOAD\n2, 1, -1.\n*STOP\n"
                                                              "LOAD, ABOVE, 3.\n*END STEP\n"))
     bifurcation = path.load("BP")
@@ -131,10 +135,9 @@ def test_the_nearer_the_state_the_better():
     for share in (0.0, 1.0, 2.0, 2.4):
         first = load_step("*CLOAD\n2, 1, -1.\n", share) if share > 0.0 else ""
         errors.append(abs(share + factors(deck(column("1, ENCASTRE", 2, "GE8"), first, buckle(1)))[0] - bifurcation))
-    # what is left shrinks with the square of the distance from the bifurcation, here 2.467, 1.467, 0.467 and 0.067
-    assert errors[0] > 1e-4
+    # in proportion to the distance from the bifurcation, here 2.467, 1.467, 0.467 and 0.067
+    assert 1e-6 < errors[0] < 2e-5
     dr.assert_monotone(errors, rising=False)
-    assert errors[2] < 0.06 * errors[0]
 
 
 def test_the_path_does_not_notice():
@@ -260,19 +263,38 @@ def ring(elements, kind="GE4", ends="1, PINNED\n2, 2"):
 def test_ring_under_pressure(ends):
     """p R^3/EI = n^2 - 1, each twice; the supports hold the plane only, wherever they are. EA: 1e-7 of the factors."""
     exact = np.array([3.0, 3.0, 8.0, 8.0, 15.0, 15.0])
-    errors = np.array([factors(deck(ring(n, "GE4", ends), buckle(6, PRESSURE))) / exact - 1.0 for n in (12, 24, 48)])
+    errors = np.array([factors(deck(ring(n, "GE4", ends), buckle(6, PRESSURE, widest=10))) / exact - 1.0 for n in (12, 24, 48)])
     for mode in range(6):
         dr.assert_order(errors[:, mode], 4, below=0.4, above=0.4)
     dr.assert_close(errors[:, ::2], errors[:, 1::2], absolute=1e-6)
     assert np.max(np.abs(errors[-1])) < 2e-4
 
 
-@pytest.mark.parametrize("kind, limit", [("GE6", 4.5e-6), ("GE8", 4.5e-6), ("UL2", 4e-3)])
-def test_ring_of_other_elements(kind, limit):
-    """The error grows with n^2 - 1 where the order is 2, with its square where it is 4."""
+@pytest.mark.parametrize("kind, elements, order", [("GE6", 24, 6), ("GE8", 12, 8)])
+def test_ring_of_other_elements(kind, elements, order):
+    """EA = 1e7: its compression lowers the factors p R^3/EI by p R^2/EA of themselves."""
     exact = np.array([3.0, 3.0, 8.0, 8.0, 15.0, 15.0])
-    errors = np.abs(factors(deck(ring(48 if kind != "UL2" else 96, kind), buckle(6, PRESSURE))) / exact - 1.0)
-    assert np.all(errors < limit * (exact / 3.0)**(2 if kind != "UL2" else 1))
+    errors = [factors(deck(ring(n, kind), buckle(6, PRESSURE, widest=10))) / (exact * (1.0 - 1e-7)) - 1.0 for n in (elements, 2 * elements)]
+    assert np.all(np.abs(errors[1]) < 1.5 * 0.5**order * np.abs(errors[0]) + 1e-9)
+
+
+def test_ring_of_straight_elements():
+    """The error grows with n^2 - 1 where the order is 2."""
+    exact = np.array([3.0, 3.0, 8.0, 8.0, 15.0, 15.0])
+    errors = np.abs(factors(deck(ring(96, "UL2"), buckle(6, PRESSURE))) / exact - 1.0)
+    assert np.all(errors < 4e-3 * exact / 3.0)
+
+
+@pytest.mark.parametrize("kind", ["GE2", "GE4", "GE6", "GE8"])
+def test_error_bars_of_columns(kind):
+    """Bars hold the error where they are told, and the estimate is most of it."""
+    for ends, (support, exact) in COLUMNS.items():
+        for n in (6, 11, 21):
+            run = modes_of(deck(column(support, n, kind, ea=1e12), buckle(len(exact), widest=10)))
+            error, told = np.array(exact) - run.load_factor, np.isfinite(run.error)
+            assert np.all(np.abs(error[told]) <= run.error[told] + 1e-10 * np.array(exact)[told])
+            clear = told & (np.abs(error) > 1e-9 * run.load_factor) & (np.abs(error) < 0.05 * run.load_factor)
+            np.testing.assert_allclose((run.corrected - run.load_factor)[clear], error[clear], rtol=0.3)
 
 
 # ---- what cannot be ----

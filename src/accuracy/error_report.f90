@@ -7,18 +7,21 @@ module error_report
    use path_control, only: control_t, path_length
    use path_continuity, only: heading_t, heading_at
    use monitors, only: monitor_rate
+   use linear_system, only: system_t
    use span_tests, only: span_test_t, run_span_tests, test_force
-   use path_events, only: event_t, event_contact, event_release, event_value_reached, event_stop
+   use path_events, only: event_t, event_limit, event_contact, event_release, event_value_reached, event_stop
    use path_run, only: run_t
-   use error_bar, only: error_bars_t, no_error_bars, moved_error_bar
+   use error_bar, only: error_bar_t, error_bars_t, no_error_bars, moved_error_bar
    use path_errors, only: point_errors, event_errors
    use located_zero, only: zero_t, new_zero
    use run_accuracy, only: accuracy_t, place_t, note_worst
+   use path_record, only: buckling_t, limit_point_t
    use columns, only: whole, brief, scientific
    use timing, only: timers_t, timing_start, timing_stop, phase_accuracy
    implicit none
    private
-   public :: bars_at_event, bars_at_point, bars_at_touch, note_load, note_bar
+   public :: bars_at_event, bars_at_point, bars_at_touch, note_load, note_bar, note_buckling_bars, &
+      & note_curve_bar, bars_on_curve
 
    character(*), parameter :: inside_elements = 'contact at nodes and with foundations begins and ends inside elements'
 
@@ -136,6 +139,27 @@ contains
       call timing_stop(timers, phase_accuracy)
    end subroutine bars_at_touch
 
+   !> Bars of a point of a limit curve: of a limit point as the path has them.
+   subroutine bars_on_curve(problem, state, system, heading, length, rise, bars, timers)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system       !! factored there
+      type(heading_t), intent(in) :: heading     !! tangent there
+      real(wp), intent(in) :: length             !! arc length over which the load changes
+      real(wp), intent(in) :: rise               !! by this much
+      type(error_bars_t), allocatable, intent(out) :: bars
+      type(timers_t), intent(inout) :: timers
+      type(timers_t) :: own
+      type(event_t) :: event
+      type(zero_t) :: zero
+      allocate (bars)
+      event%kind = event_limit
+      call timing_start(timers, phase_accuracy)
+      call new_zero(problem, event, state, system, zero, own)
+      call event_errors(problem, state, system, zero, heading, length, rise, bars, own)
+      call timing_stop(timers, phase_accuracy)
+   end subroutine bars_on_curve
+
    !> Keeps the largest load of a step, which error bars are measured against.
    pure subroutine note_load(step, load_factor, accuracy)
       integer, intent(in) :: step                !! its number
@@ -153,16 +177,52 @@ contains
       type(place_t), intent(in) :: at
       real(wp), intent(in) :: widest             !! over the load
       type(accuracy_t), intent(inout) :: accuracy
-      real(wp) :: ratio
       ! What is only looked for decides nothing.
       if (any(label == ['UZ', 'TP'])) return
       if (.not. bars%load%told .or. .not. accuracy%load > 0.0_wp) return
-      ratio = bars%load%bar / accuracy%load
+      call note_ratio(bars%load, bars%load%bar / accuracy%load, 'the load factor of '//label//' at point '//whole(at%point)// &
+         & ' is '//brief(at%load_factor), at, widest, accuracy)
+   end subroutine note_bar
+
+   !> The same of the load factors of a buckling step.
+   subroutine note_buckling_bars(buckling, widest, accuracy)
+      type(buckling_t), intent(in) :: buckling   !! with bars
+      real(wp), intent(in) :: widest             !! over the load factor
+      type(accuracy_t), intent(inout) :: accuracy
+      integer :: k
+      do k = 1, size(buckling%load_factor)
+         associate (bar => buckling%bar(k), factor => buckling%load_factor(k))
+            if (bar%told) call note_ratio(bar, bar%bar / abs(factor), 'the load factor of buckling mode '//whole(k)//' is '// &
+               & brief(factor), place_t(step=buckling%step, load_factor=factor), widest, accuracy)
+         end associate
+      end do
+   end subroutine note_buckling_bars
+
+   !> The same of a point of a limit curve.
+   subroutine note_curve_bar(point, name, widest, accuracy)
+      type(limit_point_t), intent(in) :: point   !! with bars
+      character(*), intent(in) :: name           !! of the curve
+      real(wp), intent(in) :: widest             !! over the load factor
+      type(accuracy_t), intent(inout) :: accuracy
+      associate (bar => point%bars%load, factor => point%load_factor)
+         if (bar%told .and. abs(factor) > 0.0_wp) call note_ratio(bar, bar%bar / abs(factor), 'on the limit curve '//name// &
+            & ' at parameter '//brief(point%parameter)//' the load factor is '//brief(factor), &
+            & place_t(step=point%step, load_factor=factor), widest, accuracy)
+      end associate
+   end subroutine note_curve_bar
+
+   !> Keeps the widest bar, and words for the first one that is wider than the deck allows.
+   subroutine note_ratio(bar, ratio, what, at, widest, accuracy)
+      type(error_bar_t), intent(in) :: bar
+      real(wp), intent(in) :: ratio              !! of the bar to what it is measured against
+      character(*), intent(in) :: what           !! the number, as far as its bar
+      type(place_t), intent(in) :: at
+      real(wp), intent(in) :: widest
+      type(accuracy_t), intent(inout) :: accuracy
       call note_worst(accuracy%error_bar, ratio, at)
       if (ratio <= widest .or. allocated(accuracy%bar_words)) return
-      accuracy%bar_words = 'the mesh is too coarse for what was asked: the load factor of '//label//' at point '// &
-         & whole(at%point)//' is '//brief(at%load_factor)//trim(merge(' +- ', ', > ', bars%load%bounded))//' '// &
-         & scientific(bars%load%bar, 2)//', and WIDEST on *ACCURACY allows '//brief(widest)// &
+      accuracy%bar_words = 'the mesh is too coarse for what was asked: '//what//trim(merge(' +- ', ', > ', bar%bounded))//' '// &
+         & scientific(bar%bar, 2)//', and WIDEST on *ACCURACY allows '//brief(widest)// &
          & ' of it; give more elements or a higher order'
-   end subroutine note_bar
+   end subroutine note_ratio
 end module error_report

@@ -9,7 +9,8 @@ module finer_problem
    use problem, only: problem_t
    use rod_state, only: state_t
    use rod_geometry, only: geometry_t, new_geometry, shift_nodes
-   use gauss_tableau, only: tableau_t, max_stages
+   use rod_element, only: rod_element_t
+   use rod_elements, only: rod_at
    use ge_element, only: ge_compliance, ge_size
    use conforming_element, only: conforming_size
    use ground, only: new_ground
@@ -56,7 +57,8 @@ contains
       type(problem_t), intent(in) :: finer
       type(state_t) :: new
       real(wp) :: shift(problem%model%mesh%n_nodes)
-      integer :: e, s, node
+      class(rod_element_t), pointer :: rod
+      integer :: e, node
       new = state
       new%geometry = new_geometry(finer%model, finer%tableau)
       shift = 0.0_wp
@@ -68,50 +70,8 @@ contains
       deallocate (new%z)
       allocate (new%z(maxval(finer%z_size), size(finer%z_size)), source=0.0_wp)
       do e = 1, problem%model%mesh%n_elements
-         if (problem%model%mesh%family(e) /= family_ge) then
-            new%z(:problem%z_size(e), e) = state%z(:problem%z_size(e), e)
-            cycle
-         end if
-         s = problem%model%mesh%stages(e)
-         associate (z => state%z(:problem%z_size(e), e), n => finer%z_size(e), from => problem%tableau(s), &
-            & to => finer%tableau(s + 1))
-            if (problem%conforms(e) > 0) then
-               new%z(1, e) = z(1)
-               new%z(2:2 + s, e) = stage_values(from, to, z(1), z(2:1 + s))
-               new%z(3 + s:3 + 2 * s, e) = stage_values(from, to, 0.0_wp, z(2 + s:1 + 2 * s))
-               cycle
-            end if
-            new%z(1:3, e) = z(1:3)
-            new%z(4:4 + s, e) = stage_values(from, to, z(3), z(4:3 + s))
-            if (n == 4 + s) cycle
-            new%z(5 + s:5 + 3 * s:2, e) = stage_values(from, to, z(1), z(4 + s:2 + 3 * s:2))
-            new%z(6 + s:6 + 3 * s:2, e) = stage_values(from, to, z(2), z(5 + s:3 + 3 * s:2))
-         end associate
+         rod => rod_at(problem, e)
+         new%z(:finer%z_size(e), e) = rod%finer_unknowns(problem, state, finer, e)
       end do
    end function finer_state
-
-   !> Values at the points of another tableau of the polynomial through the first end and the points of the first one.
-   pure function stage_values(from, to, first, value) result(new)
-      type(tableau_t), intent(in) :: from, to
-      real(wp), intent(in) :: first              !! at the first end
-      real(wp), intent(in) :: value(:)           !! (stages of `from`)
-      real(wp) :: new(to%stages)
-      real(wp) :: at(0:max_stages), given(0:max_stages), product
-      integer :: i, j, k, s
-      s = from%stages
-      at(0) = 0.0_wp
-      at(1:s) = from%c(:s)
-      given(0) = first
-      given(1:s) = value
-      new = 0.0_wp
-      do i = 1, to%stages
-         do j = 0, s
-            product = given(j)
-            do k = 0, s
-               if (k /= j) product = product * (to%c(i) - at(k)) / (at(j) - at(k))
-            end do
-            new(i) = new(i) + product
-         end do
-      end do
-   end function stage_values
 end module finer_problem

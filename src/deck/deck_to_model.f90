@@ -20,7 +20,7 @@ module deck_to_model
    use read_gap_supports, only: read_gap_cards
    use read_monitors, only: read_monitor_cards
    use read_steps, only: read_step_cards
-   use read_loads, only: read_load_cards
+   use read_loads, only: read_load_cards, is_load_card
    use read_path_control, only: read_path_cards, check_steps
    use read_mode_imperfections, only: read_mode_imperfection_cards
    use read_branches, only: read_branch_cards
@@ -128,8 +128,8 @@ contains
          case ('BOUNDARY')
             names%supports_incomplete = .true.
             names%loads_incomplete = .true.
-         case ('CLOAD', 'DLOAD', 'TEMPERATURE', 'OBSTACLE MOTION', 'CONTACT INTERFERENCE')
-            names%loads_incomplete = .true.
+         case default
+            if (is_load_card(deck%card(card)%keyword)) names%loads_incomplete = .true.
          end select
       end do
       if (.not. names%unknown_cards) return

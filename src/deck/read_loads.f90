@@ -3,6 +3,8 @@ module read_loads
    use kinds, only: wp
    use text, only: to_text
    use model, only: model_t, load_t, new_load
+   use point_load, only: point_load_t
+   use pole_load, only: pole_load_t
    use diagnostics, only: diagnostics_t
    use deck_cards, only: deck_t, complain
    use card_values, only: field_given, field_place, field_word, field_integer, field_real
@@ -12,9 +14,29 @@ module read_loads
    use read_supports, only: read_dofs, dof_number
    implicit none
    private
-   public :: read_load_cards
+   public :: read_load_cards, is_load_card, load_cards
+
+   !> Every card that is nothing but a load: the list where a new one is put down. (*BOUNDARY in a step is one, too.)
+   character(*), parameter :: load_card(*) = [character(20) :: 'CLOAD', 'POLE LOAD', 'DLOAD', 'TEMPERATURE', 'OBSTACLE MOTION', &
+      & 'CONTACT INTERFERENCE']
 
 contains
+
+   !> True for the keyword of one of them.
+   pure logical function is_load_card(keyword)
+      character(*), intent(in) :: keyword
+      is_load_card = any(load_card == keyword)
+   end function is_load_card
+
+   !> All of them, as a message names them: *CLOAD, *DLOAD ...
+   pure function load_cards() result(list)
+      character(:), allocatable :: list
+      integer :: i
+      list = '*'//trim(load_card(1))
+      do i = 2, size(load_card)
+         list = list//', *'//trim(load_card(i))
+      end do
+   end function load_cards
 
    !> Reads the loads of all steps.
    subroutine read_load_cards(deck, names, model, diagnostics)
@@ -42,6 +64,8 @@ contains
                select case (deck%card(card)%keyword)
                case ('CLOAD')
                   call read_node_load(deck, names, model, diagnostics, line, load)
+               case ('POLE LOAD')
+                  call read_pole_load(deck, names, model, diagnostics, line, load)
                case ('DLOAD')
                   call read_element_load(deck, names, model, diagnostics, line, load)
                case ('TEMPERATURE')
@@ -91,6 +115,32 @@ contains
          load%node_force(dof, nodes(i)) = load%node_force(dof, nodes(i)) + field_real(deck, line, 3)
       end do
    end subroutine read_node_load
+
+   !> *POLE LOAD: node or set, magnitude, x, y.
+   subroutine read_pole_load(deck, names, model, diagnostics, line, load)
+      type(deck_t), intent(in) :: deck
+      type(deck_names_t), intent(in) :: names
+      type(model_t), intent(in) :: model
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer, intent(in) :: line
+      type(load_t), intent(inout) :: load
+      integer, allocatable :: nodes(:)
+      class(point_load_t), allocatable :: point
+      real(wp) :: pole(2)
+      integer :: i
+      pole = [field_real(deck, line, 3), field_real(deck, line, 4)]
+      call find_nodes(deck, names, diagnostics, line, 1, nodes)
+      do i = 1, size(nodes)
+         if (.not. is_connected(deck, names, model, diagnostics, line, nodes(i))) return
+         if (norm2(pole - model%mesh%x(:, nodes(i))) <= 0.0_wp) then
+            call complain(deck, diagnostics, deck%data_line(line)%card, field_place(deck, line, 3), &
+               'node '//to_text(model%mesh%node_label(nodes(i)))//' begins at this point: the force has no direction there')
+            return
+         end if
+         point = pole_load_t(node=nodes(i), magnitude=field_real(deck, line, 2), pole=pole)
+         call load%add_point(point)
+      end do
+   end subroutine read_pole_load
 
    !> *DLOAD: element or set, type, magnitude, direction.
    subroutine read_element_load(deck, names, model, diagnostics, line, load)

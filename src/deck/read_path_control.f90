@@ -7,6 +7,7 @@ module read_path_control
    use deck_cards, only: deck_t, complain
    use card_values, only: given, parameter_integer, value_place, field_text, field_word, field_real, field_place
    use deck_names, only: deck_names_t, find_named
+   use read_loads, only: load_cards
    implicit none
    private
    public :: read_path_cards, read_bound, check_steps
@@ -195,9 +196,8 @@ contains
       if (step_card == 0 .or. names%unknown_cards) return
       associate (step => model%step(s))
          if (.not. (names%loads_incomplete .or. names%mesh_incomplete .or. names%supports_incomplete .or. &
-            names%sections_incomplete .or. has_load(step))) call complain(deck, diagnostics, step_card, &
-            deck%card(step_card)%place, 'the step has no load: no *CLOAD, *DLOAD, *TEMPERATURE, *OBSTACLE MOTION, '// &
-            '*CONTACT INTERFERENCE or prescribed displacement other than zero')
+            names%sections_incomplete .or. step%load%does_anything())) call complain(deck, diagnostics, step_card, &
+            deck%card(step_card)%place, 'the step has no load: no '//load_cards()//' or prescribed displacement other than zero')
          if (static_card == 0 .or. buckling) return
          if (.not. deck%card(static_card)%sound) return
          if (step%method == method_displacement .and. step%monitor > 0) call check_control()
@@ -226,13 +226,4 @@ contains
          end associate
       end subroutine check_control
    end subroutine check_step
-
-   pure logical function has_load(step)
-      type(step_t), intent(in) :: step
-      has_load = any(abs(step%load%node_force) > 0.0_wp) .or. any(abs(step%load%line_force) > 0.0_wp) .or. &
-         any(abs(step%load%pressure) > 0.0_wp) .or. any(abs(step%load%displacement) > 0.0_wp) .or. &
-         any(abs(step%load%strain) > 0.0_wp) .or. any(abs(step%load%curvature) > 0.0_wp) .or. &
-         any(abs(step%load%motion) > 0.0_wp) .or. any(abs(step%load%closing) > 0.0_wp) .or. &
-         any(abs(step%load%resolved) > 0.0_wp)
-   end function has_load
 end module read_path_control

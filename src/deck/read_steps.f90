@@ -73,7 +73,7 @@ contains
       do card = 1, deck%n_cards
          if (deck%card(card)%step /= s) cycle
          select case (deck%card(card)%keyword)
-         case ('CONTROLS', 'ACCURACY', 'STOP', 'LOCATE', 'TURNING POINTS', 'FIELD OUTPUT', 'BRANCH', 'LIMIT CURVE', &
+         case ('CONTROLS', 'STOP', 'LOCATE', 'TURNING POINTS', 'FIELD OUTPUT', 'BRANCH', 'LIMIT CURVE', &
             & 'IMPERFECTION')
             call complain(deck, diagnostics, card, deck%card(card)%place, &
                'belongs to a step with *STATIC; this one has *BUCKLE')

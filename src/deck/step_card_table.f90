@@ -79,6 +79,14 @@ contains
       call field(t, 'dof', kind_integer, '1 (x), 2 (y), 6 (moment, anticlockwise)', bound=positive)
       call field(t, 'magnitude', kind_real, 'force or moment', unit='force or force length')
 
+      call card(t, 'POLE LOAD', in_step, 'Forces of given size at load factor 1 whose line of action passes through a fixed '// &
+         'point, however their nodes move: a cable to an anchor. Repeated ones add up.')
+      call lines(t)
+      call field(t, 'node or set', kind_label_or_set, 'a node label or the name of a node set; each node gets the force')
+      call field(t, 'magnitude', kind_real, 'positive: pulls the node towards the point', unit='force')
+      call field(t, 'x', kind_real, 'of the point', unit='length')
+      call field(t, 'y', kind_real, 'of the point', unit='length')
+
       call card(t, 'DLOAD', in_step, 'Loads on elements at load factor 1; repeated ones add up.')
       call lines(t)
       call field(t, 'element or set', kind_label_or_set, 'an element label or the name of an element set')

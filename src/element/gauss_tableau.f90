@@ -4,7 +4,7 @@ module gauss_tableau
    use kinds, only: wp
    implicit none
    private
-   public :: tableau_t, max_stages, new_tableau, gauss_points, stage_basis
+   public :: tableau_t, max_stages, new_tableau, gauss_points, stage_basis, raised_values
 
    integer, parameter :: max_stages = 5
 
@@ -87,4 +87,29 @@ contains
          basis(:t%stages) = (basis(:t%stages) + t%integral(k, :t%stages)) * tau
       end do
    end subroutine stage_basis
+
+   !> Values at the points of another tableau of the polynomial through the first end and the points of the first one.
+   pure function raised_values(from, to, first, value) result(new)
+      type(tableau_t), intent(in) :: from, to
+      real(wp), intent(in) :: first              !! at the first end
+      real(wp), intent(in) :: value(:)           !! (stages of `from`)
+      real(wp) :: new(to%stages)
+      real(wp) :: at(0:max_stages), given(0:max_stages), product
+      integer :: i, j, k, s
+      s = from%stages
+      at(0) = 0.0_wp
+      at(1:s) = from%c(:s)
+      given(0) = first
+      given(1:s) = value
+      new = 0.0_wp
+      do i = 1, to%stages
+         do j = 0, s
+            product = given(j)
+            do k = 0, s
+               if (k /= j) product = product * (to%c(i) - at(k)) / (at(j) - at(k))
+            end do
+            new(i) = new(i) + product
+         end do
+      end do
+   end function raised_values
 end module gauss_tableau

@@ -2,21 +2,20 @@
 !> Nothing here uses the assembled residual: loads, support and contact reactions are summed from their definitions.
 module balance
    use kinds, only: wp
-   use model, only: family_ge
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t, node_position, element_displacement, element_load, candidate_gap, candidate_opening, &
       & is_stress_free
    use contact_set, only: gap_tolerance
    use force_law, only: law_reaction
+   use node_loads, only: node_push_t, dead_node_load, node_pushes
    use section_forces, only: end_forces
    use span_forces, only: span_totals, end_force
    use conforming_span, only: conforming_forces
    use deck_nodes, only: deck_contact_gaps, find_node
    use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t
-   use ge_element, only: ge_load_t
-   use ul2_element, only: ul2_heat_scale
-   use gauss_tableau, only: max_stages
+   use rod_element, only: rod_element_t
+   use rod_elements, only: rod_at
    use run_accuracy, only: accuracy_t, place_t, note_worst
    implicit none
    private
@@ -39,9 +38,10 @@ contains
       real(wp), intent(in) :: residual
       type(accuracy_t), intent(inout) :: accuracy
       real(wp), allocatable :: support(:, :), left(:, :)
-      real(wp) :: total(3), scale, first(3), second(3), x(2), force(3), size_, noise, middle(2)
-      type(ge_load_t) :: load
-      integer :: e, node
+      real(wp) :: total(3), scale, first(3), second(3), x(2), force(3), rate(3), size_, noise, middle(2)
+      class(rod_element_t), pointer :: rod
+      type(node_push_t), allocatable :: push(:)
+      integer :: e, i, node
 
       size_ = problem%size
       ! The start is no solution: nothing is in balance there but what the deck begins with, overlaps included.
@@ -59,20 +59,21 @@ contains
             support(:, b) = support(:, b) + second
          end associate
          scale = max(scale, maxval(abs(first(1:2))), maxval(abs(second(1:2))), abs(first(3)) / size_, abs(second(3)) / size_)
-         if (problem%model%mesh%family(e) /= family_ge) then
-            load = element_load(problem, state, e)
-            scale = max(scale, ul2_heat_scale * abs(load%strain) / problem%compliance(e)%axial)
-         end if
-         force = element_load_sum(problem, state, e, middle)
+         rod => rod_at(problem, e)
+         scale = max(scale, rod%force_scale(problem, state, e))
+         force = rod%load_sum(problem, state, e, middle)
          ! What a foundation carries need not pass through any section.
          scale = max(scale, maxval(abs(force(1:2))))
          total = total + force
       end do elements
       left = support
+      push = node_pushes(problem, state)
       nodes: do node = 1, problem%model%mesh%n_nodes
          x = node_position(state, node) - middle
-         force = problem%constant%node_force(:, node) + &
-            & state%load_factor * problem%model%step(problem%step)%load%node_force(:, node)
+         call dead_node_load(problem, state, node, force, rate)
+         do i = 1, size(push)
+            if (push(i)%node == node) force = force + push(i)%force
+         end do
          total = total + [force(1:2), force(3) + x(1) * force(2) - x(2) * force(1)]
          left(:, node) = left(:, node) - force + problem%spring(:, node) * state%u(:, node)
          where (.not. problem%model%fixed(:, node))
@@ -291,62 +292,4 @@ contains
       push = push * problem%candidates%tributary(candidate)
       spring = spring * problem%candidates%tributary(candidate)
    end subroutine foundation_answer
-
-   !> Resultant force and moment about `middle` of the load on an element.
-   function element_load_sum(problem, state, e, middle) result(total)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: e
-      real(wp), intent(in) :: middle(2)
-      real(wp) :: total(3), x(2, 2), u(6), phi, nn(2), t(2), nu(2), rho(2), position(2), direction(2, max_stages), force(2)
-      real(wp) :: local(3), angle
-      type(ge_load_t) :: load
-      integer :: i, s
-      load = element_load(problem, state, e)
-      total = 0.0_wp
-      if (all(abs(load%line) <= 0.0_wp) .and. abs(load%pressure) <= 0.0_wp) return
-      do i = 1, 2
-         x(:, i) = node_position(state, problem%model%mesh%node(i, e)) - middle
-      end do
-      associate (h => state%geometry%element(e)%length)
-         if (problem%model%mesh%family(e) /= family_ge) then
-            force = h * load%line + load%pressure * [x(2, 1) - x(2, 2), x(1, 2) - x(1, 1)]
-            position = 0.5_wp * (x(:, 1) + x(:, 2))
-            total = [force, position(1) * force(2) - position(2) * force(1)]
-            return
-         end if
-         s = problem%model%mesh%stages(e)
-         u = element_displacement(problem, state, e)
-         if (problem%conforms(e) > 0) then
-            do i = 1, s
-               call conforming_forces(problem, state, e, problem%tableau(s)%c(i), local, position, angle)
-               position = position - middle
-               force = h * problem%tableau(s)%b(i) * load%line
-               total = total + [force, position(1) * force(2) - position(2) * force(1)]
-            end do
-            ! What the pressure does depends on the ends alone.
-            total = total + load%pressure * [x(2, 1) - x(2, 2), x(1, 2) - x(1, 1), &
-               & 0.5_wp * (dot_product(x(:, 2), x(:, 2)) - dot_product(x(:, 1), x(:, 1)))]
-            return
-         end if
-         associate (tab => problem%tableau(s), z => state%z(:, e))
-            do i = 1, s
-               phi = u(3) + h * problem%compliance(e)%bending * dot_product(tab%a(i, :s), z(4:3 + s)) + &
-                  & tab%c(i) * h * load%curvature
-               nn = z(1:2) - tab%c(i) * h * load%line
-               if (problem%pressurised(e) .or. problem%ground%founded(e)) nn = z(2 + s + 2 * i:3 + s + 2 * i)
-               t = [cos(state%geometry%element(e)%angle(i) + phi), sin(state%geometry%element(e)%angle(i) + phi)]
-               nu = [-t(2), t(1)]
-               rho = (1.0_wp + load%strain + dot_product(nn, t) * problem%compliance(e)%axial) * t + &
-                  & dot_product(nn, nu) * problem%compliance(e)%shear * nu
-               direction(:, i) = state%geometry%element(e)%scale * rho
-            end do
-            do i = 1, s
-               position = x(:, 1) + h * matmul(direction(:, :s), tab%a(i, :s))
-               force = h * tab%b(i) * (load%line + load%pressure * [-direction(2, i), direction(1, i)])
-               total = total + [force, position(1) * force(2) - position(2) * force(1)]
-            end do
-         end associate
-      end associate
-   end function element_load_sum
 end module balance

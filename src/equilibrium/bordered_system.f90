@@ -6,7 +6,8 @@
 !> factor. The row is the path constraint; it keeps the system regular at limit points, where K is singular.
 module bordered_system
    use kinds, only: wp
-   use model, only: family_ge
+   use rod_element, only: rod_element_t
+   use rod_elements, only: rod_at
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use linear_system, only: system_t, assemble, to_node, to_global
@@ -113,17 +114,19 @@ contains
       x = x + y * system%tangent
    end subroutine solve_bordered
 
-   !> Linear change of the stored resultants of GE elements under an increment; what closes their own defects is not in it.
-   pure function resultant_rates(problem, system, x, y) result(rate)
+   !> Linear change of the stored resultants under an increment; what closes their own defects is not in it.
+   function resultant_rates(problem, system, x, y) result(rate)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: x(:), y        !! as solve_bordered gives them
       real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements)
       real(wp) :: du(6)
+      class(rod_element_t), pointer :: rod
       integer :: e, k, z
       rate = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
-         if (problem%model%mesh%family(e) /= family_ge) cycle
+         rod => rod_at(problem, e)
+         if (.not. rod%takes_increments()) cycle
          du(1:3) = to_global(problem, system, x, problem%model%mesh%node(1, e))
          du(4:6) = to_global(problem, system, x, problem%model%mesh%node(2, e))
          z = problem%z_size(e)
@@ -141,10 +144,12 @@ contains
       real(wp), intent(in) :: x(:), y
       type(state_t), intent(inout) :: state
       real(wp) :: rate(size(state%z, 1), size(state%z, 2))
+      class(rod_element_t), pointer :: rod
       integer :: e, node, z
       rate = resultant_rates(problem, system, x, y)
       do e = 1, problem%model%mesh%n_elements
-         if (problem%model%mesh%family(e) /= family_ge) cycle
+         rod => rod_at(problem, e)
+         if (.not. rod%takes_increments()) cycle
          z = problem%z_size(e)
          state%z(:z, e) = state%z(:z, e) + rate(:z, e) + system%op(:z, 7, e)
       end do

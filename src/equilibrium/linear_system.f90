@@ -6,23 +6,22 @@
 !> band is in bordered_system.
 module linear_system
    use kinds, only: wp
-   use model, only: family_ge
    use problem, only: problem_t, dof
-   use rod_state, only: state_t, element_displacement, element_load, candidate_gap, closing_rate, may_react, parallel
-   use rod_geometry, only: element_geometry_t
+   use rod_state, only: state_t, element_load, candidate_gap, closing_rate, may_react, parallel
+   use node_loads, only: node_push_t, dead_node_load, node_pushes
    use force_law, only: law_reaction
-   use ge_element, only: ge_evaluate, ge_load_t, ge_columns
-   use ul2_element, only: ul2_evaluate, ul2_heat_scale
-   use element_foundation, only: foundation_forces
-   use conforming_span, only: evaluate_conforming, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple
-   use inner_forces, only: inner_forces_t, clear_forces
+   use ge_element, only: ge_load_t, ge_columns
+   use rod_element, only: rod_element_t
+   use rod_elements, only: rod_at
+   use conforming_span, only: track_rotation, track_bend_rate, touchdown_spring, touchdown_couple
+   use inner_forces, only: inner_forces_t
    use band_matrix, only: band_t, factor_t, new_band
    use active_coupling, only: active_coupling_t, set_active, coupled_answer, add_forces, excess_row
    use timing, only: timers_t, timing_start, timing_stop, phase_elements, phase_assembly
    implicit none
    private
    public :: system_t, new_system, assemble, sum_elements, contact_tangent, spring_tangent, &
-      & turn_pair, to_node, to_global, row_times, contact_reaction, worst_round_off
+      & matrix_to_node, turn_pair, to_node, to_global, row_times, contact_reaction, worst_round_off
 
    real(wp), parameter :: worst_round_off = 1.0e-6_wp !! a residual above it is no equilibrium, whatever its reason
 
@@ -123,26 +122,21 @@ contains
       type(timers_t), intent(inout) :: timers
       integer :: e, c
       logical :: ok
-      real(wp) :: defect(2), rotation, force, place, shift(6, 2)
+      real(wp) :: defect(3), worst(3), shift(6, 2)
+      class(rod_element_t), pointer :: rod
       type(inner_forces_t) :: inner
 
       call timing_start(timers, phase_elements)
       system%ok = .true.
-      rotation = 0.0_wp
-      force = 0.0_wp
-      place = 0.0_wp
+      worst = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
-         call evaluate_element(problem, state, base, state%geometry%element(e), e, system%ef(:, e), system%eraw(:, e), &
-            & system%ek(:, :, e), system%el(:, e), system%op(:, :, e), defect, ok, inner, shift)
+         rod => rod_at(problem, e)
+         call rod%evaluate(problem, state, base, e, system%ef(:, e), system%eraw(:, e), system%ek(:, :, e), &
+            & system%el(:, e), system%op(:, :, e), defect, ok, inner, shift)
          if (size(system%eshift, 3) > 0) system%eshift(:, :, e) = shift
          system%grip(e) = inner%n
          system%ok = system%ok .and. ok
-         if (problem%conforms(e) > 0) then
-            force = max(force, defect(1))
-         else
-            rotation = max(rotation, defect(1))
-         end if
-         place = max(place, defect(2))
+         worst = max(worst, defect)
       end do
       call timing_stop(timers, phase_elements)
       if (.not. system%ok) return
@@ -159,10 +153,11 @@ contains
       call set_constraints(problem, state, system)
       call sum_elements(problem, system)
       call add_node_loads(problem, state, system)
+      call add_node_pushes(problem, state, system)
       call add_springs(problem, state, system)
       call add_contact(problem, state, system)
       call measure_residual(problem, state, system)
-      system%defect_residual = max(rotation, force / system%force_scale, place / problem%size)
+      system%defect_residual = max(worst(1), worst(2) / system%force_scale, worst(3) / problem%size)
       call timing_stop(timers, phase_assembly)
    end subroutine assemble
 
@@ -200,41 +195,6 @@ contains
       call set_active(problem%coupling, state%active, system%coupling)
       call coupled_answer(problem%coupling, system%coupling, none, system%opening, system%push)
    end subroutine set_coupling
-
-   !> One element of either family at a state, on a given stress-free geometry.
-   subroutine evaluate_element(problem, state, base, geometry, e, f, raw, k, fl, op, defect, ok, inner, shift)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state, base
-      type(element_geometry_t), intent(in) :: geometry
-      integer, intent(in) :: e
-      real(wp), intent(out) :: f(6), raw(6), k(6, 6), fl(6), op(:, :), defect(2)
-      logical, intent(out) :: ok
-      type(inner_forces_t), intent(inout) :: inner !! storage for the forces of foundations
-      real(wp), intent(out) :: shift(6, 2)     !! k times unit translations
-      type(ge_load_t) :: load
-      real(wp) :: u(6)
-      u = element_displacement(problem, state, e)
-      load = element_load(problem, state, e)
-      if (problem%conforms(e) > 0) then
-         call clear_forces(inner)
-         shift = 0.0_wp
-         call evaluate_conforming(problem, state, e, f, raw, k, fl, op, defect, ok)
-      else if (problem%model%mesh%family(e) == family_ge) then
-         call foundation_forces(problem, state, e, inner)
-         call ge_evaluate(problem%tableau(problem%model%mesh%stages(e)), geometry%length, geometry%scale, &
-            & geometry%angle, geometry%chord, problem%compliance(e), load, u, &
-            & state%z(:problem%z_size(e), e), f, raw, k, fl, op, defect, ok, inner=inner, shift=shift)
-      else
-         call ul2_evaluate(geometry%length, geometry%chord, 1.0_wp / problem%compliance(e)%axial, &
-            & 1.0_wp / problem%compliance(e)%bending, load, u, &
-            & element_displacement(problem, base, e), base%z(:3, e), f, k, fl, op(:3, 1))
-         raw = f
-         defect = 0.0_wp
-         shift = 0.0_wp
-         call clear_forces(inner)
-         ok = .true.
-      end if
-   end subroutine evaluate_element
 
    !> Which unknowns are eliminated, and the axes of the nodes.
    subroutine set_constraints(problem, state, system)
@@ -428,7 +388,7 @@ contains
       v = [axis(1) * v(1) + axis(2) * v(2), axis(1) * v(2) - axis(2) * v(1)]
    end subroutine turn_pair
 
-   !> Node loads of the constant part and of the step.
+   !> Loads of nodes that do not depend on the state.
    subroutine add_node_loads(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -436,8 +396,7 @@ contains
       integer :: node, d
       real(wp) :: load(3), rate(3)
       do node = 1, problem%model%mesh%n_nodes
-         rate = problem%model%step(problem%step)%load%node_force(:, node)
-         load = problem%constant%node_force(:, node) + state%load_factor * rate
+         call dead_node_load(problem, state, node, load, rate)
          call to_node(system, node, load)
          call to_node(system, node, rate)
          d = dof(problem, node, 1)
@@ -445,6 +404,30 @@ contains
          system%load(d:d + 2) = system%load(d:d + 2) + rate
       end do
    end subroutine add_node_loads
+
+   !> Those that do: forces and stiffness.
+   subroutine add_node_pushes(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system
+      type(node_push_t), allocatable :: push(:)
+      integer :: n, d, i, j
+      push = node_pushes(problem, state)
+      do n = 1, size(push)
+         system%ok = system%ok .and. push(n)%sound
+         d = dof(problem, push(n)%node, 1)
+         call to_node(system, push(n)%node, push(n)%force)
+         call to_node(system, push(n)%node, push(n)%rate)
+         call matrix_to_node(system, push(n)%node, push(n)%stiffness)
+         system%residual(d:d + 2) = system%residual(d:d + 2) - push(n)%force
+         system%load(d:d + 2) = system%load(d:d + 2) + push(n)%rate
+         do j = 1, 3
+            do i = j, 3
+               system%k%a(1 + i - j, d + j - 1) = system%k%a(1 + i - j, d + j - 1) + push(n)%stiffness(i, j)
+            end do
+         end do
+      end do
+   end subroutine add_node_pushes
 
    !> Springs between nodes and ground, which follow the displacements since the stress-free start.
    subroutine add_springs(problem, state, system)
@@ -479,13 +462,22 @@ contains
       do i = 1, 3
          k(i, i) = problem%spring(i, node)
       end do
+      call matrix_to_node(system, node, k)
+   end function spring_tangent
+
+   !> The same as to_node for a stiffness at a node.
+   pure subroutine matrix_to_node(system, node, k)
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: node
+      real(wp), intent(inout) :: k(3, 3)
+      integer :: i
       do i = 1, 3
          call to_node(system, node, k(:, i))
       end do
       do i = 1, 3
          call to_node(system, node, k(i, :))
       end do
-   end function spring_tangent
+   end subroutine matrix_to_node
 
    !> Foundations, and the curvature of the obstacles under the reactions. An obstacle that moves does to its contacts
    !> what their moving the other way would do; a closing gap does what their moving against the normal would do, but that
@@ -578,6 +570,8 @@ contains
       type(system_t), intent(inout) :: system
       real(wp) :: worst, scale, noise, moved, carried
       type(ge_load_t) :: load
+      type(node_push_t), allocatable :: push(:)
+      class(rod_element_t), pointer :: rod
       integer :: e, i, d, node
       system%raw = system%residual
       scale = problem%force_floor
@@ -589,9 +583,8 @@ contains
          end do
          scale = max(scale, maxval(abs(system%eraw(1:2, e))), maxval(abs(system%eraw(4:5, e))), &
             & abs(system%eraw(3, e)) / problem%size, abs(system%eraw(6, e)) / problem%size)
-         if (problem%model%mesh%family(e) == family_ge) cycle
-         load = element_load(problem, state, e)
-         scale = max(scale, ul2_heat_scale * abs(load%strain) / problem%compliance(e)%axial)
+         rod => rod_at(problem, e)
+         scale = max(scale, rod%force_scale(problem, state, e))
       end do
       scale = max(scale, maxval(abs(state%reaction), mask=state%active))
       scale = max(scale, maxval(problem%spring(1:2, :) * abs(state%u(1:2, :))), &
@@ -601,6 +594,10 @@ contains
          scale = max(scale, maxval(abs(problem%constant%node_force(1:2, :))), &
             & abs(state%load_factor) * maxval(abs(rate%node_force(1:2, :))))
       end associate
+      push = node_pushes(problem, state)
+      do i = 1, size(push)
+         scale = max(scale, norm2(push(i)%force(1:2)))
+      end do
       if (problem%spans) then
          ! An obstacle may carry a load that no section feels.
          carried = 0.0_wp
@@ -638,10 +635,8 @@ contains
       system%gap_noise = 2.0_wp * epsilon(noise) * noise / scale
       noise = max(noise, moved * maxval(problem%spring(1:2, :)), moved * maxval(problem%spring(3, :)) / problem%size**2)
       do e = 1, problem%model%mesh%n_elements
-         if (problem%model%mesh%family(e) == family_ge) cycle
-         associate (h => state%geometry%element(e)%length, flexible => problem%compliance(e))
-            noise = max(noise, moved / (flexible%axial * h), moved * 12.0_wp / (flexible%bending * h**3))
-         end associate
+         rod => rod_at(problem, e)
+         noise = max(noise, rod%force_noise(problem, state, e, moved))
       end do
       system%round_off = min(2.0_wp * epsilon(noise) * noise / scale, worst_round_off)
       system%force_residual = worst / scale

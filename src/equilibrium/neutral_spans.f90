@@ -59,7 +59,7 @@ contains
       clamps = problem%beside(side, node) == 0 .and. problem%model%fixed(3, node) .and. any(problem%model%fixed(1:2, node))
       do i = 1, size(problem%model%step)
          associate (load => problem%model%step(i)%load)
-            clamps = clamps .and. .not. (abs(load%displacement(3, node)) > 0.0_wp .or. abs(load%node_force(3, node)) > 0.0_wp)
+            clamps = clamps .and. .not. load%turns(node)
          end associate
       end do
    end function clamps
@@ -88,8 +88,7 @@ contains
          end do
          do i = 1, size(problem%model%step)
             associate (load => problem%model%step(i)%load)
-               along = along .and. .not. (any(abs(load%line_force(:, first:last)) > 0.0_wp) .or. &
-                  & any(abs(load%pressure(first:last)) > 0.0_wp) .or. any(abs(load%curvature(first:last)) > 0.0_wp))
+               along = along .and. .not. load%bends(first, last)
             end associate
          end do
       end associate

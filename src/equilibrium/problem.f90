@@ -6,7 +6,7 @@ module problem
    use kinds, only: wp
    use model, only: model_t, load_t, family_ge, new_load
    use rod_layout, only: layout_t, new_layout
-   use remeshed_model, only: division_t, new_remeshed_model, mapped_load
+   use remeshed_model, only: division_t, new_remeshed_model
    use numbering, only: numbering_t, new_numbering
    use gauss_tableau, only: tableau_t, max_stages, new_tableau
    use ge_element, only: ge_stiffness_t, ge_compliance, ge_size
@@ -139,7 +139,7 @@ contains
             node(i) = problem%mesh_node(j)
          end do
       end associate
-      new%constant = mapped_load(problem%constant, node, problem%along(problem%element_first(new%stretch)))
+      new%constant = problem%constant%mapped(node, problem%along(problem%element_first(new%stretch)))
       new%step = problem%step
       new%coordinates = problem%coordinates
       call derive_problem(new)

@@ -6,6 +6,7 @@ module model
    use kinds, only: wp, name_length
    use obstacle_curve, only: obstacle_curve_t
    use length_table, only: length_table_t
+   use load_pattern, only: load_t, new_load
    implicit none
    private
    public :: model_t, mesh_t, curve_t, imperfection_t, section_t, node_set_t, load_t, obstacle_t, law_t, contact_t
@@ -98,19 +99,6 @@ module model
       character(name_length) :: name = ''
       integer, allocatable :: node(:)           !! node indices (not labels), in the deck's order
    end type node_set_t
-
-   !> One load pattern; a step scales its own by the load factor.
-   type :: load_t
-      real(wp), allocatable :: node_force(:, :)   !! (3, n_nodes) forces and moment
-      real(wp), allocatable :: line_force(:, :)   !! (2, n_elements) dead, global axes, per unit stress-free length
-      real(wp), allocatable :: pressure(:)        !! (n_elements) follower, per deformed length, to the left of the element
-      real(wp), allocatable :: strain(:)          !! (n_elements) that heat would give a free element
-      real(wp), allocatable :: curvature(:)       !! (n_elements) and its change of curvature, per unit stress-free length
-      real(wp), allocatable :: displacement(:, :) !! (3, n_nodes) prescribed values of fixed degrees of freedom
-      real(wp), allocatable :: motion(:, :)       !! (2, n_obstacles) how far the obstacles move
-      real(wp), allocatable :: closing(:)         !! (n_obstacles) how much the gaps to them close
-      real(wp), allocatable :: resolved(:)        !! (n_obstacles) the part of what penetrates at the start that is pushed out
-   end type load_t
 
    !> A surface the structure cannot cross. But for circles, the free side is on the left of the sense in which its points
    !> come, and what has ends is continued straight.
@@ -255,19 +243,6 @@ module model
    end type model_t
 
 contains
-
-   !> An all-zero load pattern for a mesh.
-   pure function new_load(n_nodes, n_elements, n_obstacles) result(load)
-      integer, intent(in) :: n_nodes, n_elements, n_obstacles
-      type(load_t) :: load
-      allocate (load%node_force(3, n_nodes), source=0.0_wp)
-      allocate (load%line_force(2, n_elements), source=0.0_wp)
-      allocate (load%pressure(n_elements), source=0.0_wp)
-      allocate (load%strain(n_elements), load%curvature(n_elements), source=0.0_wp)
-      allocate (load%displacement(3, n_nodes), source=0.0_wp)
-      allocate (load%motion(2, n_obstacles), source=0.0_wp)
-      allocate (load%closing(n_obstacles), load%resolved(n_obstacles), source=0.0_wp)
-   end function new_load
 
    !> True when some step moves an obstacle.
    pure logical function obstacles_move(model)

@@ -1,12 +1,12 @@
 !> The model of a deck on another mesh: nodes anywhere along its free stretches, everything else where the deck has it.
 module remeshed_model
    use kinds, only: wp
-   use model, only: model_t, curve_t, mesh_t, load_t, contact_t, imperfection_t
+   use model, only: model_t, curve_t, mesh_t, contact_t, imperfection_t
    use rod_layout, only: layout_t, stretch_element, stretch_place
    use reference_curve, only: curve_point
    implicit none
    private
-   public :: division_t, new_remeshed_model, mapped_load
+   public :: division_t, new_remeshed_model
 
    !> Where the nodes of a mesh stand on one stretch.
    type :: division_t
@@ -45,7 +45,7 @@ contains
          end do
       end if
       do k = 1, size(deck%step)
-         model%step(k)%load = mapped_load(deck%step(k)%load, deck_node, deck_element)
+         model%step(k)%load = deck%step(k)%load%mapped(deck_node, deck_element)
       end do
       do k = 1, size(deck%contact)
          model%contact(k)%node = contact_nodes(deck, layout, division, deck%contact(k), mesh_node, first)
@@ -66,28 +66,6 @@ contains
          there = pack(mesh_node(node), mesh_node(node) > 0)
       end function there
    end function new_remeshed_model
-
-   !> A load pattern on another mesh: forces at nodes stay with them, those on elements with the rod.
-   pure function mapped_load(load, node, element) result(mapped)
-      type(load_t), intent(in) :: load
-      integer, intent(in) :: node(:)             !! (new nodes) the node of `load`, 0: none, nothing acts there
-      integer, intent(in) :: element(:)          !! (new elements) an element of `load` on the same stretch
-      type(load_t) :: mapped
-      integer :: i
-      allocate (mapped%node_force(3, size(node)), mapped%displacement(3, size(node)), source=0.0_wp)
-      do i = 1, size(node)
-         if (node(i) == 0) cycle
-         mapped%node_force(:, i) = load%node_force(:, node(i))
-         mapped%displacement(:, i) = load%displacement(:, node(i))
-      end do
-      mapped%line_force = load%line_force(:, element)
-      mapped%pressure = load%pressure(element)
-      mapped%strain = load%strain(element)
-      mapped%curvature = load%curvature(element)
-      mapped%motion = load%motion
-      mapped%closing = load%closing
-      mapped%resolved = load%resolved
-   end function mapped_load
 
    !> Nodes and elements.
    subroutine lay_mesh(deck, layout, division, mesh, mesh_node, first, deck_element)

@@ -5,7 +5,7 @@
 !> on a point of the rod.
 module rod_layout
    use kinds, only: wp
-   use model, only: model_t, load_t, family_ge
+   use model, only: model_t, family_ge
    use reference_curve, only: curve_goes_on
    implicit none
    private
@@ -137,8 +137,7 @@ contains
          do k = 1, size(model%step)
             associate (load => model%step(k)%load)
                do i = 1, mesh%n_nodes
-                  breakpoint(i) = breakpoint(i) .or. any(abs(load%node_force(:, i)) > 0.0_wp) .or. &
-                     & any(abs(load%displacement(:, i)) > 0.0_wp)
+                  breakpoint(i) = breakpoint(i) .or. load%acts_at(i)
                end do
             end associate
          end do
@@ -169,20 +168,10 @@ contains
          if (goes_on) goes_on = curve_goes_on(model%curve(mesh%curve(a)), mesh%s(2, a), model%curve(mesh%curve(b)), mesh%s(1, b))
          do k = 1, size(model%step)
             if (.not. goes_on) return
-            goes_on = same_load(model%step(k)%load, a, b)
+            goes_on = model%step(k)%load%same_on(a, b)
          end do
       end associate
    end function goes_on
-
-   !> True when the loads on two elements are the same.
-   pure logical function same_load(load, a, b)
-      type(load_t), intent(in) :: load
-      integer, intent(in) :: a, b
-      same_load = all(abs(load%line_force(:, a) - load%line_force(:, b)) <= 0.0_wp) .and. &
-         & abs(load%pressure(a) - load%pressure(b)) <= 0.0_wp .and. &
-         & abs(load%strain(a) - load%strain(b)) <= 0.0_wp .and. &
-         & abs(load%curvature(a) - load%curvature(b)) <= 0.0_wp
-   end function same_load
 
    !> Elements whose nodes stay: all but GE of two and more stages on curves, and where something acts at the nodes or is
    !> counted from them: foundations, and rigid contact that the deck wants at its nodes.

@@ -3,7 +3,7 @@ module limit_series
    use model, only: model_t, limit_curve_t
    use model_words, only: parameter_name, parameter_units, parameter_object
    use path_record, only: limit_point_t
-   use path_series, only: open_monitor_series
+   use bar_series, only: bar_series_t, open_bars, append_bars, open_monitor_series
    use result_tables, only: link_name
    use hdf5_file, only: hdf5_file_t, hdf5_group
    use hdf5_attributes, only: hdf5_attribute
@@ -17,6 +17,7 @@ module limit_series
       integer :: step = 0, curve = 0              !! whose they are: its step, and its index there
       integer :: parameter = 0, rigid = 0, load_factor = 0, iterations = 0, residual = 0, load_rate = 0, label = 0
       integer, allocatable :: monitor(:)
+      type(bar_series_t) :: bars
    end type curve_series_t
 
    !> All limit curves of the deck.
@@ -74,6 +75,7 @@ contains
          & 'change of the load factor with arc length, zero at a limit point, over its value at the start of the path')
       call series_text(set, file, id%label, group//'/label', 2, '1', 'blank, or TP the parameter turns back, EP end')
       call open_monitor_series(id%monitor, set, file, model, group//'/monitor', few=.false.)
+      if (model%step(id%step)%error_bars) call open_bars(id%bars, set, file, model, group, few=.false.)
    end subroutine open_curve
 
    !> Adds one limit point to its curve.
@@ -95,6 +97,7 @@ contains
             do i = 1, size(id%monitor)
                call series_append(set, id%monitor(i), limit_point%monitor(i))
             end do
+            call append_bars(set, id%bars, limit_point%load_factor, limit_point%monitor, limit_point%bars)
          end associate
       end do
    end subroutine append_limit_point

@@ -13,14 +13,13 @@ module listing
    use side_tables, only: limit_table_t, open_limit_table, write_limit_point, leave_limit_table, write_buckling_table
    use run_summary, only: write_accuracy, write_cost
    use text, only: plural
-   use error_bar, only: error_bars_t
+   use told_error, only: bar_text, corrected_text
    implicit none
    private
    public :: listing_t, listing_open, listing_close
    public :: listing_point, listing_critical, listing_branch, listing_buckling, listing_limit_point
 
    integer, parameter :: load_digits = 10
-   integer, parameter :: corrected_digits = 13
    integer, parameter :: first_monitor = 4        !! its column, after point, label and load factor
    integer, parameter :: nowhere = -1             !! the last row was not one of a path
 
@@ -165,31 +164,18 @@ contains
          row%cell(4)%text = significant(critical%load_factor, load_digits)
          row%cell(5)%text = ''
          row%cell(6)%text = ''
-         if (allocated(critical%bars)) call write_bar(critical, row)
+         if (allocated(critical%bars)) then
+            row%cell(5)%text = bar_text(critical%bars%load)
+            row%cell(6)%text = corrected_text(critical%load_factor, critical%bars%load)
+            row%unbarred = ''
+            if (allocated(critical%bars%why) .and. .not. critical%bars%load%told) row%unbarred = critical%bars%why
+         end if
          do i = 1, listing%n_monitors
             row%cell(6 + i)%text = significant(critical%monitor(i), monitor_digits)
          end do
       end associate
       call move_alloc(longer, listing%critical)
    end subroutine listing_critical
-
-   !> The error bar of a critical load, and the load with its error taken off.
-   subroutine write_bar(critical, row)
-      type(critical_t), intent(in) :: critical    !! with bars
-      type(critical_row_t), intent(inout) :: row
-      associate (load => critical%bars%load)
-         row%unbarred = ''
-         if (load%told .and. .not. load%bar > 0.0_wp) then
-            row%cell(5)%text = 'given'
-         else if (load%told) then
-            row%cell(5)%text = trim(merge('+-', '> ', load%bounded))//' '//scientific(load%bar, 2)
-            if (load%bounded) row%cell(6)%text = significant(critical%load_factor + load%correction, corrected_digits)
-         else
-            row%cell(5)%text = 'no estimate'
-            if (allocated(critical%bars%why)) row%unbarred = critical%bars%why
-         end if
-      end associate
-   end subroutine write_bar
 
    !> The points that follow belong to a branch, or to the path of the steps again.
    subroutine listing_branch(listing, start)

@@ -2,7 +2,7 @@
 module path_record
    use kinds, only: wp, name_length
    use errors, only: error_t
-   use error_bar, only: error_bars_t
+   use error_bar, only: error_bar_t, error_bars_t
    use timing, only: timers_t
    implicit none
    private
@@ -74,6 +74,8 @@ module path_record
       real(wp), allocatable :: load_factor(:) !! (modes) of the step's loads, the smallest size first
       real(wp), allocatable :: residual(:)    !! (modes) relative, of the eigenvalue problem, measured anew
       real(wp), allocatable :: mode(:, :, :)  !! (3, n_nodes, modes) largest displacement 1
+      type(error_bar_t), allocatable :: bar(:) !! (modes) of the load factors; not allocated: not asked for
+      character(:), allocatable :: unbarred   !! the reason why there are none, in words
    end type buckling_t
 
    !> One limit point of a limit curve.
@@ -87,6 +89,7 @@ module path_record
       real(wp) :: residual = 0.0_wp           !! relative, of equilibrium
       real(wp) :: load_rate = 0.0_wp          !! d(load factor)/d(arc length), zero at the limit point, over its starting value
       real(wp), allocatable :: monitor(:)
+      type(error_bars_t), allocatable :: bars !! of the discretisation; not allocated: not asked for
       character(2) :: label = ''              !! blank, TP where the parameter turns back, EP end
    end type limit_point_t
 

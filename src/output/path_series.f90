@@ -2,12 +2,11 @@
 !>
 !> The path of the steps has them at the root of the result file, branch k in /branch/<k>; the layout is the same.
 module path_series
-   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
    use model, only: model_t, obstacles_move
-   use model_words, only: monitor_units, monitor_description
    use path_record, only: point_t, critical_t
-   use error_bar, only: error_bar_t, error_bars_t
+   use bar_series, only: bar_series_t, open_bars, append_bars, open_monitor_series
    use columns, only: whole
    use result_tables, only: link_name
    use hdf5_file, only: hdf5_file_t, hdf5_group
@@ -15,18 +14,12 @@ module path_series
    use hdf5_series, only: series_set_t, series_real, series_integer, series_text, series_append, series_row_size
    implicit none
    private
-   public :: path_series_t, open_path_series, open_monitor_series, append_point, append_critical, write_null_vectors
+   public :: path_series_t, open_path_series, append_point, append_critical, write_null_vectors
 
    integer, parameter :: note_length = 120        !! of the notes on critical points; longer ones are cut
    character(*), parameter :: label_words = 'LP limit point, BP bifurcation, TP turning point of a monitor, ' &
       & //'C+ contact gained, C- contact lost, UZ user value, EP end'
    integer, parameter :: number(0) = 0            ! a row is one number
-
-   !> Error bars of load factor and monitors, and these values corrected.
-   type :: bar_series_t
-      integer :: error = 0, corrected = 0
-      integer, allocatable :: monitor_error(:), monitor_corrected(:)
-   end type bar_series_t
 
    !> Numbers of the growing datasets in their set; 0: the file has no such dataset.
    type :: point_series_t
@@ -135,47 +128,6 @@ contains
       end associate
    end subroutine append_critical
 
-   !> Adds the error bars of one point: not a number where there is no estimate, infinity where the mesh is too coarse to tell.
-   subroutine append_bars(set, id, load_factor, monitor, bars)
-      type(series_set_t), intent(inout) :: set
-      type(bar_series_t), intent(in) :: id
-      real(wp), intent(in) :: load_factor, monitor(:)
-      type(error_bars_t), intent(in), optional :: bars !! what is not allocated counts as absent
-      type(error_bar_t) :: none
-      integer :: i
-      if (id%error == 0) return
-      if (.not. present(bars)) then
-         call append_bar(id%error, id%corrected, load_factor, none)
-      else
-         call append_bar(id%error, id%corrected, load_factor, bars%load)
-      end if
-      do i = 1, size(id%monitor_error)
-         if (present(bars)) then
-            call append_bar(id%monitor_error(i), id%monitor_corrected(i), monitor(i), bars%monitor(i))
-         else
-            call append_bar(id%monitor_error(i), id%monitor_corrected(i), monitor(i), none)
-         end if
-      end do
-
-   contains
-
-      subroutine append_bar(error_id, corrected_id, value, bar)
-         integer, intent(in) :: error_id, corrected_id
-         real(wp), intent(in) :: value
-         type(error_bar_t), intent(in) :: bar
-         real(wp) :: error, corrected
-         error = ieee_value(error, ieee_quiet_nan)
-         corrected = error
-         if (bar%told) then
-            corrected = value + bar%correction
-            error = bar%bar
-            if (.not. bar%bounded) error = ieee_value(error, ieee_positive_inf)
-         end if
-         call series_append(set, error_id, error)
-         call series_append(set, corrected_id, corrected)
-      end subroutine append_bar
-   end subroutine append_bars
-
    !> Writes the null vectors of the critical point that was appended last, under its row's number.
    subroutine write_null_vectors(series, file, null_vector)
       type(path_series_t), intent(in) :: series
@@ -260,45 +212,9 @@ contains
          & 'pivots of all LCPs of the increment')
       call series_text(set, file, id%label, group//'/label', 2, '1', 'blank, or '//label_words)
       call open_monitor_series(id%monitor, set, file, model, group//'/monitor', few=.false.)
-      call open_bars(id%bars, set, file, model, group, few=.false.)
+      if (any(model%step%error_bars .and. model%step%n_modes == 0)) &
+         & call open_bars(id%bars, set, file, model, group, few=.false.)
    end subroutine open_points
-
-   !> The datasets of error bars, where some step wants them.
-   subroutine open_bars(id, set, file, model, group, few)
-      type(bar_series_t), intent(out) :: id
-      type(series_set_t), intent(inout) :: set
-      type(hdf5_file_t), intent(inout) :: file
-      type(model_t), intent(in) :: model
-      character(*), intent(in) :: group           !! that of the points
-      logical, intent(in) :: few                  !! hardly more than ten rows will come
-      allocate (id%monitor_error(0), id%monitor_corrected(0))
-      if (.not. any(model%step%error_bars .and. model%step%n_modes == 0)) return
-      call series_real(set, file, id%error, group//'/error', number, '1', 'error bar of the load factor: how far the '// &
-         & 'discretisation may have it off; NaN: no estimate, infinite: the mesh is too coarse to tell', few=few)
-      call series_real(set, file, id%corrected, group//'/corrected', number, '1', 'load factor less its estimated error', &
-         & few=few)
-      call open_monitor_series(id%monitor_error, set, file, model, group//'/monitor_error', few=few)
-      call open_monitor_series(id%monitor_corrected, set, file, model, group//'/monitor_corrected', few=few)
-   end subroutine open_bars
-
-   !> A group with one series for every monitor, in the deck's order.
-   subroutine open_monitor_series(id, set, file, model, group, few)
-      integer, allocatable, intent(out) :: id(:)  !! number of each monitor's series in the set
-      type(series_set_t), intent(inout) :: set
-      type(hdf5_file_t), intent(inout) :: file
-      type(model_t), intent(in) :: model
-      character(*), intent(in) :: group           !! full path of the group to create
-      logical, intent(in) :: few                  !! hardly more than ten rows will come
-      integer :: i
-      call hdf5_group(file, group)
-      allocate (id(size(model%monitor)))
-      do i = 1, size(model%monitor)
-         associate (monitor => model%monitor(i))
-            call series_real(set, file, id(i), group//'/'//link_name(monitor%name), number, &
-               & monitor_units(monitor), monitor_description(monitor, model), few=few)
-         end associate
-      end do
-   end subroutine open_monitor_series
 
    subroutine open_critical(id, set, file, model, group)
       type(critical_series_t), intent(out) :: id
@@ -318,7 +234,8 @@ contains
          & 'null vectors of a bifurcation, in null_vector/<row from 1>; 0: none are stored', few=.true.)
       call series_text(set, file, id%note, group//'/note', note_length, '1', 'remark', few=.true.)
       call open_monitor_series(id%monitor, set, file, model, group//'/monitor', few=.true.)
-      call open_bars(id%bars, set, file, model, group, few=.true.)
+      if (any(model%step%error_bars .and. model%step%n_modes == 0)) &
+         & call open_bars(id%bars, set, file, model, group, few=.true.)
       call hdf5_group(file, group//'/null_vector')
    end subroutine open_critical
 

@@ -13,6 +13,7 @@ module result_tables
    use candidates, only: candidates_t, new_candidates
    use model_words, only: side_name, kind_name, points_name
    use path_record, only: branch_start_t, buckling_t
+   use told_error, only: stored_bar, stored_correction, bar_description, corrected_description
    use run_accuracy, only: accuracy_t, worst_t
    use columns, only: whole
    use hdf5_file, only: hdf5_file_t, hdf5_group
@@ -215,6 +216,11 @@ contains
       call hdf5_attribute(file, group, 'step', buckling%step)
       call hdf5_write(file, group//'/load_factor', buckling%load_factor, '1', &
          & 'factors of the loads of the step at which it buckles, the smallest in size first')
+      if (allocated(buckling%bar)) then
+         call hdf5_write(file, group//'/error', stored_bar(buckling%bar), '1', bar_description)
+         call hdf5_write(file, group//'/corrected', stored_correction(buckling%load_factor, buckling%bar), '1', &
+            & corrected_description)
+      end if
       call hdf5_write(file, group//'/residual', buckling%residual, '1', 'relative residual of the eigenvalue problem')
       call hdf5_write(file, group//'/mode', buckling%mode, '1, 1, radian / length', &
          & 'u, v and rotation of every node in each mode, the largest translation is 1')

@@ -4,6 +4,7 @@ module side_tables
    use model, only: model_t
    use model_words, only: parameter_name, parameter_object
    use path_record, only: buckling_t, limit_point_t
+   use told_error, only: bar_text, corrected_text
    use columns, only: significant, scientific, whole
    use text_table, only: column_t, cell_t, page_rows, monitor_digits, fitting_columns, widen_columns, write_head, write_row
    implicit none
@@ -11,7 +12,6 @@ module side_tables
    public :: limit_table_t, open_limit_table, write_limit_point, leave_limit_table, write_buckling_table
 
    integer, parameter :: load_digits = 10
-   integer, parameter :: first_monitor = 5        !! its column, after point, label, parameter and load factor
 
    !> What the table says of one curve.
    type :: curve_words_t
@@ -25,6 +25,7 @@ module side_tables
       private
       integer :: unit = -1
       type(column_t), allocatable :: column(:)
+      logical :: with_bars = .false.              !! there is a column for the error bars of load factors
       type(curve_words_t), allocatable :: words(:)
       integer :: present = 0                      !! whose row was the last one of the listing, 0: none
       integer :: n_points = 0                     !! of that curve
@@ -37,11 +38,14 @@ contains
       type(limit_table_t), intent(out) :: table
       integer, intent(in) :: unit                 !! open for formatted writing
       type(model_t), intent(in) :: model
-      type(column_t) :: first(4), last(3)
+      type(column_t) :: last(3)
+      type(column_t), allocatable :: first(:)
       integer :: i, k
       table%unit = unit
-      first = [column_t('point', 6), column_t('', 2), column_t('', 17), column_t('load factor', 17)]
+      first = [column_t('point', 6), column_t('', 2), column_t('', 17), column_t('load factor', 17), column_t('error', 11)]
       last = [column_t('iterations', 10), column_t('residual', 8), column_t('load rate', 9)]
+      table%with_bars = any([(model%step(i)%error_bars .and. size(model%step(i)%limit_curve) > 0, i=1, size(model%step))])
+      if (.not. table%with_bars) first = first(:4)
       table%column = [first, fitting_columns(model%monitor%name, [first, last]), last]
       allocate (table%words(0))
       do i = 1, size(model%step)
@@ -60,7 +64,7 @@ contains
       type(limit_table_t), intent(inout) :: table
       type(limit_point_t), intent(in) :: limit_point !! of a curve of the model, as many monitors as the model has
       type(cell_t) :: cell(size(table%column))
-      integer :: i, n, present
+      integer :: i, n, present, first_monitor
       present = findloc(table%words%step == limit_point%step .and. table%words%curve == limit_point%curve, .true., 1)
       if (present == 0) return
       if (present /= table%present) then
@@ -75,6 +79,12 @@ contains
       cell(3)%text = significant(limit_point%parameter, load_digits)
       if (limit_point%rigid) cell(3)%text = 'rigid'
       cell(4)%text = significant(limit_point%load_factor, load_digits)
+      first_monitor = 5
+      if (table%with_bars) then
+         cell(5)%text = ''
+         if (allocated(limit_point%bars)) cell(5)%text = bar_text(limit_point%bars%load)
+         first_monitor = 6
+      end if
       do i = first_monitor, n - 3
          cell(i)%text = significant(limit_point%monitor(i - first_monitor + 1), monitor_digits)
       end do
@@ -99,22 +109,33 @@ contains
       integer, intent(in) :: unit                 !! open for formatted writing
       character(*), intent(in) :: title
       type(buckling_t), intent(in) :: buckling
-      type(column_t) :: column(3)
-      type(cell_t) :: cell(3, size(buckling%load_factor))
+      type(column_t) :: column(5)
+      type(cell_t) :: cell(5, size(buckling%load_factor))
+      logical :: shown(5)
       integer :: k
-      column = [column_t('mode', 6), column_t('load factor', 17), column_t('residual', 8)]
+      column = [column_t('mode', 6), column_t('load factor', 17), column_t('error', 11), column_t('corrected', 17), &
+         & column_t('residual', 8)]
+      shown = .true.
+      shown(3:4) = allocated(buckling%bar)
       do k = 1, size(cell, 2)
          cell(1, k)%text = whole(k)
          cell(2, k)%text = significant(buckling%load_factor(k), load_digits)
-         cell(3, k)%text = scientific(buckling%residual(k), 2)
+         cell(3, k)%text = ''
+         cell(4, k)%text = ''
+         if (allocated(buckling%bar)) then
+            cell(3, k)%text = bar_text(buckling%bar(k))
+            cell(4, k)%text = corrected_text(buckling%load_factor(k), buckling%bar(k))
+         end if
+         cell(5, k)%text = scientific(buckling%residual(k), 2)
          call widen_columns(column, cell(:, k))
       end do
       write (unit, '(/a)') trim(title)
       if (size(cell, 2) == 0) write (unit, '(a)') 'no buckling under these loads'
-      if (size(cell, 2) > 0) call write_head(unit, column)
+      if (size(cell, 2) > 0) call write_head(unit, pack(column, shown))
       do k = 1, size(cell, 2)
-         call write_row(unit, column, cell(:, k))
+         call write_row(unit, pack(column, shown), pack(cell(:, k), shown))
       end do
+      if (allocated(buckling%unbarred)) write (unit, '(a)') 'no error bars: '//buckling%unbarred
       flush (unit)
    end subroutine write_buckling_table
 end module side_tables

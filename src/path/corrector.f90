@@ -1,7 +1,8 @@
 !> One increment: predictor and Newton iterations from a converged point to the next one, contact included.
 module corrector
    use kinds, only: wp
-   use model, only: family_ge
+   use rod_element, only: rod_element_t
+   use rod_elements, only: rod_at
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t, assemble, contact_reaction
@@ -334,6 +335,7 @@ contains
       type(system_t), intent(in) :: system
       type(state_t), intent(inout) :: state
       type(inner_forces_t) :: inner
+      class(rod_element_t), pointer :: rod
       integer :: c, e
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) then
@@ -345,7 +347,8 @@ contains
          end if
       end do
       do e = 1, problem%model%mesh%n_elements
-         if (problem%model%mesh%family(e) /= family_ge) state%z(:3, e) = system%op(:3, 1, e)
+         rod => rod_at(problem, e)
+         if (.not. rod%takes_increments()) state%z(:problem%z_size(e), e) = system%op(:problem%z_size(e), 1, e)
          if (.not. problem%ground%founded(e)) cycle
          call foundation_forces(problem, state, e, inner)
          state%grounded(e) = inner%n > 0

@@ -17,6 +17,8 @@ module limit_curves
    use second_parameter, only: present_value
    use limit_search, only: follower_t, trial_t, stand_here, scale_rate, evaluate, search, as_coordinate, as_value, small_drop
    use monitors, only: monitor_values
+   use path_continuity, only: heading_at
+   use error_report, only: bars_on_curve, note_curve_bar
    use path_record, only: recorder_t, limit_point_t
    use timing, only: timers_t
    implicit none
@@ -254,6 +256,12 @@ contains
          point%load_rate = abs(trial%rate) / follower%rate_scale
          point%monitor = monitor_values(follower%problem, follower%state, follower%system)
          point%label = label
+         if (step%error_bars) then
+            call bars_on_curve(follower%problem, follower%state, follower%system, heading_at(follower%problem, follower%system, &
+               & follower%control%tangent, follower%control%tangent_load), follower%unit(1), &
+               & small_drop * follower%state%load_factor, point%bars, timers)
+            call note_curve_bar(point, trim(step%limit_curve(number)%name), step%widest_bar, outcome%accuracy)
+         end if
          call recorder%limit_point(point, timers, error)
          if (allocated(error)) outcome%why = error%message
       end subroutine report

@@ -20,6 +20,8 @@ module path_loop
    use path_events, only: new_probe
    use path_acceptance, only: record, note_trouble, outcome_t
    use linear_buckling, only: buckle
+   use buckling_errors, only: add_buckling_bars
+   use error_report, only: note_buckling_bars
    use tangent_rounding, only: path_stiffness, bending_stiffness, rounding_cure
    use path_follower, only: follow_points
    use branches, only: follow_branches
@@ -230,6 +232,10 @@ contains
          if (size(buckling%load_factor) < step%n_modes) call note_trouble(outcome, 'step '//trim(step%name)// &
             & ': there are only '//to_text(size(buckling%load_factor))//' buckling modes')
       end associate
+      if (problem%model%step(problem%step)%error_bars) then
+         call add_buckling_bars(problem, run%state, buckling, timers)
+         call note_buckling_bars(buckling, problem%model%step(problem%step)%widest_bar, outcome%accuracy)
+      end if
       call recorder%buckling(buckling, timers, error)
       if (allocated(error)) outcome%why = error%message
    end subroutine find_modes
@@ -238,17 +244,7 @@ contains
    subroutine freeze_loads(problem, state)
       type(problem_t), intent(inout) :: problem
       type(state_t), intent(inout) :: state
-      associate (load => problem%model%step(problem%step)%load, kept => problem%constant, factor => state%load_factor)
-         kept%node_force = kept%node_force + factor * load%node_force
-         kept%line_force = kept%line_force + factor * load%line_force
-         kept%pressure = kept%pressure + factor * load%pressure
-         kept%strain = kept%strain + factor * load%strain
-         kept%curvature = kept%curvature + factor * load%curvature
-         kept%displacement = kept%displacement + factor * load%displacement
-         kept%motion = kept%motion + factor * load%motion
-         kept%closing = kept%closing + factor * load%closing
-         kept%resolved = kept%resolved + factor * load%resolved
-      end associate
+      call problem%constant%add(state%load_factor, problem%model%step(problem%step)%load)
       state%load_factor = 0.0_wp
    end subroutine freeze_loads
 end module path_loop

@@ -50,15 +50,7 @@ contains
       integer :: k
       problem = base
       if (curve%parameter == parameter_constant_load) then
-         problem%constant%node_force = value * base%constant%node_force
-         problem%constant%line_force = value * base%constant%line_force
-         problem%constant%pressure = value * base%constant%pressure
-         problem%constant%strain = value * base%constant%strain
-         problem%constant%curvature = value * base%constant%curvature
-         problem%constant%displacement = value * base%constant%displacement
-         problem%constant%motion = value * base%constant%motion
-         problem%constant%closing = value * base%constant%closing
-         problem%constant%resolved = value * base%constant%resolved
+         problem%constant = base%constant%scaled(value)
          return
       end if
       ! Elements that the deck names are its own; curves are the same on every mesh.

@@ -1,10 +1,11 @@
 !> Linear buckling about an equilibrium state: the increments of the load factor at which the linearised tangent is singular.
 !>
-!>   (K + dl K') x = 0,   K' the stress stiffness of the step's loads
+!>   (K + S(dl)) x = 0,   S the stiffness of the stresses of the step's loads, the geometry held
 !>
-!> K is the tangent of the state: supports and active contacts hold. The eigenvalues 1/dl of -K^-1 K' of largest size are
-!> found by block_krylov, whatever the sign of K: the state
-!> may be past its first critical load. The closer the state to a critical one, the better the estimate.
+!> K is the tangent of the state: supports and active contacts hold. S of a rod is linear in dl, that of an element is not. The
+!> eigenvalues 1/dl of -K^-1 S'(0) of largest size are found by block_krylov, whatever the sign of K: the state may be past its
+!> first critical load. From each of them iteration leads to that of S(dl), which is as good as the order of the elements. The
+!> closer the state to a critical one, the better the estimate.
 module linear_buckling
    use kinds, only: wp
    use errors, only: error_t, fail
@@ -12,8 +13,8 @@ module linear_buckling
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use linear_system, only: system_t
-   use stress_stiffness, only: stress_stiffness_t, new_stress_stiffness, apply_stress
-   use bordered_system, only: solve_effective
+   use stress_stiffness, only: stress_stiffness_t, new_stress_stiffness, stiffness_under, apply_stress
+   use bordered_system, only: solve_effective, factor_system
    use tangent_modes, only: deck_mode, apply_tangent
    use band_matrix, only: band_times
    use block_krylov, only: operator_t, spectrum_t, largest_eigenvalues
@@ -25,6 +26,7 @@ module linear_buckling
    public :: buckle
 
    real(wp), parameter :: tolerance = 1.0e-8_wp !! of the eigenvectors
+   integer, parameter :: most_steps = 12        !! from a mode of the linearised elements to the element's own
    real(wp), parameter :: worst_residual = 1.0e-2_wp !! load factors to 1e-4
 
    !> x -> -K^-1 K' x.
@@ -83,13 +85,13 @@ contains
       allocate (buckling%load_factor(spectrum%n), buckling%residual(spectrum%n))
       allocate (buckling%mode(3, problem%deck%mesh%n_nodes, spectrum%n))
       do i = 1, spectrum%n
-         call refine(operator, state, spectrum%vector(:, i), buckling%load_factor(i), buckling%residual(i))
+         call settle(operator, state, spectrum%vector(:, i), buckling%load_factor(i), buckling%residual(i), error)
+         if (allocated(error)) return
+      end do
+      call sort_by_size(buckling%load_factor, buckling%residual, spectrum%vector(:, :spectrum%n))
+      do i = 1, spectrum%n
          call deck_mode(problem, state, system, spectrum%vector(:, i), buckling%mode(:, :, i), sense)
       end do
-      ! A factored tangent of n elements a wave knows its softest modes to n^4 times rounding only.
-      if (any(buckling%residual > worst_residual)) call fail(error, &
-         & 'the buckling modes are lost in the rounding of the tangent (residual '// &
-         & to_text(maxval(buckling%residual))//'): the mesh is too fine for them')
    end subroutine buckle
 
    !> Replaces the spectrum by the first eigenvalues of both signs when it did not converge, or left some out.
@@ -152,24 +154,67 @@ contains
       end function found
    end subroutine check_by_counting
 
-   !> Load factor of a mode by its Rayleigh quotient -x^T K x / x^T K' x, into which the rounding of the factored matrix
-   !> enters squared; and what is left of (K + dl K') x, in the norm of the inverse tangent: its square is about the relative
-   !> error of the load factor.
-   subroutine refine(self, state, x, factor, residual)
-      class(buckling_operator_t), intent(in) :: self
+   !> From a mode of the pencil to one of the stiffness under the stresses themselves: K + S(factor), S(0) = 0, S'(0) = K'.
+   !>
+   !> Inverse iteration with the derivative, and Newton's method for the zero of x^T (K + S) x: both converge quadratically.
+   !> The forms are summed from the elements, so that the rounding of the factored matrix enters squared. Told is what is left of
+   !> (K + S) x, in the norm of the inverse tangent: its square is about the relative error of the load factor.
+   subroutine settle(self, state, x, factor, residual, error)
+      class(buckling_operator_t), intent(inout) :: self
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: x(:)
+      real(wp), intent(inout) :: x(:)
       real(wp), intent(out) :: factor, residual
-      real(wp) :: held(self%system%n), kx(self%system%n), kpx(self%system%n), left(self%system%n), s(self%system%n)
-      real(wp) :: form, stress
+      type(error_t), allocatable, intent(inout) :: error
+      type(stress_stiffness_t) :: stress, derivative
+      type(system_t) :: stressed
+      real(wp), dimension(self%system%n) :: held, kx, sx, dx, left, s
+      real(wp) :: form, form_s, form_d, change, last
+      integer :: k
       held = merge(0.0_wp, x, self%system%fixed)
       call apply_tangent(self%problem, state, self%system, held, kx, form)
-      call apply_stress(self%problem, self%system, self%prime, held, kpx, stress)
-      factor = -form / stress
-      left = merge(0.0_wp, kx + factor * kpx, self%system%fixed)
-      call solve_effective(self%system, left, s, self%timers)
-      residual = sqrt(abs(dot_product(left, s) / form))
-   end subroutine refine
+      call apply_stress(self%problem, self%system, self%prime, held, sx, form_s)
+      factor = -form / form_s
+      residual = huge(residual)
+      last = huge(last)
+      do k = 1, most_steps
+         call stiffness_under(self%problem, state, self%system, factor, stress, derivative)
+         call apply_stress(self%problem, self%system, stress, held, sx, form_s)
+         call apply_stress(self%problem, self%system, derivative, held, dx, form_d)
+         left = merge(0.0_wp, kx + sx, self%system%fixed)
+         call solve_effective(self%system, left, s, self%timers)
+         residual = sqrt(abs(dot_product(left, s) / form))
+         change = -(form + form_s) / form_d
+         factor = factor + change
+         ! Quadratic convergence ends in rounding.
+         if (abs(change) <= epsilon(change) * abs(factor) .or. &
+            & (abs(change) >= 0.5_wp * last .and. residual < worst_residual)) exit
+         last = abs(change)
+         stressed = self%system
+         stressed%k%a = self%system%k%a + stress%k%a
+         call factor_system(stressed, self%timers)
+         call solve_effective(stressed, merge(0.0_wp, dx, self%system%fixed), s, self%timers)
+         held = merge(0.0_wp, s / maxval(abs(s)), self%system%fixed)
+         call apply_tangent(self%problem, state, self%system, held, kx, form)
+      end do
+      x = held
+      if (residual > worst_residual) call fail(error, 'a buckling mode is not found between those of the linearised elements: '// &
+         & 'the mesh is too coarse or too fine for it (residual '//to_text(residual)//')')
+   end subroutine settle
+
+   !> Load factors in the order of their size, and what belongs to them.
+   pure subroutine sort_by_size(factor, residual, vector)
+      real(wp), intent(inout) :: factor(:), residual(:), vector(:, :)
+      integer :: order(size(factor)), i
+      logical :: left(size(factor))
+      left = .true.
+      do i = 1, size(order)
+         order(i) = minloc(abs(factor), 1, mask=left)
+         left(order(i)) = .false.
+      end do
+      factor = factor(order)
+      residual = residual(order)
+      vector = vector(:, order)
+   end subroutine sort_by_size
 
    subroutine apply_buckling(self, x, y)
       class(buckling_operator_t), intent(inout) :: self

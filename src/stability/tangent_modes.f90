@@ -9,8 +9,9 @@ module tangent_modes
    use errors, only: error_t
    use problem, only: problem_t, dof
    use rod_state, only: state_t
-   use linear_system, only: system_t, to_global, contact_tangent, spring_tangent
+   use linear_system, only: system_t, to_global, contact_tangent, spring_tangent, matrix_to_node
    use element_products, only: apply_elements
+   use node_loads, only: node_push_t, node_pushes
    use deck_nodes, only: deck_node_rates
    use active_coupling, only: subtract_excess
    use bordered_system, only: solve_effective
@@ -154,7 +155,8 @@ contains
       real(wp), intent(out) :: y(:)            !! (n)
       real(wp), intent(out) :: form
       real(wp) :: force(2), k(3, 3), push(3), excess
-      integer :: c, d, node
+      type(node_push_t), allocatable :: pushed(:)
+      integer :: c, d, i, node
       associate (rate => problem%model%step(problem%step)%load%pressure)
          call apply_elements(problem, system, system%ek, system%eshift, &
             & problem%constant%pressure + state%load_factor * rate, x, y, form)
@@ -173,6 +175,14 @@ contains
          if (.not. any(problem%spring(:, node) > 0.0_wp)) cycle
          d = dof(problem, node, 1)
          push = matmul(spring_tangent(problem, system, node), x(d:d + 2))
+         y(d:d + 2) = y(d:d + 2) + push
+         form = form + dot_product(x(d:d + 2), push)
+      end do
+      pushed = node_pushes(problem, state)
+      do i = 1, size(pushed)
+         d = dof(problem, pushed(i)%node, 1)
+         call matrix_to_node(system, pushed(i)%node, pushed(i)%stiffness)
+         push = matmul(pushed(i)%stiffness, x(d:d + 2))
          y(d:d + 2) = y(d:d + 2) + push
          form = form + dot_product(x(d:d + 2), push)
       end do

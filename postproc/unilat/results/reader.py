@@ -101,8 +101,9 @@ def _branch(group: h5py.Group, filename: str, mesh: Mesh, obstacles: dict[str, O
 
 
 def _buckling(name: str, group: h5py.Group, filename: str) -> Buckling:
-    return Buckling(name, int(scalar(group.attrs.get("step", 0))),
-                    *(dataset(group, item, filename)[()] for item in ("load_factor", "residual", "mode")))
+    known = [dataset(group, item, filename)[()] for item in ("load_factor", "residual", "mode")]
+    bars = [group[item][()] if item in group else np.full(len(known[0]), np.nan) for item in ("error", "corrected")]
+    return Buckling(name, int(scalar(group.attrs.get("step", 0))), *known, *bars)
 
 
 def _limit_curve(name: str, group: h5py.Group, filename: str) -> LimitCurve:

@@ -213,6 +213,8 @@ class Buckling:
     load_factor: np.ndarray   # (modes)
     residual: np.ndarray      # (modes)
     mode: np.ndarray          # (modes, nodes, 3) u, v, rotation, the largest translation is 1
+    error: np.ndarray         # (modes) error bars of the load factors; NaN: no estimate
+    corrected: np.ndarray     # (modes) load factors less their estimated errors
 
 
 @dataclass(frozen=True)

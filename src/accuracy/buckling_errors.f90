@@ -1,0 +1,70 @@
+!> Discretisation errors of the load factors of a buckling step.
+!>
+!> The finer problem has another state and other eigenvalues there. They are paired by their order, so that the bar is that of
+!> "the k-th load factor", whichever modes cross. A mode errs in proportion to C / load factor, and the eigenvalue by its square
+!> more than the two problems tell: D = C^2 / load factor.
+module buckling_errors
+   use kinds, only: wp
+   use errors, only: error_t
+   use model, only: method_load
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t
+   use path_control, only: control_t
+   use path_continuity, only: heading_t
+   use linear_buckling, only: buckle
+   use error_bar, only: error_bar_t, new_error_bar
+   use accuracy_limits, only: why_not_told
+   use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point
+   use path_record, only: buckling_t
+   use timing, only: timers_t, timing_start, timing_stop, phase_accuracy
+   implicit none
+   private
+   public :: add_buckling_bars
+
+contains
+
+   !> Adds the bars to what a buckling step found. The work is not counted as the step's.
+   subroutine add_buckling_bars(problem, state, buckling, timers)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state         !! converged, about which it buckles
+      type(buckling_t), intent(inout) :: buckling
+      type(timers_t), intent(inout) :: timers
+      type(timers_t) :: own
+      type(finer_path_t) :: path
+      type(finer_point_t) :: point
+      type(control_t) :: control
+      type(heading_t) :: heading
+      type(buckling_t) :: finer
+      type(error_t), allocatable :: error
+      real(wp) :: correction, rounding
+      integer :: k
+      allocate (buckling%bar(size(buckling%load_factor)))
+      buckling%unbarred = why_not_told(problem, state)
+      if (buckling%unbarred /= '') return
+      call timing_start(timers, phase_accuracy)
+      control%method = method_load
+      allocate (heading%u, mold=state%u)
+      heading%u = 0.0_wp
+      heading%load = 1.0_wp
+      path = new_finer_path(problem, state, control, heading)
+      allocate (path%modes(size(problem%weight) * 3, 0))
+      call start_point(path, point, own)
+      if (point%ok) call next_point(path, 0.0_wp, point, own)
+      if (point%ok) call buckle(path%problem, point%state, point%system, size(buckling%load_factor), finer, error, own)
+      call timing_stop(timers, phase_accuracy)
+      if (.not. point%ok .or. allocated(error)) then
+         buckling%unbarred = 'elements of a higher order do not converge from here'
+         return
+      end if
+      do k = 1, min(size(buckling%load_factor), size(finer%load_factor))
+         associate (factor => buckling%load_factor(k))
+            ! Loads that buckle either way have pairs of one size, in any order.
+            correction = (abs(finer%load_factor(k)) - abs(factor)) * sign(1.0_wp, factor)
+            rounding = (buckling%residual(k)**2 + finer%residual(k)**2 + 4.0_wp * epsilon(rounding)) * abs(factor)
+            buckling%bar(k) = new_error_bar(correction, correction**2 / abs(factor), abs(correction), rounding)
+         end associate
+      end do
+      if (any(buckling%bar%told)) deallocate (buckling%unbarred)
+   end subroutine add_buckling_bars
+end module buckling_errors

@@ -1,0 +1,103 @@
+!> What the forces of a change of the load factor alone add to the tangent of a geometrically exact element: linear buckling.
+module ge_stress_stiffness
+   use kinds, only: wp
+   use gauss_tableau, only: max_stages
+   use problem, only: problem_t
+   use rod_state, only: state_t, element_displacement, element_load
+   use element_foundation, only: foundation_forces
+   use inner_forces, only: inner_forces_t
+   use ge_element, only: ge_evaluate, ge_direction_rates, ge_load_t, ge_columns
+   implicit none
+   private
+   public :: ge_stress
+
+contains
+
+   !> Under a change of the load factor: what it adds to the condensed tangent. Where the change is 0 the
+   !> derivative, by central differences, to the sixth order in n h^2/EI.
+   subroutine ge_stress(problem, state, du, dz, e, factor, k, shift)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: du(6)            !! node displacements per unit of load factor
+      real(wp), intent(in) :: dz(:)            !! stored resultants per unit of load factor
+      integer, intent(in) :: e
+      real(wp), intent(in) :: factor
+      real(wp), intent(out) :: k(6, 6)
+      real(wp), intent(out) :: shift(6, 2)     !! k times unit translations
+      ! (64 D(e/4) - 20 D(e/2) + D(e)) / 45 with D(e) = (K(e) - K(-e)) / 2e
+      real(wp), parameter :: sides(6) = [1.0_wp, -1.0_wp, 0.5_wp, -0.5_wp, 0.25_wp, -0.25_wp]
+      real(wp), parameter :: weights(6) = [0.5_wp, -0.5_wp, -20.0_wp, 20.0_wp, 128.0_wp, -128.0_wp] / 45.0_wp
+      real(wp), parameter :: small = 0.3_wp    !! n h^2/EI at the outermost sides
+      type(ge_load_t) :: load
+      real(wp) :: force(2, max_stages), step, largest
+      type(inner_forces_t) :: inner, pressed
+      integer :: i, s, z
+      s = problem%model%mesh%stages(e)
+      z = problem%z_size(e)
+      load = element_load(problem, state, e)
+      k = 0.0_wp
+      shift = 0.0_wp
+      associate (g => state%geometry%element(e), tab => problem%tableau(s), flexible => problem%compliance(e))
+         do i = 1, s
+            if (z > 3 + s) then
+               force(:, i) = dz(2 + s + 2 * i:3 + s + 2 * i)
+            else
+               force(:, i) = dz(1:2) - (tab%c(i) * g%length) * load%line_rate
+            end if
+         end do
+         largest = maxval(abs(force(:, :s))) * g%length**2 * flexible%bending
+         largest = max(largest, abs(load%pressure_rate) * g%length**3 * flexible%bending)
+         call foundation_forces(problem, state, e, inner)
+      end associate
+      if (.not. largest > 0.0_wp) return
+      if (abs(factor) > 0.0_wp) then
+         call add(factor, 1.0_wp)
+         call add(0.0_wp, -1.0_wp)
+      else
+         step = small / largest
+         do i = 1, size(sides)
+            call add(sides(i) * step, weights(i) / step)
+         end do
+      end if
+
+   contains
+
+      !> Adds the condensed tangent under the stresses of a part of the load, times a weight.
+      subroutine add(part_of_load, weight)
+         real(wp), intent(in) :: part_of_load, weight
+         type(ge_load_t) :: shifted
+         real(wp) :: f(6), raw(6), part(6, 6), fl(6), op(size(dz), ge_columns), defect(2), moved(6, 2)
+         logical :: ok
+         shifted = load
+         shifted%pressure = load%pressure + part_of_load * load%pressure_rate
+         pressed = inner
+         if (inner%n > 0) call press(part_of_load)
+         associate (g => state%geometry%element(e))
+            call ge_evaluate(problem%tableau(s), g%length, g%scale, g%angle, g%chord, problem%compliance(e), shifted, &
+               & element_displacement(problem, state, e), state%z(:z, e), f, raw, part, fl, op, defect, ok, &
+               & more_force=part_of_load * force(:, :s), inner=pressed, shift=moved)
+         end associate
+         k = k + weight * part
+         shift = shift + weight * moved
+      end subroutine add
+
+      !> The curvature of a foundation's surface under the additional pressure.
+      subroutine press(part_of_load)
+         real(wp), intent(in) :: part_of_load
+         real(wp) :: along(2), d(2), rho(2, max_stages), change
+         integer :: q
+         associate (g => state%geometry%element(e))
+            call ge_direction_rates(problem%tableau(s), g%length, g%angle, problem%compliance(e), load, &
+               & element_displacement(problem, state, e), state%z(:z, e), du, dz(:z), 1.0_wp, rho(:, :s))
+            do q = 1, inner%n
+               d = du(1:2) + g%length * g%scale * matmul(rho(:, :s), inner%basis(:s, q))
+               along = [inner%normal(2, q), -inner%normal(1, q)]
+               change = part_of_load * inner%bend(q) * &
+                  & dot_product(inner%normal(:, q), inner%rate(:, q) - matmul(inner%stiffness(:, :, q), d))
+               pressed%stiffness(:, 1, q) = inner%stiffness(:, 1, q) - change * along * along(1)
+               pressed%stiffness(:, 2, q) = inner%stiffness(:, 2, q) - change * along * along(2)
+            end do
+         end associate
+      end subroutine press
+   end subroutine ge_stress
+end module ge_stress_stiffness

@@ -1,0 +1,67 @@
+!> What the loads do to nodes at a state: those left behind by the steps before and the step's own.
+module node_loads
+   use kinds, only: wp
+   use point_load, only: point_load_item_t
+   use problem, only: problem_t
+   use rod_state, only: state_t, node_position
+   implicit none
+   private
+   public :: node_push_t, dead_node_load, node_pushes
+
+   !> One load that depends on the state, at that state; global axes.
+   type :: node_push_t
+      integer :: node = 0
+      real(wp) :: force(3) = 0.0_wp              !! in x, in y, couple
+      real(wp) :: rate(3) = 0.0_wp               !! its derivative by the load factor
+      real(wp) :: stiffness(3, 3) = 0.0_wp       !! minus its derivatives by place and rotation
+      real(wp) :: stiffness_rate(3, 3) = 0.0_wp  !! and their derivative by the load factor
+      logical :: sound = .true.                  !! false: the load has no direction there, all is zero
+   end type node_push_t
+
+contains
+
+   !> Force and couple of the loads that do not depend on the state, and their derivative by the load factor.
+   pure subroutine dead_node_load(problem, state, node, load, rate)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: node
+      real(wp), intent(out) :: load(3), rate(3)
+      rate = problem%model%step(problem%step)%load%node_force(:, node)
+      load = problem%constant%node_force(:, node) + state%load_factor * rate
+   end subroutine dead_node_load
+
+   !> Those that do.
+   function node_pushes(problem, state) result(list)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(node_push_t), allocatable :: list(:)
+      integer :: i, kept
+      associate (constant => problem%constant, step => problem%model%step(problem%step)%load)
+         kept = constant%n_points()
+         allocate (list(kept + step%n_points()))
+         do i = 1, kept
+            list(i) = pushed(state, constant%point(i), 1.0_wp, 0.0_wp)
+         end do
+         do i = 1, step%n_points()
+            list(kept + i) = pushed(state, step%point(i), state%load_factor, 1.0_wp)
+         end do
+      end associate
+   end function node_pushes
+
+   !> One of them, times a factor that changes with the load factor at a rate.
+   function pushed(state, item, factor, rate) result(push)
+      type(state_t), intent(in) :: state
+      type(point_load_item_t), intent(in) :: item
+      real(wp), intent(in) :: factor, rate
+      type(node_push_t) :: push
+      real(wp) :: force(3), stiffness(3, 3)
+      associate (load => item%load)
+         push%node = load%node
+         call load%push([node_position(state, load%node), state%u(3, load%node)], force, stiffness, push%sound)
+         push%force = (factor * load%magnitude) * force
+         push%rate = (rate * load%magnitude) * force
+         push%stiffness = (factor * load%magnitude) * stiffness
+         push%stiffness_rate = (rate * load%magnitude) * stiffness
+      end associate
+   end function pushed
+end module node_loads

@@ -1,0 +1,180 @@
+!> A load pattern: all that grows with the load factor of one step, or what the steps before left behind.
+!>
+!> What does not depend on the state are values at nodes, on elements and on obstacles; one more of them is one more component here.
+!> What depends on the state is an extension of point_load_t. Adding, scaling and other meshes are done here for all of them.
+module load_pattern
+   use kinds, only: wp
+   use point_load, only: point_load_t, point_load_item_t
+   implicit none
+   private
+   public :: load_t, new_load
+
+   type :: load_t
+      real(wp), allocatable :: node_force(:, :)   !! (3, n_nodes) forces and moment
+      real(wp), allocatable :: line_force(:, :)   !! (2, n_elements) dead, global axes, per unit stress-free length
+      real(wp), allocatable :: pressure(:)        !! (n_elements) follower, per deformed length, to the left of the element
+      real(wp), allocatable :: strain(:)          !! (n_elements) that heat would give a free element
+      real(wp), allocatable :: curvature(:)       !! (n_elements) and its change of curvature, per unit stress-free length
+      real(wp), allocatable :: displacement(:, :) !! (3, n_nodes) prescribed values of fixed degrees of freedom
+      real(wp), allocatable :: motion(:, :)       !! (2, n_obstacles) how far the obstacles move
+      real(wp), allocatable :: closing(:)         !! (n_obstacles) how much the gaps to them close
+      real(wp), allocatable :: resolved(:)        !! (n_obstacles) the part of what penetrates at the start that is pushed out
+      type(point_load_item_t), allocatable :: point(:) !! not allocated: none
+   contains
+      procedure :: add
+      procedure :: scaled
+      procedure :: mapped
+      procedure :: add_point
+      procedure :: n_points
+      procedure :: does_anything
+      procedure :: acts_at
+      procedure :: turns
+      procedure :: bends
+      procedure :: same_on
+   end type load_t
+
+contains
+
+   !> An all-zero load pattern for a mesh.
+   pure function new_load(n_nodes, n_elements, n_obstacles) result(load)
+      integer, intent(in) :: n_nodes, n_elements, n_obstacles
+      type(load_t) :: load
+      allocate (load%node_force(3, n_nodes), source=0.0_wp)
+      allocate (load%line_force(2, n_elements), source=0.0_wp)
+      allocate (load%pressure(n_elements), source=0.0_wp)
+      allocate (load%strain(n_elements), load%curvature(n_elements), source=0.0_wp)
+      allocate (load%displacement(3, n_nodes), source=0.0_wp)
+      allocate (load%motion(2, n_obstacles), source=0.0_wp)
+      allocate (load%closing(n_obstacles), load%resolved(n_obstacles), source=0.0_wp)
+   end function new_load
+
+   !> Adds `factor` times another pattern for the same mesh.
+   subroutine add(self, factor, other)
+      class(load_t), intent(inout) :: self
+      real(wp), intent(in) :: factor
+      type(load_t), intent(in) :: other
+      class(point_load_t), allocatable :: point
+      integer :: i
+      self%node_force = self%node_force + factor * other%node_force
+      self%line_force = self%line_force + factor * other%line_force
+      self%pressure = self%pressure + factor * other%pressure
+      self%strain = self%strain + factor * other%strain
+      self%curvature = self%curvature + factor * other%curvature
+      self%displacement = self%displacement + factor * other%displacement
+      self%motion = self%motion + factor * other%motion
+      self%closing = self%closing + factor * other%closing
+      self%resolved = self%resolved + factor * other%resolved
+      do i = 1, other%n_points()
+         allocate (point, source=other%point(i)%load)
+         point%magnitude = factor * point%magnitude
+         call self%add_point(point)
+      end do
+   end subroutine add
+
+   !> The pattern times a factor.
+   function scaled(self, factor)
+      class(load_t), intent(in) :: self
+      real(wp), intent(in) :: factor
+      type(load_t) :: scaled
+      scaled = new_load(size(self%node_force, 2), size(self%pressure), size(self%closing))
+      call scaled%add(factor, self)
+   end function scaled
+
+   !> The pattern on another mesh: what acts at nodes stays with them, what acts on elements with the rod.
+   function mapped(self, node, element)
+      class(load_t), intent(in) :: self
+      integer, intent(in) :: node(:)             !! (new nodes) the node of `self`, 0: none, nothing acts there
+      integer, intent(in) :: element(:)          !! (new elements) an element of `self` on the same stretch
+      type(load_t) :: mapped
+      class(point_load_t), allocatable :: point
+      integer :: i
+      allocate (mapped%node_force(3, size(node)), mapped%displacement(3, size(node)), source=0.0_wp)
+      do i = 1, size(node)
+         if (node(i) == 0) cycle
+         mapped%node_force(:, i) = self%node_force(:, node(i))
+         mapped%displacement(:, i) = self%displacement(:, node(i))
+      end do
+      mapped%line_force = self%line_force(:, element)
+      mapped%pressure = self%pressure(element)
+      mapped%strain = self%strain(element)
+      mapped%curvature = self%curvature(element)
+      mapped%motion = self%motion
+      mapped%closing = self%closing
+      mapped%resolved = self%resolved
+      do i = 1, self%n_points()
+         allocate (point, source=self%point(i)%load)
+         point%node = findloc(node, point%node, 1)
+         call mapped%add_point(point)
+      end do
+   end function mapped
+
+   !> Takes over one more load of a node.
+   subroutine add_point(self, point)
+      class(load_t), intent(inout) :: self
+      class(point_load_t), allocatable, intent(inout) :: point !! not allocated afterwards
+      type(point_load_item_t), allocatable :: list(:)
+      integer :: i
+      allocate (list(self%n_points() + 1))
+      do i = 1, self%n_points()
+         call move_alloc(self%point(i)%load, list(i)%load)
+      end do
+      call move_alloc(point, list(size(list))%load)
+      call move_alloc(list, self%point)
+   end subroutine add_point
+
+   !> Number of loads of nodes that depend on the state.
+   pure integer function n_points(self)
+      class(load_t), intent(in) :: self
+      n_points = 0
+      if (allocated(self%point)) n_points = size(self%point)
+   end function n_points
+
+   pure logical function does_anything(self)
+      class(load_t), intent(in) :: self
+      integer :: i
+      does_anything = any(abs(self%node_force) > 0.0_wp) .or. any(abs(self%line_force) > 0.0_wp) .or. &
+         & any(abs(self%pressure) > 0.0_wp) .or. any(abs(self%displacement) > 0.0_wp) .or. &
+         & any(abs(self%strain) > 0.0_wp) .or. any(abs(self%curvature) > 0.0_wp) .or. &
+         & any(abs(self%motion) > 0.0_wp) .or. any(abs(self%closing) > 0.0_wp) .or. any(abs(self%resolved) > 0.0_wp)
+      do i = 1, self%n_points()
+         does_anything = does_anything .or. abs(self%point(i)%load%magnitude) > 0.0_wp
+      end do
+   end function does_anything
+
+   !> True when something acts on a node: it is no node like others of the rod.
+   pure logical function acts_at(self, node)
+      class(load_t), intent(in) :: self
+      integer, intent(in) :: node
+      acts_at = self%turns(node) .or. any(abs(self%node_force(1:2, node)) > 0.0_wp) .or. &
+         & any(abs(self%displacement(1:2, node)) > 0.0_wp)
+   end function acts_at
+
+   !> True when something may turn a node.
+   pure logical function turns(self, node)
+      class(load_t), intent(in) :: self
+      integer, intent(in) :: node
+      integer :: i
+      turns = abs(self%displacement(3, node)) > 0.0_wp .or. abs(self%node_force(3, node)) > 0.0_wp
+      do i = 1, self%n_points()
+         turns = turns .or. self%point(i)%load%node == node
+      end do
+   end function turns
+
+   !> True when something acts along some elements that can bend them.
+   pure logical function bends(self, first, last)
+      class(load_t), intent(in) :: self
+      integer, intent(in) :: first, last
+      bends = any(abs(self%line_force(:, first:last)) > 0.0_wp) .or. any(abs(self%pressure(first:last)) > 0.0_wp) .or. &
+         & any(abs(self%curvature(first:last)) > 0.0_wp)
+   end function bends
+
+   !> True when the same acts along two elements.
+   pure logical function same_on(self, a, b)
+      class(load_t), intent(in) :: self
+      integer, intent(in) :: a, b
+      same_on = all(abs(self%line_force(:, a) - self%line_force(:, b)) <= 0.0_wp) .and. &
+         & abs(self%pressure(a) - self%pressure(b)) <= 0.0_wp .and. &
+         & abs(self%strain(a) - self%strain(b)) <= 0.0_wp .and. &
+         & abs(self%curvature(a) - self%curvature(b)) <= 0.0_wp
+   end function same_on
+end module load_pattern
