@@ -1,4 +1,4 @@
-"""Maps: what counts as right, told, stopped, untold and wrong; tables of exact values; counting, drawing, going on after a kill.
+"""Maps and studies: what counts as right, told, stopped, untold and wrong; tables of exact values; counting, drawing, going on after a kill.
 
 UNILAT names the program.
 """
@@ -22,6 +22,7 @@ from postproc_runner import drawn_share  # noqa: E402
 from unilat.results import ResultsError  # noqa: E402
 from unilat.study.exact_table import ExactTable  # noqa: E402
 from unilat.study.map_file import read_map  # noqa: E402
+from unilat.study.study_file import read_study  # noqa: E402
 from unilat.study.verdict import verdict, worst  # noqa: E402
 
 NAN, INF = math.nan, math.inf
@@ -75,9 +76,8 @@ def folder(tmp_path):
     return tmp_path
 
 
-def run(folder, program=None):
-    command = [sys.executable, "-B", "-m", "unilat.study", "map", "column.toml", "-j", "2", "--program",
-               str(program or os.environ["UNILAT"])]
+def run(folder, what="map", file="column.toml"):
+    command = [sys.executable, "-B", "-m", "unilat.study", what, file, "-j", "2", "--program", os.environ["UNILAT"]]
     return subprocess.run(command, cwd=folder, env={**os.environ, "PYTHONPATH": str(ROOT / "postproc")}, capture_output=True,
                           text=True, timeout=120, check=False)
 
@@ -186,3 +186,61 @@ def test_wrong_files_are_refused(folder, old, new, message):
 def test_shipped_maps_have_exact_values_in_every_cell(path):
     checked = read_map(str(path))
     assert 60 <= len(checked.sweep.decks) <= 120 and checked.sweep.title
+
+
+# Error against run time
+
+STUDY = """title = "buckling"
+deck = "column.inp"
+repeats = 2
+[fixed]
+ea = 1e6
+last = 5.0
+[[check]]
+quantity = "BP"
+exact = "0.05*(1.0 - sqrt(1.0 - 16.0*pi**2/ea))*ea"
+[[curve]]
+name = "few"
+elements = [2, 4, 8]
+[[curve]]
+name = "soft"
+elements = 8
+ea = [1e3, 1e4]
+"""
+
+
+def test_a_study_measures_and_draws(folder):
+    (folder / "study.toml").write_text(STUDY)
+    done = run(folder, "time", "study.toml")
+    assert done.returncode == 0 and "5 runs" in done.stdout, done.stdout + done.stderr
+    name = folder / "study-time" / "study.csv"
+    with open(name, newline="") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    assert [(row["curve"], row["elements"], row["ea"]) for row in rows] == [
+        ("few", "2", "1000000.0"), ("few", "4", "1000000.0"), ("few", "8", "1000000.0"), ("soft", "8", "1000.0"), ("soft", "8", "10000.0")]
+    for row in rows:
+        assert 0.0 < float(row["solver_seconds"]) <= float(row["process_seconds"]) < 10.0 and 1.0 < float(row["megabytes"]) < 1e3
+        load = 0.1 * buckling_load(float(row["ea"]))
+        error = abs(float(row["BP value"]) / load - 1.0)
+        assert float(row["BP error"]) == pytest.approx(error, rel=1e-2)
+        assert float(row["BP bar over error"]) == pytest.approx(float(row["BP bar"]) / error, rel=2e-2) and float(row["BP bar"]) > error
+    assert drawn_share(folder / "study-time" / "study.png") > 0.01
+    # What is measured stays, to the last digit.
+    before = name.read_bytes()
+    assert run(folder, "time", "study.toml").returncode == 0 and name.read_bytes() == before
+
+
+@pytest.mark.parametrize("old, new, message", [
+    ("[[curve]]", "[[curves]]", "'curves' is not known"),
+    ("elements = 8", "count = 8", "soft: parameter 'count' is not in"),
+    ("ea = [1e3, 1e4]", "ea = [1e3, 1e4]\nlast = [1.0]", "lists must have the same length")])
+def test_wrong_studies_are_refused(folder, old, new, message):
+    (folder / "study.toml").write_text(STUDY.replace(old, new))
+    done = run(folder, "time", "study.toml")
+    assert done.returncode == 2 and message in done.stderr and "Traceback" not in done.stderr, done.stderr
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "input" / "studies").glob("*.toml")), ids=lambda path: path.stem)
+def test_shipped_studies_can_be_read(path):
+    study = read_study(str(path))
+    assert study.title and study.checks and len(study.runs) >= 10

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import csv
+import math
 import os
+import statistics
 from collections import Counter
 from dataclasses import dataclass
 
@@ -55,6 +57,19 @@ def counts(rows: list[Cell]) -> str:
     slow = sum(cell.code == 124 for cell in rows)
     return (f"{len(rows)} cells: {', '.join(told)}" + (f"; told though right to 1e-9: {needless}" if needless else "")
             + (f"; out of time: {slow}" if slow else ""))
+
+
+def bars(rows: list[Cell], noise: float = 1e-9) -> str:
+    """Bars over errors, where these are above what exact values and rounding leave; '' where there are none."""
+    findings = [each for cell in rows for each in cell.findings if noise < each.error < 0.1 and not math.isnan(each.bar)]
+    ratio = sorted(each.bar / each.error for each in findings if math.isfinite(each.bar))
+    if not ratio:
+        return ""
+    small = [each for each in findings if each.error < 0.01]
+    share = sum(math.isinf(each.bar) for each in small) / max(len(small), 1)
+    return (f"bar over error of {len(ratio)} values with errors of {noise:g} to 0.1: smallest {ratio[0]:.2g}, median "
+            f"{statistics.median(ratio):.2g}, largest {ratio[-1]:.2g}; {sum(one < 1.0 for one in ratio)} below 1; open bars of those below "
+            f"1 %: {100.0 * share:.1f} %")
 
 
 def wrong_cells(checked: Map, rows: list[Cell]) -> list[str]:

@@ -33,8 +33,8 @@ class Sweep:
 
 def read_sweep(filename: str, also: tuple[str, ...] = ()) -> Sweep:
     """Everything checked that can be checked before the first run. `also`: further keys that the file may have."""
-    text = _text(filename)
-    content = _toml(text, filename)
+    text = read_text(filename)
+    content = read_toml(text, filename)
     known = KNOWN | set(also)
     unknown = set(content) - known
     if unknown:
@@ -42,7 +42,7 @@ def read_sweep(filename: str, also: tuple[str, ...] = ()) -> Sweep:
     if "deck" not in content:
         raise ResultsError(f"{filename}: deck is missing: deck = \"NAME.inp\"")
     deck_name = os.path.join(os.path.dirname(filename), content["deck"])
-    deck = _text(deck_name)
+    deck = read_text(deck_name)
     values = samples({name: content[name] for name in GROUPS if name in content}, filename)
     unused = set(values[0]) - parameters(deck)
     if unused:
@@ -73,7 +73,8 @@ def _pictures(content: dict, filename: str, gather: dict, values: dict) -> list[
     return content.get("picture", [])
 
 
-def _text(filename: str) -> str:
+def read_text(filename: str) -> str:
+    """A text file; what goes wrong is told with its name."""
     try:
         with open(filename, encoding="utf-8") as file:
             return file.read()
@@ -81,7 +82,8 @@ def _text(filename: str) -> str:
         raise ResultsError(f"{filename}: cannot be read: {getattr(problem, 'strerror', None) or problem}") from problem
 
 
-def _toml(text: str, filename: str) -> dict:
+def read_toml(text: str, filename: str) -> dict:
+    """Its content."""
     try:
         import tomllib
     except ModuleNotFoundError:     # Python 3.10
