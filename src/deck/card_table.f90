@@ -12,6 +12,7 @@ module card_table
    public :: all_cards
 
    character(*), parameter :: node_or_set = 'a node label or the name of a node set'
+   character(*), parameter :: left_out = 'number of elements; left out: as many as `*ACCURACY` needs, where they are needed'
    character(*), parameter :: grading = 'last element length over the first one; geometric in between'
 
 contains
@@ -90,7 +91,7 @@ contains
    pure subroutine element_type(t)
       type(card_spec_t), allocatable, intent(inout) :: t(:)
       call param(t, 'TYPE', kind_word, 'geometrically exact element of order 2, 4, 6 or 8, or the straight '// &
-         'updated-Lagrangian element', default='GE4', words='GE2|GE4|GE6|GE8|UL2')
+         'updated-Lagrangian element', default='GE8', words='GE2|GE4|GE6|GE8|UL2')
    end subroutine element_type
 
    pure subroutine generator_cards(t)
@@ -100,7 +101,7 @@ contains
       call generator_parameters(t)
       call lines(t)
       call end_nodes(t)
-      call field(t, 'elements', kind_integer, 'number of elements', bound=positive)
+      call field(t, 'elements', kind_integer, left_out, optional=.true., bound=positive)
       call field(t, 'grading', kind_real, grading, default='1', bound=positive)
 
       call card(t, 'ARC', in_model, 'A row of elements on a circular arc from node to node; both are equally far '// &
@@ -112,7 +113,7 @@ contains
       call end_nodes(t)
       call field(t, 'xc', kind_real, 'centre', unit='length')
       call field(t, 'yc', kind_real, 'centre', unit='length')
-      call field(t, 'elements', kind_integer, 'number of elements', bound=positive)
+      call field(t, 'elements', kind_integer, left_out, optional=.true., bound=positive)
       call field(t, 'grading', kind_real, grading, default='1', bound=positive)
 
       call card(t, 'RING', in_model, 'A closed circle of elements, anticlockwise from a node back to it. New nodes '// &
@@ -122,7 +123,7 @@ contains
       call field(t, 'node', kind_label, 'first and last node; stands above')
       call field(t, 'xc', kind_real, 'centre', unit='length')
       call field(t, 'yc', kind_real, 'centre', unit='length')
-      call field(t, 'elements', kind_integer, 'number of elements, 3 or more', bound=positive)
+      call field(t, 'elements', kind_integer, left_out//'. A ring has 3 or more', optional=.true., bound=positive)
    end subroutine generator_cards
 
    pure subroutine generator_parameters(t)

@@ -28,6 +28,7 @@ module deck_to_model
    use read_branches, only: read_branch_cards
    use check_grounds, only: check_ground_candidates
    use read_limit_curves, only: read_limit_curve_cards
+   use read_accuracy, only: read_accuracy_cards, check_placed
    implicit none
    private
    public :: read_deck
@@ -72,6 +73,7 @@ contains
       if (diagnostics%n > n) names%contacts_incomplete = .true.
       call read_monitor_cards(deck, names, model, diagnostics)
       call read_step_cards(deck, names, model, diagnostics)
+      call read_accuracy_cards(deck, names, model, diagnostics)
       call check_contact_loops(deck, model, diagnostics)
       n = diagnostics%n
       call read_load_cards(deck, names, model, diagnostics)
@@ -84,6 +86,7 @@ contains
       call read_branch_cards(deck, names, model, diagnostics)
       call read_limit_curve_cards(deck, names, model, diagnostics)
       if (diagnostics%n == 0) call check_ground_candidates(deck, names, model, diagnostics)
+      if (diagnostics%n == 0) call check_placed(deck, names, model, diagnostics)
 
       if (deck%n_cards == 0 .and. diagnostics%n == 0) call diagnostics%add(place_t(), 'the deck is empty')
       if (deck%n_cards == 0 .or. names%unknown_cards) return

@@ -7,6 +7,7 @@ module span_problem
    use rod_layout, only: stretch_element
    use rod_state, only: state_t
    use remeshed_model, only: division_t
+   use mesh_demand, only: demand_t, between, equal_shares
    use contact_touch, only: touch_t, sort_touches
    use candidates, only: add_candidates, twins
    use neutral_spans, only: free_clamps
@@ -14,9 +15,11 @@ module span_problem
    implicit none
    private
    public :: new_span_problem, new_sampled_problem, chain_starts, hold_touches, present_touches, touch_place, outgrown
+   public :: present_demand
 
    ! A free span of elements of order 8 is good to 1e-9 with these, one in contact is smooth: no layer forms at its ends.
    integer, parameter :: least_free = 8, least_conforming = 2
+   integer, parameter :: least_placed = 2           !! of a mesh that is made for a tolerance: its error is watched
    real(wp), parameter :: at_breakpoint = 1.0e-9_wp !! of a stretch: as near as that is there
    ! Elements that tell what touches: at least, and at most where the deck has more.
    integer, parameter :: sampling = 64, enough = 256
@@ -48,7 +51,7 @@ contains
       end do
       problem = remeshed_problem(with_spans(base, .true.), division)
       problem%touch = touch
-      problem%spans = .true.
+      problem%spans = any(base%deck%contact%along)
       call add_touch_candidates(problem, division)
       call free_clamps(problem)
    end function new_span_problem
@@ -97,7 +100,7 @@ contains
       problem%deck%contact%spans = problem%deck%contact%along .and. spans
    end function with_spans
 
-   !> Coordinates of the nodes along a stretch: equal parts of every span.
+   !> Coordinates of the nodes along a stretch: equal parts of every span, or shares of what is wanted there.
    function stretch_division(base, touch, stretch, state) result(at)
       type(problem_t), intent(in) :: base
       type(touch_t), intent(in) :: touch(:)          !! sorted
@@ -132,6 +135,18 @@ contains
          real(wp) :: wanted
          integer :: n, least, i
          if (.not. to > from) return
+         if (base%layout%stretch(stretch)%placed) then
+            wanted = between(base%demand(stretch), from, to)
+            n = max(least_placed, nint(min(wanted, (to - from) / (finest * base%size))))
+            if (contact > 0) then
+               if (is_perfect(base, stretch) .and. on_straight(base, contact)) n = least_conforming
+            end if
+            associate (shares => equal_shares(base%demand(stretch), from, to, n))
+               at = [at, shares(2:)]
+            end associate
+            from = to
+            return
+         end if
          wanted = deck_elements(base, stretch, to) - deck_elements(base, stretch, from)
          least = least_free
          if (contact > 0) then
@@ -287,6 +302,24 @@ contains
          & e=problem%element_first(stretch), problem%element_last(stretch))]
    end function element_middles
 
+   !> The demand that a mesh fulfils where its nodes stand now.
+   function present_demand(problem, state) result(demand)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(demand_t) :: demand(size(problem%layout%stretch))
+      integer :: k, i, n
+      do k = 1, size(demand)
+         n = problem%element_last(k) - problem%element_first(k) + 1
+         allocate (demand(k)%at(n + 1), source=0.0_wp)
+         do i = 1, n
+            associate (e => problem%along(problem%element_first(k) + i - 1))
+               demand(k)%at(i + 1) = state%geometry%element(e)%s(2) + problem%origin(e)
+            end associate
+         end do
+         demand(k)%elements = spread(1.0_wp, 1, n)
+      end do
+   end function present_demand
+
    !> True where some span has grown so much that it wants a quarter more elements than it has.
    logical function outgrown(problem, state)
       type(problem_t), intent(in) :: problem
@@ -298,6 +331,7 @@ contains
       call sort_touches(touch)
       outgrown = .false.
       do k = 1, size(problem%layout%stretch)
+         if (problem%layout%stretch(k)%placed) cycle
          at = stretch_division(problem, touch, k, state)
          at = 0.5_wp * (at(2:) + at(:size(at) - 1))
          now = element_middles(problem, state, k)
