@@ -10,6 +10,7 @@ program unilat
    use command_line, only: command_line_t, read_command_line, help_text
    use build_info, only: program_version, compiler, lapack_version, hdf5_version
    use deck_source, only: deck_source_t, read_source_file, read_source_unit
+   use deck_assembly, only: assemble_deck
    use deck_to_model, only: read_deck
    use diagnostics, only: diagnostics_t, diagnostics_report, place_t
    use card_manual, only: write_card_manual
@@ -19,7 +20,7 @@ program unilat
    use problem, only: problem_t, new_problem
    use path_loop, only: follow_path, outcome_t
    use run_recorder, only: run_recorder_t
-   use results, only: results_open, results_close
+   use results, only: results_open, results_parameter, results_close
    use listing, only: listing_open, listing_close
    use run_summary, only: failed_checks
    use timing, only: timers_t, timing_start, timing_stop, phase_reading, phase_numbering, phase_output
@@ -53,19 +54,22 @@ program unilat
       call read_source_file(options%deck, source, error)
    end if
    if (allocated(error)) call stop_with(exit_deck_error, error%message)
-   call read_deck(source, deck_model, diagnostics, steps_optional=options%check)
-   if (diagnostics%n > 0) then
-      write (error_unit, '(a)', advance='no') diagnostics_report(diagnostics, source)
-      call end_program(exit_deck_error)
+   if (options%expand) then
+      call assemble_deck(source, options%set, diagnostics)
+      call end_with_errors()
+      write (output_unit, '(a)', advance='no') source%expanded
+      call end_program(exit_complete)
    end if
+   call read_deck(source, deck_model, diagnostics, steps_optional=options%check, settings=options%set)
+   call end_with_errors()
    call choose_spans(deck_model)
    call timing_stop(timers, phase_reading)
    if (options%check) then
-      if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, source%name, '')
+      if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, deck_words(), '')
       call end_program(exit_complete)
    end if
    result_file = name_of_results()
-   if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, source%name, result_file)
+   if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, deck_words(), result_file)
 
    ! ---- the path ----
    call follow_deck()
@@ -94,12 +98,18 @@ contains
 
    !> Follows the whole deck and records it.
    subroutine follow_deck()
+      integer :: i
       call timing_start(timers, phase_numbering)
       path_problem = new_problem(deck_model)
       call timing_stop(timers, phase_numbering)
       call timing_start(timers, phase_output)
-      call results_open(recorder%results, result_file, deck_model, source%text, program_version, error)
+      call results_open(recorder%results, result_file, deck_model, source%record, program_version, error)
       if (allocated(error)) call stop_with(exit_internal, error%message)
+      do i = 1, size(source%parameter)
+         associate (parameter => source%parameter(i))
+            call results_parameter(recorder%results, parameter%name, parameter%value, parameter%is_number)
+         end associate
+      end do
       recorder%quiet = options%quiet
       if (.not. options%quiet) call listing_open(recorder%listing, output_unit, deck_model)
       call timing_stop(timers, phase_output)
@@ -129,6 +139,16 @@ contains
          & '. The path begins again '//how//'.'
    end function begins_again
 
+   !> The deck's name, and what was set on the command line.
+   function deck_words() result(words)
+      character(:), allocatable :: words
+      integer :: i
+      words = source%name
+      do i = 1, size(source%parameter)
+         if (source%parameter(i)%was_set) words = words//', '//source%parameter(i)%definition()
+      end do
+   end function deck_words
+
    !> The -o file, or the job's name, or the deck's, with .h5 for its ending.
    function name_of_results() result(name)
       character(:), allocatable :: name
@@ -156,13 +176,19 @@ contains
       write (output_unit, '(a)') 'HDF5 '//hdf5_version()
    end subroutine write_version
 
+   !> Ends when the deck has errors, and tells them.
+   subroutine end_with_errors()
+      if (diagnostics%n == 0) return
+      write (error_unit, '(a)', advance='no') diagnostics_report(diagnostics, source)
+      call end_program(exit_deck_error)
+   end subroutine end_with_errors
+
    !> Ends with an error of the deck that showed on the way, told as those found in reading are.
    subroutine stop_at_line(line, message)
       integer, intent(in) :: line
       character(*), intent(in) :: message
       call diagnostics%add(place_t(line, 1, len_trim(source%line(line))), message)
-      write (error_unit, '(a)', advance='no') diagnostics_report(diagnostics, source)
-      call end_program(exit_deck_error)
+      call end_with_errors()
    end subroutine stop_at_line
 
    !> Ends with a message on standard error.

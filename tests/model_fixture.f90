@@ -72,6 +72,7 @@ contains
          mesh%stages = [(stages, i=1, n)]
          mesh%section = [(1, i=1, n)]
          mesh%curve = [(1, i=1, n)]
+         mesh%placed = [(.false., i=1, n)]
       end associate
       allocate (model%fixed(3, model%mesh%n_nodes), source=.false.)
       allocate (model%curve(1), model%imperfection(0), model%section(1), model%node_set(0), model%obstacle(0))

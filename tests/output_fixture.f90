@@ -33,6 +33,7 @@ contains
       model%mesh%stages = [2, 0]
       model%mesh%section = [1, 1]
       model%mesh%curve = [0, 0]
+      model%mesh%placed = [.false., .false.]
       allocate (model%mesh%s(2, 2), source=0.0_wp)
       model%fixed = reshape([.true., .true., .true., .false., .false., .false., .false., .true., .false.], [3, 3])
       allocate (model%section(1), model%monitor(2), model%step(2))

@@ -22,14 +22,14 @@ def test_short_beam_stays_on_the_ground(half):
     """Shorter than pi/lambda it never lets go: Hetenyi's finite beam with free ends on a bilateral foundation."""
     length = 2.0 * half
     exact = 2.0 / 8.0 * (math.cosh(length) + math.cos(length) + 2.0) / (math.sinh(length) + math.sin(length))
-    run = dr.run_deck(dr.changed(dr.example("winkler-point"), ("2, 3., 0.", f"2, {half}, 0."), ("1, 2, 60", "1, 2, 40")))
+    run = dr.run_deck(dr.changed(dr.example("winkler-point"), ("half = 3", f"half = {half}"), ("1, 2, 60", "1, 2, 40")))
     dr.assert_close(run.column("sinking")[-1] / 1e-5, exact, relative=1e-7)
     dr.assert_close(half_length(run), half, absolute=1e-12)
 
 
 @pytest.mark.parametrize("half", [1.6, 2.0, 6.0])
 def test_long_beam_lets_go_where_an_infinite_one_does(half):
-    run = dr.run_deck(dr.changed(dr.example("winkler-point"), ("2, 3., 0.", f"2, {half}, 0."), ("1, 2, 60", "1, 2, 80")))
+    run = dr.run_deck(dr.changed(dr.example("winkler-point"), ("half = 3", f"half = {half}"), ("1, 2, 60", "1, 2, 80")))
     dr.assert_close(half_length(run), math.pi / 2, absolute=1e-6 * max(half, 1.0) ** 4)
     dr.assert_close(run.column("sinking")[-1] / 1e-5, SINKING, relative=1e-6)
 

@@ -71,4 +71,24 @@ def test_sweep_file_of_the_manual_is_good(tmp_path):
     (text,) = re.findall(r"```toml\n(.*?)```", MANUAL.read_text(encoding="utf-8"), re.DOTALL)
     (tmp_path / "column-random.inp").write_text("*HEADING\n${gap} ${EI} ${a1} ${a2}\n")
     (tmp_path / "a.toml").write_text(text)
-    assert len(read_sweep(str(tmp_path / "a.toml")).decks) == 3 * 5 * 200
+    assert len(read_sweep(str(tmp_path / "a.toml")).values) == 3 * 5 * 200
+
+
+def test_links_lead_somewhere():
+    """Within a page, to the other page, to pictures."""
+    pages = {name: (MANUAL.parent / name).read_text(encoding="utf-8") for name in ("README.md", "theory.md")}
+    anchors = {name: {re.sub(r"[^a-z0-9 _-]", "", title.lower()).replace(" ", "-") for title in re.findall(r"^#+ (.*)$", text, re.MULTILINE)}
+               for name, text in pages.items()}
+    for name, text in pages.items():
+        links = re.findall(r"\]\(([^)#:\s]*)(?:#([^)\s]+))?\)", text)
+        assert links
+        for file, anchor in links:
+            assert (MANUAL.parent / (file or name)).exists(), file
+            assert not anchor or anchor in anchors[file or name], anchor
+
+
+def test_the_error_that_the_manual_shows():
+    text = MANUAL.read_text(encoding="utf-8")
+    deck = re.search(r"```inp ruler.inp\n(.*?)```", text, re.DOTALL).group(1).replace("\n2, U2, -1\n", "\n20, U2, -1\n")
+    shown = re.search(r"```\n(ruler\.inp:.*?)```", text, re.DOTALL).group(1)
+    assert unilat("--check", stdin=deck).stderr.replace("<stdin>", "ruler.inp").startswith(shown)

@@ -134,7 +134,7 @@ def copied(machine, tmp_path):
         shutil.copytree(ROOT / folder, project / folder, ignore=shutil.ignore_patterns("*.inp", "__pycache__"))
     fake(machine, "cmake", "exit 0")
     (tmp_path / "build" / "release").mkdir(parents=True)
-    fake(tmp_path / "build" / "release", "unilat", f'{shutil.which("cp")} "{tmp_path}/made.h5" "$2"; exit 2')
+    fake(tmp_path / "build" / "release", "unilat", f'[ "$1" = --expand ] && {{ echo "*HEADING"; exit 0; }}\n{shutil.which("cp")} "{tmp_path}/made.h5" "$2"; exit 2')
     return project
 
 

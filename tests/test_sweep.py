@@ -24,9 +24,9 @@ sys.path[:0] = [str(TESTS), str(TESTS.parent / "postproc")]
 
 from postproc_runner import POSTPROC, drawn_share  # noqa: E402
 from unilat.results import ResultsError  # noqa: E402
-from unilat.sweep.deck_text import filled, parameters  # noqa: E402
 from unilat.sweep.pool import WIDTH, Progress  # noqa: E402
 from unilat.sweep.quantities import read_quantity  # noqa: E402
+from unilat.sweep.run_deck import read_decks  # noqa: E402
 from unilat.sweep.sampling import samples  # noqa: E402
 
 # A clamped strip bent by a moment of 2 pi EI/L times turns: its end has turned by turns * 2 pi, whatever EI.
@@ -152,28 +152,6 @@ def test_wrong_groups_are_told(groups, message):
         samples(groups, "a.toml")
 
 
-# Decks
-
-
-def test_places_are_filled_but_not_in_comments():
-    text = "*NODE\n1, ${x}, ${-2*x**2}\n** ${y}\n2, ${sqrt(abs(n))}, ${word}\n"
-    assert filled(text, {"x": 0.5, "n": -4, "word": "a"}, "d.inp") == "*NODE\n1, 0.5, -0.5\n** ${y}\n2, 2.0, a\n"
-    assert parameters(text) == {"x", "n", "word"}
-
-
-def test_a_number_keeps_every_digit():
-    value = 0.1 + 0.2
-    assert float(filled("${a}", {"a": value}, "d.inp")) == value and filled("${3}", {}, "d.inp") == "3"
-
-
-@pytest.mark.parametrize("place, message", [
-    ("${b}", "no parameter 'b' .known: a"), ("${a +}", "not a name or a formula"), ("${a/0}", "division by zero"),
-    ("${__import__('os')}", "not a name or a formula"), ("${a.real}", "not a name or a formula")])
-def test_a_wrong_place_is_told_with_its_line(place, message):
-    with pytest.raises(ResultsError, match=f"^d.inp:2: .*{message}"):
-        filled(f"*NODE\n1, {place}\n", {"a": 1}, "d.inp")
-
-
 # Runs
 
 
@@ -238,7 +216,7 @@ def test_runs_that_fail_are_listed_with_their_message_and_the_others_go_on(folde
     assert "2 of 3 runs complete, 1 not complete" in done.stdout and "run 1 (turns = 0.25, EI = 1): " in done.stdout
     assert "exit code 1; deck and listing: " in done.stdout
     listing = Path(next(line for line in done.stdout.splitlines() if "deck and listing" in line).split(": ")[-1])
-    assert "1e6, -1" in (folder / listing).read_text()
+    assert "1e6, ${EI - 2}" in (folder / listing).read_text() and "---- turns=0.25 EI=1\n" in (folder / listing).read_text()
     first, second, _ = table(folder)
     assert first["code"] == "1" and "*BEAM SECTION" in first["message"] and first["turn"] == "nan" and second["code"] == "0"
     assert "3 finished before" in sweep(folder, code=1).stdout          # the same deck fails again
@@ -247,7 +225,8 @@ def test_runs_that_fail_are_listed_with_their_message_and_the_others_go_on(folde
 
 def test_a_run_that_takes_too_long_and_one_that_is_killed(folder):
     program = folder / "odd"
-    program.write_text(f"#!/bin/sh\ngrep -q '^1e6, 1$' && exec sleep 20\n[ -e '{folder}/mended' ] || kill -9 $$\nexit 0\n")
+    program.write_text(f"#!/bin/sh\n[ \"$1\" = --expand ] && exec '{os.environ['UNILAT']}' \"$@\"\n"
+                       f"case \"$*\" in *EI=1*) exec sleep 20;; esac\n[ -e '{folder}/mended' ] || kill -9 $$\nexit 0\n")
     program.chmod(0o755)
     (folder / "strip.toml").write_text("deck = \"strip.inp\"\ntimeout = 0.3\n[grid]\nturns = 0.25\nEI = [1, 2]\n")
     first, second = table_of(folder, sweep(folder, code=5, program=program))
@@ -307,9 +286,9 @@ def test_words_of_quantities():
 
 
 @pytest.mark.parametrize("change, message", [
-    (("deck = \"strip.inp\"", "deck = \"none.inp\""), "none.inp: cannot be read: No such file"),
+    (("deck = \"strip.inp\"", "deck = \"none.inp\""), "strip.toml: there is no deck none.inp"),
     (("[gather]", "[gathers]"), "'gathers' is not known"),
-    (("turns = [0.25, 0.5]", "turns = [0.25, 0.5]\nlost = [1]"), "parameter 'lost' is not in strip.inp: no ${lost}"),
+    (("turns = [0.25, 0.5]", "turns = [0.25, 0.5]\nlost = [1]"), "strip.inp: --set lost: the deck has no such parameter (it has: turns, EI)"),
     (("[latin]", "[latin"), "strip.toml: "), (("limit = \"LP\"", "limit = \"LPX\""), "'LPX' is neither a label"),
     (('limit = "LP"', 'limit = "LP"\n[[picture]]\nkind = "line"\nx = "lost"\ny = "limit"'), "no parameter or gathered quantity"),
     (("limit = \"LP\"", "code = \"LP\""), "'code' is a column of every sweep"),
@@ -372,6 +351,36 @@ def test_example_sweeps_are_good():
     assert files
     for name in files:
         read = read_sweep(str(name))
-        for deck in (read.decks[0], read.decks[-1]):
-            done = subprocess.run([os.environ["UNILAT"], "--check"], input=deck, capture_output=True, text=True, check=False)
+        decks = read_decks(os.environ["UNILAT"], read.deck_path, read.settings)
+        for deck in (decks[0], decks[-1]):
+            done = subprocess.run([os.environ["UNILAT"], "--check", *deck.options], input=deck.text, capture_output=True, text=True,
+                                  check=False)
             assert done.returncode == 0, done.stderr
+
+
+def test_a_word_a_whole_number_and_every_digit_reach_the_deck(folder):
+    (folder / "part.inp").write_text("1, 2, ${n}\n")
+    (folder / "strip.inp").write_text(DECK.replace("TYPE=GE8\n1, 2, 4\n", "TYPE=${type}\n*INCLUDE, FILE=part.inp\n"))
+    value = 0.1 + 0.2
+    (folder / "strip.toml").write_text(f'deck = "strip.inp"\n[list]\nn = [3, 4]\ntype = ["GE6", "GE8"]\n[grid]\nturns = {value!r}\nEI = 1\n'
+                                       '[gather]\nturn = "last TURN"\n'
+                                       '[[picture]]\nkind = "line"\nx = "n"\ny = "turn"\n')
+    sweep(folder)
+    for key in (folder / "strip-sweep" / "runs").glob("*.h5"):
+        with h5py.File(key) as file:
+            assert file["parameters"].attrs["turns"] == value
+            assert (int(file["parameters"].attrs["n"]), file["parameters"].attrs["type"]) in ((3, "GE6"), (4, "GE8"))
+            assert len(file["mesh/elements"]) == file["parameters"].attrs["n"]
+
+
+def test_included_decks_may_depend_on_the_values(folder):
+    for n in (3, 5):
+        (folder / f"part-{n}.inp").write_text(f"1, 2, {n}\n")
+    (folder / "strip.inp").write_text(DECK.replace("1, 2, 4\n", "*INCLUDE, FILE=part-${n}.inp\n"))
+    (folder / "strip.toml").write_text('deck = "strip.inp"\n[grid]\nn = [3, 5]\nturns = 0.25\nEI = 1\n[gather]\nturn = "last TURN"\n')
+    sweep(folder)
+    sizes = set()
+    for key in (folder / "strip-sweep" / "runs").glob("*.h5"):
+        with h5py.File(key) as file:
+            sizes.add(len(file["mesh/elements"]))
+    assert sizes == {3, 5}

@@ -93,17 +93,31 @@ def _path_columns(path: Path) -> list[Column]:
     monitors = [column if column.name not in path.path and column.name != "point" else
                 Column(f"monitor/{column.name}", column.values, column.units, column.description)
                 for column in path.monitors.values()]
+    monitors = [column for monitor in monitors for column in (monitor, *_error(path, monitor.name))]
     leading = len([name for name in FIRST if name in path.path])
     columns = [path.path[name] for name in names]
     return [path.column("point"), *columns[:leading], *monitors, *columns[leading:]]
+
+
+def _error(path: Path, name: str) -> list[Column]:
+    """The error bars of a monitor, where the file has them."""
+    if name not in path.errors:
+        return []
+    error = path.errors[name]
+    return [Column(f"error {name}", error.values, error.units, error.description)]
 
 
 def _critical(path: Path) -> list[Column]:
     rows = path.critical
     columns = [Column(name, np.array([getattr(row, name) for row in rows]))
                for name in ("point", "step", "label", "load_factor", "located", "multiplicity", "note")]
-    return columns + [Column(name, np.array([row.monitors.get(name, np.nan) for row in rows]), column.units, column.description)
-                      for name, column in path.monitors.items()]
+    if path.errors:
+        columns[4:4] = [Column(name, np.array([getattr(row, name) for row in rows])) for name in ("error", "corrected")]
+    for name, column in path.monitors.items():
+        columns.append(Column(name, np.array([row.monitors.get(name, np.nan) for row in rows]), column.units, column.description))
+        if name in path.errors:
+            columns.append(Column(f"error {name}", np.array([row.monitor_errors.get(name, np.nan) for row in rows]), column.units))
+    return columns
 
 
 def _contact(path: Path) -> list[Column]:

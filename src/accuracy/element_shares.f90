@@ -28,6 +28,8 @@ module element_shares
       real(wp), allocatable :: size(:)           !! (1 + monitors) sum of the sizes of all shares
       real(wp), allocatable :: rounding(:)       !! (1 + monitors) what rounding of displacements and resultants may do
       real(wp), allocatable :: inside(:)         !! (1 + monitors) of the sum, what a monitor inside an element errs there
+      real(wp), allocatable :: rest(:)           !! (1 + monitors) of the sum, what Newton's method has left
+      real(wp), allocatable :: element(:, :)     !! (1 + monitors, elements) sizes of the shares
       logical, allocatable :: known(:)           !! (1 + monitors) false: not a number that this knows of
    end type shares_t
 
@@ -65,6 +67,7 @@ contains
       integer :: e, m, n
       n = 1 + size(problem%model%monitor)
       allocate (shares%sum(n), shares%size(n), shares%rounding(n), shares%inside(n), source=0.0_wp)
+      allocate (shares%element(n, size(share)), shares%rest(n), source=0.0_wp)
       allocate (shares%known(n), source=.false.)
       do e = 1, size(share)
          force(:, e) = unbalanced(problem, system, at_start, e)
@@ -80,8 +83,10 @@ contains
       of_load = w / along
       share = shares_by(of_load)
       shares%known(1) = .true.
+      shares%element(1, :) = abs(share)
       ! What Newton's method has left is not the elements'.
       rest = dot_product(of_load, merge(0.0_wp, system%residual, system%fixed))
+      shares%rest(1) = rest
       shares%sum(1) = sum(share) + rest
       shares%size(1) = sum(abs(share)) + abs(rest)
       shares%rounding(1) = rounding_factor * rounding_of(of_load)
@@ -95,8 +100,10 @@ contains
          w = functional%by_force - w + along_load * of_load
          change = dot_product(w, merge(0.0_wp, system%residual, system%fixed)) + &
             & dot_product(functional%by_force, system%residual - system%raw)
+         shares%rest(m) = change
          share = shares_by(w)
          shares%known(m) = .true.
+         shares%element(m, :) = abs(share)
          if (problem%deck%monitor(m - 1)%quantity == quantity_displacement) then
             ! A monitor between the nodes has an error of its own.
             call monitor_row(finer, start, at_start, m - 1, inside)

@@ -4,6 +4,7 @@ module error_report
    use model, only: step_t, method_load, method_displacement, quantity_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
+   use state_transfer, only: find_point
    use path_control, only: control_t, path_length
    use path_continuity, only: heading_t, heading_at
    use monitors, only: monitor_rate
@@ -14,13 +15,14 @@ module error_report
    use error_bar, only: error_bar_t, error_bars_t, no_error_bars, moved_error_bar
    use path_errors, only: point_errors, event_errors
    use located_zero, only: zero_t, new_zero
+   use mesh_request, only: excess
    use run_accuracy, only: accuracy_t, place_t, note_worst
    use path_record, only: buckling_t, limit_point_t
    use columns, only: whole, brief, scientific
    use timing, only: timers_t, timing_start, timing_stop, phase_accuracy
    implicit none
    private
-   public :: bars_at_event, bars_at_point, bars_at_touch, note_load, note_bar, note_buckling_bars, &
+   public :: bars_at_event, bars_at_point, bars_at_touch, note_load, note_bar, note_error, note_buckling_bars, &
       & note_curve_bar, bars_on_curve
 
    character(*), parameter :: inside_elements = 'contact at nodes and with foundations begins and ends inside elements'
@@ -68,7 +70,7 @@ contains
    end function can_be_held
 
    !> Bars of an accepted point: of one where a test of contact spans is zero, or of any, which the control holds.
-   subroutine bars_at_point(problem, step, run, place, heading, label, finished, test, bars, timers)
+   subroutine bars_at_point(problem, step, run, place, heading, label, finished, test, bars, timers, wanted)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(in) :: run             !! its system is factored there; its state is the last point
@@ -79,9 +81,13 @@ contains
       integer, intent(in) :: test                !! number of the test in run_span_tests; 0: none
       type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck does not want them
       type(timers_t), intent(inout) :: timers
+      logical, intent(in), optional :: wanted    !! at every point
       type(timers_t) :: own                      ! the work is not the path's
       type(zero_t) :: zero
-      if (.not. (step%error_bars .and. (label /= '' .or. finished .or. step%bars_everywhere))) return
+      logical :: everywhere
+      everywhere = step%bars_everywhere
+      if (present(wanted)) everywhere = everywhere .or. wanted
+      if (.not. (step%error_bars .and. (label /= '' .or. finished .or. everywhere))) return
       allocate (bars)
       call timing_start(timers, phase_accuracy)
       zero%test = test
@@ -132,6 +138,7 @@ contains
          control%method = method_load
          call point_errors(problem, place, run%system, control, heading, held, own)
          bars = moved
+         if (allocated(moved%share)) bars%share = shares_on(begun, touched%state, moved%share, problem, place)
          do m = 1, size(bars%monitor)
             bars%monitor(m) = moved_error_bar(held%monitor(m), moved%load, monitor_rate(problem, m, place, run%system))
          end do
@@ -159,6 +166,21 @@ contains
       call event_errors(problem, state, system, zero, heading, length, rise, bars, own)
       call timing_stop(timers, phase_accuracy)
    end subroutine bars_on_curve
+
+   !> Shares of the elements of one mesh as those of another one, by the middles of the elements.
+   function shares_on(from, from_state, share, to, to_state) result(new)
+      type(problem_t), intent(in) :: from, to    !! of the same deck
+      type(state_t), intent(in) :: from_state, to_state
+      real(wp), intent(in) :: share(:, :)        !! (numbers, elements of `from`)
+      real(wp), allocatable :: new(:, :)
+      real(wp) :: tau
+      integer :: e, there
+      allocate (new(size(share, 1), to%model%mesh%n_elements), source=0.0_wp)
+      do e = 1, size(share, 2)
+         call find_point(to, to_state, from%stretch(e), 0.5_wp * sum(from_state%geometry%element(e)%s) + from%origin(e), there, tau)
+         new(:, there) = new(:, there) + share(:, e)
+      end do
+   end function shares_on
 
    !> Keeps the largest load of a step, which error bars are measured against.
    pure subroutine note_load(step, load_factor, accuracy)
@@ -225,4 +247,49 @@ contains
          & scientific(bar%bar, 2)//', and WIDEST on *ACCURACY allows '//brief(widest)// &
          & ' of it; give more elements or a higher order'
    end subroutine note_ratio
+
+   !> Words where a mesh that was made for a tolerance does not keep it, or it is not known whether it does: at critical points
+   !> and at those between.
+   subroutine note_error(problem, step, bars, sizes, label, at, accuracy)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(error_bars_t), intent(in) :: bars
+      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) what errors are measured against
+      character(*), intent(in) :: label          !! '': none
+      type(place_t), intent(in) :: at
+      type(accuracy_t), intent(inout) :: accuracy
+      character(:), allocatable :: what, there
+      type(error_bar_t) :: widest
+      real(wp) :: ratio, asked
+      integer :: which
+      if (allocated(accuracy%bar_words) .or. .not. any(problem%layout%stretch%placed)) return
+      if (any(label == ['UZ', 'TP'])) return
+      there = ' at point '//whole(at%point)//' (load factor '//brief(at%load_factor)//')'
+      if (label /= '') there = ' of '//label//there
+      if (.not. (bars%load%told .or. any(bars%monitor%told))) then
+         ! Changes of contact that have no function are no values of their own.
+         if (all(label /= ['LP', 'BP', 'EP']) .and. .not. bars%too_coarse) return
+         accuracy%bar_words = 'whether the errors'//there//' are what was asked for is not known: '//bars%why
+         return
+      end if
+      asked = step%asked_of_path
+      if (label /= '') asked = max(step%asked, step%widest_bar)
+      call excess(bars, sizes, step%asked_of, asked, ratio, which)
+      if (ratio <= 1.0_wp) return
+      what = 'the load factor'
+      if (which > 0) what = trim(problem%deck%monitor(which)%name)
+      accuracy%bar_words = 'the errors asked for are not reached: the error bar of '//what//there//' is '// &
+         & scientific(ratio * asked, 2)//' of its size, TOLERANCE on *ACCURACY allows '//brief(asked)
+      widest = bar_of(bars, which)
+      if (2.0_wp * widest%rounding > widest%bar) accuracy%bar_words = accuracy%bar_words//', and rounding does not allow more'
+   end subroutine note_error
+
+   !> The bar of a number: 0 the load factor, else a monitor.
+   pure function bar_of(bars, which) result(bar)
+      type(error_bars_t), intent(in) :: bars
+      integer, intent(in) :: which
+      type(error_bar_t) :: bar
+      bar = bars%load
+      if (which > 0) bar = bars%monitor(which)
+   end function bar_of
 end module error_report

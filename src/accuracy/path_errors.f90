@@ -51,6 +51,7 @@ contains
       if (point%ok) call next_point(path, 0.0_wp, point, timers)
       if (.not. point%ok) then
          bars%why = no_convergence
+         bars%too_coarse = .true.
          return
       end if
       unseen = point%value - value - shares%sum
@@ -96,6 +97,7 @@ contains
       if (first%ok) call next_point(path, small_part * reach, ahead, timers)
       if (.not. ahead%ok) then
          bars%why = no_convergence
+         bars%too_coarse = .true.
          return
       end if
       f = value_at(first)
@@ -115,6 +117,7 @@ contains
       call next_point(path, way, near, timers)
       if (.not. near%ok) then
          bars%why = no_convergence
+         bars%too_coarse = .true.
          return
       end if
       ! The rest of the way by its tangent.
@@ -225,6 +228,8 @@ contains
          bars%monitor(m) = new_error_bar(correction(m + 1), unseen(m + 1), sizes(m + 1), noise(m + 1))
          bars%monitor(m)%bar = bars%monitor(m)%bar + abs(shares%inside(m + 1))
       end do
+      bars%share = shares%element
+      bars%rest = shares%rest
       if (.not. all(shares%known)) bars%why = not_known
    end subroutine set_bars
 end module path_errors

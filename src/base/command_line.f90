@@ -11,7 +11,9 @@ module command_line
    type :: command_line_t
       character(:), allocatable :: deck    !! file to read; '': standard input
       character(:), allocatable :: output  !! result file; '': after the deck or its job name
+      character(argument_length), allocatable :: set(:) !! name=value of every --set
       logical :: check = .false.           !! read, check and summarise the deck only
+      logical :: expand = .false.          !! print the deck with the included ones only
       logical :: quiet = .false.           !! no listing
       logical :: help = .false., version = .false., cards = .false. !! print this and end
    end type command_line_t
@@ -40,12 +42,13 @@ contains
    !> Understands arguments.
    subroutine parse_arguments(argument, options, error)
       character(*), intent(in) :: argument(:)          !! without the program's name; trailing blanks do not count
-      type(command_line_t), intent(out) :: options     !! what they ask for; deck and output are always allocated
+      type(command_line_t), intent(out) :: options     !! what they ask for; deck, output and set are always allocated
       type(error_t), allocatable, intent(out) :: error !! an unknown or contradictory argument; names it
       integer :: i
       logical :: only_files
       options%deck = ''
       options%output = ''
+      allocate (options%set(0))
       only_files = .false.
       i = 0
       do while (i < size(argument))
@@ -71,6 +74,17 @@ contains
                   i = i + 1
                   options%output = trim(argument(i))
                end if
+            case ('--set')
+               if (i == size(argument)) then
+                  call fail(error, '--set needs name=value')
+               else if (index(argument(i + 1), '=') < 2) then
+                  call fail(error, '--set needs name=value, not '''//trim(argument(i + 1))//'''')
+               else
+                  i = i + 1
+                  options%set = [options%set, [character(argument_length) :: argument(i)]]
+               end if
+            case ('--expand')
+               options%expand = .true.
             case ('--check')
                options%check = .true.
             case ('--quiet')
@@ -89,6 +103,8 @@ contains
          end if
          if (allocated(error)) return
       end do
+      if (options%check .and. options%expand) call fail(error, 'either --check or --expand')
+      if (options%expand .and. options%output /= '') call fail(error, '--expand writes no results: leave out -o')
       if (options%check .and. options%output /= '') call fail(error, '--check writes no results: leave out -o')
    end subroutine parse_arguments
 
@@ -101,6 +117,9 @@ contains
          'from'//nl// &
          'standard input: unilat < deck.inp'//nl//nl// &
          '  -o FILE     result file (HDF5); default: JOB on *HEADING, else the name of the deck, with .h5'//nl// &
+         '  --set NAME=VALUE'//nl// &
+         '              value of a parameter, instead of that on *PARAMETER; may be repeated'//nl// &
+         '  --expand    print the deck with the included decks in their place, compute nothing'//nl// &
          '  --check     read, check and summarise the deck, compute nothing'//nl// &
          '  --quiet     no listing'//nl// &
          '  --cards     print the reference of all cards (Markdown)'//nl// &

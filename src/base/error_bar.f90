@@ -17,12 +17,17 @@ module error_bar
       logical :: bounded = .false.            !! the error is within `bar`; else it may be larger, the mesh being too coarse
       real(wp) :: correction = 0.0_wp         !! C
       real(wp) :: bar = 0.0_wp                !! > 0
+      real(wp) :: rounding = 0.0_wp           !! what of the bar no mesh takes away
    end type error_bar_t
 
    !> Load factor and monitors of a point.
    type :: error_bars_t
       type(error_bar_t) :: load
       type(error_bar_t), allocatable :: monitor(:) !! (monitors of the deck)
+      real(wp), allocatable :: share(:, :)    !! (1 + monitors, elements) sizes of what the elements of the mesh contribute; not
+      !! allocated where nothing is told
+      real(wp), allocatable :: rest(:)        !! (1 + monitors) and what the iteration that led to the point has left
+      logical :: too_coarse = .false.         !! nothing is told because the mesh is far from fine enough
       character(:), allocatable :: why        !! some are not told: the reason
    end type error_bars_t
 
@@ -42,6 +47,7 @@ contains
       error%told = ieee_is_finite(correction) .and. ieee_is_finite(unseen) .and. ieee_is_finite(shares)
       if (.not. error%told) return
       error%correction = correction
+      error%rounding = rounding
       error%bounded = abs(unseen) <= largest_unseen * shares + rounding
       if (error%bounded) then
          error%bar = of_estimate * abs(correction) + of_unseen * abs(unseen) + of_shares * shares + rounding
@@ -61,6 +67,7 @@ contains
       error%bounded = held%bounded .and. argument%bounded
       error%correction = held%correction + rate * argument%correction
       error%bar = held%bar + abs(rate) * argument%bar
+      error%rounding = held%rounding + abs(rate) * argument%rounding
    end function moved_error_bar
 
    !> Nothing told.

@@ -13,7 +13,7 @@ module timing
    public :: phase_solution, phase_contact, phase_path, phase_accuracy, phase_output
    public :: counter_points, counter_newton, counter_factorisation, counter_solution, counter_lcp
    public :: counter_lcp_pivots, counter_lcp_failed, counter_set_changes, counter_rejected, counter_cut
-   public :: counter_located
+   public :: counter_located, counter_remeshed
 
    enum, bind(c)
       enumerator :: phase_reading = 1 !! reading and checking the deck
@@ -43,11 +43,13 @@ module timing
       enumerator :: counter_rejected      !! increments thrown away: state restored
       enumerator :: counter_cut           !! increments shortened before another try
       enumerator :: counter_located       !! critical and user points located
+      enumerator :: counter_remeshed      !! meshes made anew for the sake of errors
    end enum
-   integer, parameter :: n_counters = counter_located
+   integer, parameter :: n_counters = counter_remeshed
    character(*), parameter :: counter_name(n_counters) = [character(23) :: 'accepted points', &
       & 'Newton iterations', 'factorisations', 'solutions', 'LCPs', 'LCP pivots', 'LCPs without a solution', &
-      & 'contact set changes', 'rejected increments', 'shortened increments', 'located points']
+      & 'contact set changes', 'rejected increments', 'shortened increments', 'located points', &
+      & 'meshes made anew']
 
    type :: timers_t
       private

@@ -108,8 +108,8 @@ contains
       spec = deck%spec(i)
       wrong = ''
       if (spec%keyword == 'STEP') then
-         if (reading%open) wrong = 'the step that began in line '// &
-            to_text(deck%card(reading%open_card)%place%line)//' has no *END STEP yet'
+         if (reading%open) wrong = 'the step that began in '// &
+            deck%source%line_words(deck%card(reading%open_card)%place%line)//' has no *END STEP yet'
          reading%step = reading%step + 1
          reading%open = .true.
          reading%open_card = card
@@ -123,7 +123,7 @@ contains
       else if (spec%follows /= '' .and. reading%chain /= spec%follows) then
          wrong = 'must stand below a *'//spec%follows
       else if (spec%once .and. reading%first_use(i) > 0) then
-         wrong = 'given twice, first in line '//to_text(deck%card(reading%first_use(i))%place%line)
+         wrong = 'given twice, first in '//deck%source%line_words(deck%card(reading%first_use(i))%place%line)
       end if
       deck%card(card)%step = merge(reading%step, 0, reading%open)
       if (spec%keyword == 'END STEP') reading%open = .false.
@@ -229,7 +229,6 @@ contains
       first = deck%card(card)%first_line
       last = deck%card(card)%last_line
       associate (spec => deck%spec(deck%card(card)%spec))
-         if (spec%free_text) return
          if (size(spec%layout) == 0) then
             if (last < first) return
             call complain(deck, diagnostics, card, whole_line(deck, first), 'takes no data lines')
@@ -251,7 +250,7 @@ contains
                deck%data_line(first + layout%most:last)%sound = .false.
                last = first + layout%most - 1
             end if
-            do l = first, last
+            do l = first, merge(first - 1, last, spec%free_text)
                call check_fields(deck, diagnostics, card, l, layout%field, layout%last_repeats)
             end do
          end associate

@@ -2,7 +2,7 @@
 module card_manual
    use text, only: word_at, word_count
    use card_spec, only: card_spec_t, layout_t, item_t, in_model, in_step, anywhere, positive, not_negative, not_zero, &
-      kind_flag, kind_word, kind_name, kind_integer, kind_label, kind_label_or_set, kind_dof
+      kind_flag, kind_word, kind_name, kind_integer, kind_label, kind_label_or_set, kind_dof, kind_path, kind_value
    use card_table, only: all_cards
    implicit none
    private
@@ -38,7 +38,7 @@ contains
             call write_parameter(unit, card%parameter(i))
          end do
       end if
-      if (card%free_text) then
+      if (card%free_text .and. no_fields(card)) then
          write (unit, '(a)') '', 'Data lines: free text.'
          return
       end if
@@ -47,6 +47,16 @@ contains
          call write_layout(unit, card%layout(i), size(card%layout) > 1)
       end do
    end subroutine write_card
+
+   !> True when no layout of the card tells fields.
+   pure logical function no_fields(card)
+      type(card_spec_t), intent(in) :: card
+      integer :: i
+      no_fields = .true.
+      do i = 1, size(card%layout)
+         if (size(card%layout(i)%field) > 0) no_fields = .false.
+      end do
+   end function no_fields
 
    !> Where the card stands and how often.
    pure function place_text(card) result(string)
@@ -128,6 +138,10 @@ contains
          string = 'label'
       case (kind_label_or_set)
          string = 'label or set'
+      case (kind_path)
+         string = 'path'
+      case (kind_value)
+         string = 'name, and a number, a formula or "text"'
       case (kind_dof)
          string = '1 to 6, or '//alternatives(item%words)
       case default

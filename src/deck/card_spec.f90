@@ -6,6 +6,7 @@ module card_spec
    public :: card_spec_t, layout_t, item_t, find_card, find_item
    public :: add_card, add_parameter, add_layout, add_field
    public :: kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label, kind_label_or_set, kind_dof
+   public :: kind_path, kind_value
    public :: in_model, in_step, anywhere, outside_step
    public :: any_value, positive, not_negative, not_zero
    public :: many_lines
@@ -19,6 +20,8 @@ module card_spec
       enumerator :: kind_label        !! positive integer
       enumerator :: kind_label_or_set !! positive integer or the name of a set
       enumerator :: kind_dof          !! an integer from 1 to 6, or one of the item's words
+      enumerator :: kind_path         !! name of a file
+      enumerator :: kind_value        !! name = number, formula or text in quotes
    end enum
 
    enum, bind(c)
@@ -61,7 +64,7 @@ module card_spec
       character(:), allocatable :: keyword    !! without the star, single blanks
       integer :: where = in_model
       logical :: once = .false.               !! at most once in the model part, or in each step
-      logical :: free_text = .false.          !! data lines are not split into fields
+      logical :: free_text = .false.          !! data lines are not split into fields; a layout is for the manual only
       character(:), allocatable :: follows    !! stands below this card, with only its like between; ''
       character(:), allocatable :: meaning
       type(item_t), allocatable :: parameter(:)

@@ -3,7 +3,8 @@
 !> It drives the checks (card_check), the readers (card_values) and the manual (card_manual, `unilat --cards`).
 module card_table
    use card_spec, only: card_spec_t, in_model, anywhere, positive, not_negative, not_zero, &
-      kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label, kind_label_or_set, kind_dof, &
+      kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label, kind_label_or_set, kind_dof, kind_path, &
+      kind_value, &
       card => add_card, param => add_parameter, lines => add_layout, field => add_field
    use step_card_table, only: add_step_cards
    implicit none
@@ -11,6 +12,7 @@ module card_table
    public :: all_cards
 
    character(*), parameter :: node_or_set = 'a node label or the name of a node set'
+   character(*), parameter :: left_out = 'number of elements; left out: as many as `*ACCURACY` needs, where they are needed'
    character(*), parameter :: grading = 'last element length over the first one; geometric in between'
 
 contains
@@ -34,6 +36,17 @@ contains
          once=.true., free_text=.true.)
       call param(t, 'JOB', kind_name, 'name of the result file, without `.h5`', optional=.true.)
       call lines(t, least=0)
+
+      call card(t, 'PARAMETER', anywhere, 'Names with values: `${name}` and formulas such as `${2*pi*EI/L}` in the lines '// &
+         'below write them. `--set name=value` on the command line, or a sweep, replaces a value.', free_text=.true.)
+      call lines(t)
+      call field(t, 'name = value', kind_value, 'each name once: a letter, then letters, digits and `_`. Formulas use '// &
+         'the names above, without `${}`')
+
+      call card(t, 'INCLUDE', anywhere, 'Puts the lines of another file in the place of this card: cards, or data '// &
+         'lines of the card above. It may stand anywhere, and have its like inside.')
+      call param(t, 'FILE', kind_path, 'beside the file that has this card, or absolute; of a deck from standard input: '// &
+         'beside the working directory. The rest of the line')
 
       call card(t, 'NODE', in_model, 'Nodes by label and stress-free position.')
       call param(t, 'NSET', kind_name, 'adds the nodes to this node set', optional=.true.)
@@ -78,7 +91,7 @@ contains
    pure subroutine element_type(t)
       type(card_spec_t), allocatable, intent(inout) :: t(:)
       call param(t, 'TYPE', kind_word, 'geometrically exact element of order 2, 4, 6 or 8, or the straight '// &
-         'updated-Lagrangian element', default='GE4', words='GE2|GE4|GE6|GE8|UL2')
+         'updated-Lagrangian element', default='GE8', words='GE2|GE4|GE6|GE8|UL2')
    end subroutine element_type
 
    pure subroutine generator_cards(t)
@@ -88,7 +101,7 @@ contains
       call generator_parameters(t)
       call lines(t)
       call end_nodes(t)
-      call field(t, 'elements', kind_integer, 'number of elements', bound=positive)
+      call field(t, 'elements', kind_integer, left_out, optional=.true., bound=positive)
       call field(t, 'grading', kind_real, grading, default='1', bound=positive)
 
       call card(t, 'ARC', in_model, 'A row of elements on a circular arc from node to node; both are equally far '// &
@@ -100,7 +113,7 @@ contains
       call end_nodes(t)
       call field(t, 'xc', kind_real, 'centre', unit='length')
       call field(t, 'yc', kind_real, 'centre', unit='length')
-      call field(t, 'elements', kind_integer, 'number of elements', bound=positive)
+      call field(t, 'elements', kind_integer, left_out, optional=.true., bound=positive)
       call field(t, 'grading', kind_real, grading, default='1', bound=positive)
 
       call card(t, 'RING', in_model, 'A closed circle of elements, anticlockwise from a node back to it. New nodes '// &
@@ -110,7 +123,7 @@ contains
       call field(t, 'node', kind_label, 'first and last node; stands above')
       call field(t, 'xc', kind_real, 'centre', unit='length')
       call field(t, 'yc', kind_real, 'centre', unit='length')
-      call field(t, 'elements', kind_integer, 'number of elements, 3 or more', bound=positive)
+      call field(t, 'elements', kind_integer, left_out//'. A ring has 3 or more', optional=.true., bound=positive)
    end subroutine generator_cards
 
    pure subroutine generator_parameters(t)

@@ -42,6 +42,7 @@ module deck_names
       integer :: least_element = huge(1), greatest_element = 0
       type(set_list_t) :: node_set, element_set
       type(name_list_t) :: material, law, obstacle, monitor, step
+      integer, allocatable :: placed_line(:) !! by curve: index of the data line that leaves out its number of elements, else 0
       logical, allocatable :: connected(:) !! by node index: belongs to an element (once the mesh is read)
    end type deck_names_t
 

@@ -1,9 +1,42 @@
 !> The text of a deck, read whole from a file or a pipe and kept: messages quote it, the result file stores it.
+!>
+!> What is read need not be what was typed: included decks stand in their place, values for ${...}. Lines remember
+!> where they come from.
 module deck_source
    use errors, only: error_t, fail
+   use text, only: to_text
    implicit none
    private
-   public :: deck_source_t, read_source_file, read_source_unit, source_from_text
+   public :: deck_source_t, deck_file_t, deck_parameter_t, typed_line_t, spot_t
+   public :: read_source_file, read_source_unit, source_from_text
+
+   type :: deck_file_t
+      character(:), allocatable :: name             !! as messages show it
+   end type deck_file_t
+
+   !> A replaced part of a line: columns of what was typed, ${...}, and of what is read instead.
+   type :: spot_t
+      integer :: typed(2) = 0, read(2) = 0          !! first and last
+   end type spot_t
+
+   !> A line that is not read as it was typed.
+   type :: typed_line_t
+      integer :: line = 0
+      character(:), allocatable :: text             !! as typed
+      type(spot_t), allocatable :: spot(:)
+   end type typed_line_t
+
+   !> A name with its value.
+   type :: deck_parameter_t
+      character(:), allocatable :: name             !! as first typed
+      character(:), allocatable :: value            !! as ${name} writes it
+      logical :: is_number = .true.                 !! false: text
+      logical :: was_set = .false.                  !! on the command line
+      logical :: in_deck = .false.                  !! a *PARAMETER names it, or a ${...} uses it
+      integer :: line = 0                           !! where *PARAMETER names it; 0: nowhere
+   contains
+      procedure :: definition
+   end type deck_parameter_t
 
    !> A deck's text and where its lines are.
    type :: deck_source_t
@@ -11,8 +44,15 @@ module deck_source
       character(:), allocatable :: text             !! all lines, each ended by a newline
       integer :: n_lines = 0
       integer, allocatable :: first(:), last(:)     !! positions in `text` of a line's first and last character
+      type(deck_file_t), allocatable :: file(:)     !! the deck, and those that it includes
+      integer, allocatable :: origin(:, :)          !! (2, n_lines) file of a line, and its number there
+      type(typed_line_t), allocatable :: typed(:)   !! in the order of the lines
+      type(deck_parameter_t), allocatable :: parameter(:)
+      character(:), allocatable :: expanded         !! the deck as typed, with the included ones in their place
+      character(:), allocatable :: record           !! and with what the command line has set: it gives the same run
    contains
       procedure :: line => source_line
+      procedure :: line_words, as_typed
    end type deck_source_t
 
    character(*), parameter :: newline = achar(10), carriage_return = achar(13)
@@ -106,6 +146,12 @@ contains
          source%last(number) = i - 1
          first = i + 1
       end do
+      allocate (source%file(1), source%typed(0), source%parameter(0), source%origin(2, source%n_lines))
+      source%file(1)%name = name
+      source%origin(1, :) = 1
+      source%origin(2, :) = [(i, i=1, source%n_lines)]
+      source%expanded = source%text
+      source%record = source%text
    end subroutine source_from_text
 
    !> One line without its newline; '' when there is no such line.
@@ -116,6 +162,52 @@ contains
       line = ''
       if (number >= 1 .and. number <= self%n_lines) line = self%text(self%first(number):self%last(number))
    end function source_line
+
+   !> The line of a *PARAMETER card that gives the value.
+   pure function definition(self) result(string)
+      class(deck_parameter_t), intent(in) :: self
+      character(:), allocatable :: string
+      string = self%name//' = '//self%value
+      if (.not. self%is_number) string = self%name//' = "'//self%value//'"'
+   end function definition
+
+   !> "line 12", with the name of its file where there are several.
+   pure function line_words(self, number) result(words)
+      class(deck_source_t), intent(in) :: self
+      integer, intent(in) :: number !! of the line, from 1
+      character(:), allocatable :: words
+      words = 'line '//to_text(self%origin(2, number))
+      if (size(self%file) > 1) words = words//' of '//self%file(self%origin(1, number))%name
+   end function line_words
+
+   !> A line and a part of it as they were typed.
+   pure subroutine as_typed(self, number, first, last, line)
+      class(deck_source_t), intent(in) :: self
+      integer, intent(in) :: number                    !! of the line, from 1
+      integer, intent(inout) :: first, last            !! columns of what is read; of what was typed. A part of what
+      !! stands for ${...} becomes all of it
+      character(:), allocatable, intent(out) :: line
+      integer :: t, i, shift(2)
+      line = self%line(number)
+      do t = 1, size(self%typed)
+         if (self%typed(t)%line == number) exit
+      end do
+      if (t > size(self%typed)) return
+      shift = 0
+      associate (typed => self%typed(t))
+         line = typed%text
+         do i = 1, size(typed%spot)
+            associate (spot => typed%spot(i))
+               if (first > spot%read(2)) shift(1) = spot%typed(2) - spot%read(2)
+               if (last > spot%read(2)) shift(2) = spot%typed(2) - spot%read(2)
+               if (first >= spot%read(1) .and. first <= spot%read(2)) shift(1) = spot%typed(1) - first
+               if (last >= spot%read(1) .and. last <= spot%read(2)) shift(2) = spot%typed(2) - last
+            end associate
+         end do
+      end associate
+      first = first + shift(1)
+      last = last + shift(2)
+   end subroutine as_typed
 
    subroutine enlarge(text, length)
       character(:), allocatable, intent(inout) :: text

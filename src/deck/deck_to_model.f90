@@ -1,11 +1,13 @@
 !> From the text of a deck to the model: the sequence of all readers.
 !>
 !> Everything is read even when errors were found, so that the user sees them all at once. What follows only from
-!> an error already reported (a node that is missing because its line is bad) is not reported again.
+!> an error already reported (a node that is missing because its line is bad) is not reported again. So nothing is read
+!> of a deck that cannot be put together, because an included deck or a value is missing.
 module deck_to_model
    use model, only: model_t
    use deck_source, only: deck_source_t
    use diagnostics, only: diagnostics_t, place_t
+   use deck_assembly, only: assemble_deck
    use deck_cards, only: deck_t, split_deck
    use card_check, only: check_cards
    use card_values, only: parameter_text
@@ -26,6 +28,7 @@ module deck_to_model
    use read_branches, only: read_branch_cards
    use check_grounds, only: check_ground_candidates
    use read_limit_curves, only: read_limit_curve_cards
+   use read_accuracy, only: read_accuracy_cards, check_placed
    implicit none
    private
    public :: read_deck
@@ -33,15 +36,19 @@ module deck_to_model
 contains
 
    !> Reads and checks a deck.
-   subroutine read_deck(source, model, diagnostics, steps_optional)
-      type(deck_source_t), intent(in) :: source        !! its text
+   subroutine read_deck(source, model, diagnostics, steps_optional, settings)
+      type(deck_source_t), intent(inout) :: source     !! its text as typed; as read
       type(model_t), intent(out) :: model              !! all components allocated; of use only without errors
       type(diagnostics_t), intent(out) :: diagnostics  !! diagnostics%n: number of errors
       logical, intent(in), optional :: steps_optional  !! true: a deck without *STEP is no error (default false)
+      character(*), intent(in), optional :: settings(:) !! name=value from the command line, for ${name} (default none)
       type(deck_t) :: deck
       type(deck_names_t) :: names
       integer :: n
 
+      if (present(settings)) call assemble_deck(source, settings, diagnostics)
+      if (.not. present(settings)) call assemble_deck(source, [character(1) ::], diagnostics)
+      if (diagnostics%n > 0) return
       call split_deck(source, deck, diagnostics)
       call check_cards(deck, diagnostics)
       call note_bad_cards(deck, diagnostics, names)
@@ -66,6 +73,7 @@ contains
       if (diagnostics%n > n) names%contacts_incomplete = .true.
       call read_monitor_cards(deck, names, model, diagnostics)
       call read_step_cards(deck, names, model, diagnostics)
+      call read_accuracy_cards(deck, names, model, diagnostics)
       call check_contact_loops(deck, model, diagnostics)
       n = diagnostics%n
       call read_load_cards(deck, names, model, diagnostics)
@@ -78,6 +86,7 @@ contains
       call read_branch_cards(deck, names, model, diagnostics)
       call read_limit_curve_cards(deck, names, model, diagnostics)
       if (diagnostics%n == 0) call check_ground_candidates(deck, names, model, diagnostics)
+      if (diagnostics%n == 0) call check_placed(deck, names, model, diagnostics)
 
       if (deck%n_cards == 0 .and. diagnostics%n == 0) call diagnostics%add(place_t(), 'the deck is empty')
       if (deck%n_cards == 0 .or. names%unknown_cards) return

@@ -82,13 +82,16 @@ contains
          string = source%name//': '//item%message//new_line('a')
          return
       end if
-      line = source%line(item%place%line)
       first = item%place%first
       last = max(item%place%last, first)
+      call source%as_typed(item%place%line, first, last, line)
       ! Columns count characters; a character outside ASCII takes several bytes.
       margin = blanked(line(:min(first - 1, len(line))))//repeat(' ', max(0, first - 1 - len(line)))
-      string = source%name//':'//to_text(item%place%line)//':'//to_text(1 + len(margin))//': '//item%message//new_line('a')
-      write (number, '(i8)') item%place%line
+      associate (origin => source%origin(:, item%place%line))
+         string = source%file(origin(1))%name//':'//to_text(origin(2))//':'//to_text(1 + len(margin))//': '// &
+            item%message//new_line('a')
+         write (number, '(i8)') origin(2)
+      end associate
       string = string//number//' | '//line//new_line('a')
       if (last <= len(line)) last = first - 1 + characters(line(first:last))
       string = string//repeat(' ', 8)//' | '//margin//repeat('^', max(1, last - first + 1))//new_line('a')

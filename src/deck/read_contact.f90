@@ -98,8 +98,8 @@ contains
             call wrong('node '//label(node)//' belongs to no element')
             return
          else if (touched(node) > 0) then
-            call wrong('node '//label(node)//' is a candidate for this obstacle already, from line '// &
-               to_text(touched(node)))
+            call wrong('node '//label(node)//' is a candidate for this obstacle already, from '// &
+               deck%source%line_words(touched(node)))
             return
          end if
          touched(node) = deck%card(card)%place%line

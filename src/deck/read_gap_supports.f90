@@ -91,7 +91,8 @@ contains
             end if
             if (.not. any(.not. model%fixed(1:2, node) .and. abs(normal) > grazing)) &
                problem = 'is supported in this direction already'
-            if (stopped_in(node) > 0) problem = 'has a stop of this card already, from line '//to_text(stopped_in(node))
+            if (stopped_in(node) > 0) problem = 'has a stop of this card already, from '// &
+               deck%source%line_words(stopped_in(node))
             stopped_in(node) = deck%data_line(line)%line
             if (problem == '') cycle
             call complain(deck, diagnostics, card, field_place(deck, line, 1), 'node '// &

@@ -120,8 +120,8 @@ contains
                exit
             else if (given_in(node) > 0) then
                call complain(deck, diagnostics, card, field_place(deck, line, 1), &
-                  'node '//to_text(mesh%node_label(node))//' has an offset already, from line '// &
-                  to_text(given_in(node)))
+                  'node '//to_text(mesh%node_label(node))//' has an offset already, from '// &
+                  deck%source%line_words(given_in(node)))
                ok = .false.
                exit
             end if

@@ -32,7 +32,7 @@ contains
       else if (.not. given(deck, card, 'SHRINK')) then
          load%closing(obstacle) = load%closing(obstacle) + field_real(deck, line, 2)
       else if (shrunk_in(obstacle) > 0) then
-         call wrong('line '//to_text(shrunk_in(obstacle))//' pushes out all that penetrates already')
+         call wrong(deck%source%line_words(shrunk_in(obstacle))//' pushes out all that penetrates already')
       else if (.not. (names%contacts_incomplete .or. names%mesh_incomplete .or. penetrated() .or. modes_to_come())) then
          call wrong('nothing begins behind '//trim(model%obstacle(obstacle)%name))
       else

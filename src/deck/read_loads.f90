@@ -260,8 +260,8 @@ contains
                return
             else if (prescribed_in(dof, nodes(i)) > 0) then
                call complain(deck, diagnostics, card, field_place(deck, line, 2), 'dof '//to_text(dof_number(dof))// &
-                  ' of node '//to_text(model%mesh%node_label(nodes(i)))//' is prescribed already, in line '// &
-                  to_text(prescribed_in(dof, nodes(i))))
+                  ' of node '//to_text(model%mesh%node_label(nodes(i)))//' is prescribed already, in '// &
+                  deck%source%line_words(prescribed_in(dof, nodes(i))))
                return
             end if
             prescribed_in(dof, nodes(i)) = deck%data_line(line)%line

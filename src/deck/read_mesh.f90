@@ -9,12 +9,15 @@ module read_mesh
    use model, only: imperfection_t
    use diagnostics, only: diagnostics_t, place_t
    use deck_cards, only: deck_t, complain
-   use card_values, only: given, parameter_text, parameter_word, field_place, field_text, field_integer, field_real, &
+   use card_values, only: given, parameter_text, parameter_word, field_given, field_place, field_text, field_integer, &
+      field_real, &
       whole_line
    use deck_names, only: deck_names_t, find_nodes, find_elements, take_node_sets
    implicit none
    private
    public :: read_mesh_cards
+
+   integer, parameter :: output_elements = 64 !! that carry the output of a curve whose number of elements is left out
 
    !> Where labels were defined, for messages about a second definition.
    type :: origin_t
@@ -32,7 +35,7 @@ contains
       type(growing_mesh_t) :: grown
       type(origin_t) :: origin
       integer :: card, e
-      allocate (origin%node_line(64), origin%element_line(64))
+      allocate (origin%node_line(64), origin%element_line(64), names%placed_line(0))
       do card = 1, deck%n_cards
          if (.not. deck%card(card)%sound) cycle
          select case (deck%card(card)%keyword)
@@ -70,7 +73,7 @@ contains
          old = names%node%find(label)
          if (old > 0) then
             call complain(deck, diagnostics, card, field_place(deck, line, 1), &
-               'node '//to_text(label)//' was defined in line '//to_text(origin%node_line(old)))
+               'node '//to_text(label)//' was defined in '//deck%source%line_words(origin%node_line(old)))
             cycle
          end if
          call new_node(names, grown, origin, label, [field_real(deck, line, 2), field_real(deck, line, 3)], &
@@ -96,7 +99,7 @@ contains
          old = names%element%find(label)
          if (old > 0) then
             call complain(deck, diagnostics, card, field_place(deck, line, 1), &
-               'element '//to_text(label)//' was defined in line '//to_text(origin%element_line(old)))
+               'element '//to_text(label)//' was defined in '//deck%source%line_words(origin%element_line(old)))
             cycle
          end if
          call two_nodes(deck, names, grown, diagnostics, line, node, length)
@@ -105,7 +108,7 @@ contains
             cycle
          end if
          call new_element(names, grown, origin, label, node, family, stages, 0, [0.0_wp, length], &
-            deck%data_line(line)%line)
+            deck%data_line(line)%line, .false.)
          call names%element_set%append(set, grown%mesh%n_elements)
       end do
    end subroutine read_elements
@@ -122,6 +125,7 @@ contains
       type(error_t), allocatable :: error
       integer :: line, node(2), node_set, element_set, elements, elements_field, family, stages
       real(wp) :: length, centre(2), grading
+      logical :: placed
       node_set = set_of_card(deck, names, card, 'NSET')
       element_set = set_of_card(deck, names, card, 'ELSET')
       call element_kind(parameter_word(deck, card, 'TYPE'), family, stages)
@@ -158,13 +162,24 @@ contains
                end if
             end if
          end select
-         elements = field_integer(deck, line, elements_field)
-         if (deck%card(card)%keyword == 'RING' .and. elements < 3) then
+         placed = .not. field_given(deck, line, elements_field)
+         elements = output_elements
+         if (.not. placed) elements = field_integer(deck, line, elements_field)
+         if (placed .and. stages < 2) then
+            call complain(deck, diagnostics, card, whole_line(deck, line), 'the number of elements can be left out of those of '// &
+               'order 4, 6 and 8 only (TYPE)')
+            node = 0
+         else if (deck%card(card)%keyword == 'RING' .and. elements < 3) then
             call complain(deck, diagnostics, card, field_place(deck, line, elements_field), &
                'a ring needs at least 3 elements')
             node = 0
          else if (deck%card(card)%keyword /= 'RING') then
             grading = field_real(deck, line, elements_field + 1)
+            if (placed .and. field_given(deck, line, elements_field + 1)) then
+               call complain(deck, diagnostics, card, field_place(deck, line, elements_field + 1), &
+                  'grading needs a number of elements')
+               node = 0
+            end if
             if (elements == 1 .and. abs(grading - 1.0_wp) > 0.0_wp) then
                call complain(deck, diagnostics, card, field_place(deck, line, elements_field + 1), &
                   'grading needs at least 2 elements')
@@ -181,19 +196,21 @@ contains
             call grown%add_curve(curve)
             call mesh_curve(names, grown, origin, node, graded_division(curve%length, elements, grading), family, &
                stages, &
-               node_set, element_set, deck%data_line(line)%line)
+               node_set, element_set, deck%data_line(line)%line, placed)
+            names%placed_line = [names%placed_line, merge(line, 0, placed)]
          end if
       end do
    end subroutine read_curves
 
    !> Nodes and elements on the last curve, from the first to the last node.
-   subroutine mesh_curve(names, grown, origin, ends, s, family, stages, node_set, element_set, deck_line)
+   subroutine mesh_curve(names, grown, origin, ends, s, family, stages, node_set, element_set, deck_line, placed)
       type(deck_names_t), intent(inout) :: names
       type(growing_mesh_t), intent(inout) :: grown
       type(origin_t), intent(inout) :: origin
       integer, intent(in) :: ends(2)             ! indices of the end nodes, the same one for a ring
       real(wp), intent(in) :: s(0:)              ! ends of the elements on the curve
       integer, intent(in) :: family, stages, node_set, element_set, deck_line
+      logical, intent(in) :: placed              ! the deck does not say how many elements
       type(imperfection_t) :: none(0)
       integer :: i, from, to
       real(wp) :: x(2), angle, speed
@@ -208,7 +225,7 @@ contains
          end if
          call new_element(names, grown, origin, names%greatest_element + 1, [from, to], family, stages, &
             grown%n_curves, &
-            s(i - 1:i), deck_line)
+            s(i - 1:i), deck_line, placed)
          call names%element_set%append(element_set, grown%mesh%n_elements)
          call names%node_set%append(node_set, to)
          from = to
@@ -344,13 +361,14 @@ contains
       call note(origin%node_line, grown%mesh%n_nodes, deck_line)
    end subroutine new_node
 
-   subroutine new_element(names, grown, origin, label, node, family, stages, curve, s, deck_line)
+   subroutine new_element(names, grown, origin, label, node, family, stages, curve, s, deck_line, placed)
       type(deck_names_t), intent(inout) :: names
       type(growing_mesh_t), intent(inout) :: grown
       type(origin_t), intent(inout) :: origin
       integer, intent(in) :: label, node(2), family, stages, curve, deck_line
       real(wp), intent(in) :: s(2)
-      call grown%add_element(label, node, family, stages, curve, s)
+      logical, intent(in) :: placed
+      call grown%add_element(label, node, family, stages, curve, s, placed)
       call names%element%add(label, grown%mesh%n_elements)
       names%least_element = min(names%least_element, label)
       names%greatest_element = max(names%greatest_element, label)

@@ -46,7 +46,7 @@ contains
          case ('MATERIAL')
             call names%material%add(parameter_text(deck, card, 'NAME'), m, is_new)
             if (.not. is_new) call complain(deck, diagnostics, card, parameter_place(deck, card, 'NAME'), &
-               'the name was used in line '//to_text(deck%card(material(m)%card)%place%line))
+               'the name was used in '//deck%source%line_words(deck%card(material(m)%card)%place%line))
             if (is_new) material(m)%card = card
             if (.not. is_new) m = 0
          case ('ELASTIC')
@@ -73,7 +73,7 @@ contains
       subroutine only_once(earlier)
          integer, intent(inout) :: earlier
          if (earlier > 0) call complain(deck, diagnostics, card, deck%card(card)%place, 'material '// &
-            trim(names%material%name(m))//' has it already, from line '//to_text(deck%card(earlier)%place%line))
+            trim(names%material%name(m))//' has it already, from '//deck%source%line_words(deck%card(earlier)%place%line))
          earlier = card
       end subroutine only_once
    end subroutine read_materials
@@ -115,8 +115,8 @@ contains
          do i = 1, size(elements)
             if (model%mesh%section(elements(i)) > 0) then
                call complain(deck, diagnostics, card, parameter_place(deck, card, 'ELSET'), &
-                  'element '//to_text(model%mesh%element_label(elements(i)))//' has a section already, from line '// &
-                  to_text(deck%card(from_card(model%mesh%section(elements(i))))%place%line))
+                  'element '//to_text(model%mesh%element_label(elements(i)))//' has a section already, from '// &
+                  deck%source%line_words(deck%card(from_card(model%mesh%section(elements(i))))%place%line))
                exit
             end if
             model%mesh%section(elements(i)) = n

@@ -46,8 +46,6 @@ contains
             call read_buckle(deck, names, model%fixed, diagnostics, card, model%step(s)%n_modes)
          case ('CONTROLS')
             call read_controls(deck, diagnostics, card, model%step(s))
-         case ('ACCURACY')
-            call read_accuracy(deck, card, model%step(s))
          end select
       end do
       if (names%unknown_cards) return
@@ -101,7 +99,6 @@ contains
       call parse_integer(default_text(deck, 'CONTROLS', 'ITERATIONS'), step%max_iterations, ok)
       call parse_integer(default_text(deck, 'CONTROLS', 'DESIRED'), step%desired_iterations, ok)
       call parse_integer(default_text(deck, 'CONTROLS', 'POINTS'), step%max_points, ok)
-      call parse_real(default_text(deck, 'ACCURACY', 'WIDEST'), step%widest_bar, ok)
       allocate (step%stop(0), step%locate(0), step%turning(0), step%branch(0), step%limit_curve(0), step%mode_offset(0))
    end subroutine begin_step
 
@@ -187,22 +184,13 @@ contains
          'there are only '//plural(n_free, 'free degree')//' of freedom')
    end subroutine read_buckle
 
-   !> *ACCURACY: which points get error bars, and how wide these may be.
-   subroutine read_accuracy(deck, card, step)
-      type(deck_t), intent(in) :: deck
-      integer, intent(in) :: card
-      type(step_t), intent(inout) :: step
-      step%error_bars = parameter_word(deck, card, 'POINTS') /= 'NONE'
-      step%bars_everywhere = parameter_word(deck, card, 'POINTS') == 'ALL'
-      step%widest_bar = parameter_real(deck, card, 'WIDEST')
-   end subroutine read_accuracy
-
    subroutine read_controls(deck, diagnostics, card, step)
       type(deck_t), intent(in) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics
       integer, intent(in) :: card
       type(step_t), intent(inout) :: step
       step%tolerance = parameter_real(deck, card, 'TOLERANCE')
+      step%tolerance_given = given(deck, card, 'TOLERANCE')
       step%locate_tolerance = parameter_real(deck, card, 'LOCATE')
       step%max_iterations = parameter_integer(deck, card, 'ITERATIONS')
       step%desired_iterations = parameter_integer(deck, card, 'DESIRED')

@@ -64,11 +64,21 @@ contains
       call param(t, 'POINTS', kind_integer, 'most points of the step', default='1000', bound=positive)
 
       call card(t, 'ACCURACY', in_step, 'Error bars: how far the numbers of the mesh may be from those of infinitely fine '// &
-         'ones, for this step only.', once=.true.)
+         'ones, and how far they are allowed to be, for this step only. Where numbers of elements are left out the mesh '// &
+         'is made for the tolerance, and made anew along the path; numbers that are given stay.', once=.true.)
+      call param(t, 'TOLERANCE', kind_real, 'largest error of load factor and monitors at critical points and the end, '// &
+         'below 1: of the load factor over its largest value in the step, of displacements and rotations over the largest '// &
+         'of all nodes, of forces over the largest; without numbers of elements left out, WIDEST only', default='1e-6', &
+         bound=positive)
+      call param(t, 'PATH', kind_real, 'the same for the points between, below 1; left out: as TOLERANCE', optional=.true., &
+         bound=positive)
       call param(t, 'POINTS', kind_word, 'which points get them: CRITICAL ones and the end, ALL, or NONE', default='CRITICAL', &
          words='CRITICAL|ALL|NONE')
-      call param(t, 'WIDEST', kind_real, 'part of its value that the bar of a critical load may be; wider ones end the run '// &
-         'with code 2', default='0.01', bound=positive)
+      call param(t, 'WIDEST', kind_real, 'part of the largest load that the bar of a critical load may be; wider ones end '// &
+         'the run with code 2; left out: TOLERANCE where this is given or a mesh is made for it, else 0.01', optional=.true., &
+         bound=positive)
+      call lines(t, least=0)
+      call field(t, 'monitor', kind_name, 'TOLERANCE is for this monitor, or for LOAD; without lines for all')
    end subroutine step_cards
 
    pure subroutine load_cards(t)

@@ -6,6 +6,7 @@ module problem
    use kinds, only: wp
    use model, only: model_t, load_t, family_ge, new_load
    use rod_layout, only: layout_t, new_layout
+   use mesh_demand, only: demand_t, new_demands
    use remeshed_model, only: division_t, new_remeshed_model
    use numbering, only: numbering_t, new_numbering
    use gauss_tableau, only: tableau_t, max_stages, new_tableau
@@ -26,6 +27,7 @@ module problem
       type(model_t) :: model                             !! on the working mesh
       type(model_t) :: deck                              !! on the deck's
       type(layout_t) :: layout                           !! of the deck
+      type(demand_t), allocatable :: demand(:)           !! (stretches) elements that the next mesh gets
       logical :: deck_mesh = .true.                      !! the working mesh is the deck's, node by node
       integer, allocatable :: stretch(:)                 !! (elements) that it is part of
       real(wp), allocatable :: origin(:)                 !! (elements) coordinate along the stretch less the nominal one
@@ -77,6 +79,7 @@ contains
       problem%model = model
       problem%deck = model
       problem%layout = new_layout(model)
+      problem%demand = new_demands(problem%layout)
       problem%stretch = problem%layout%stretch_of
       problem%origin = problem%layout%origin
       allocate (problem%along(model%mesh%n_elements))
@@ -106,6 +109,7 @@ contains
       integer :: e, i, j
       new%deck = problem%deck
       new%layout = problem%layout
+      new%demand = problem%demand
       if (allocated(problem%chain_start)) new%chain_start = problem%chain_start
       if (allocated(problem%covered)) new%covered = problem%covered
       allocate (new%touch(0), new%hinge(0))

@@ -7,6 +7,7 @@ module span_problem
    use rod_layout, only: stretch_element
    use rod_state, only: state_t
    use remeshed_model, only: division_t
+   use mesh_demand, only: demand_t, between, equal_shares
    use contact_touch, only: touch_t, sort_touches
    use candidates, only: add_candidates, twins
    use neutral_spans, only: free_clamps
@@ -14,9 +15,11 @@ module span_problem
    implicit none
    private
    public :: new_span_problem, new_sampled_problem, chain_starts, hold_touches, present_touches, touch_place, outgrown
+   public :: present_demand
 
    ! A free span of elements of order 8 is good to 1e-9 with these, one in contact is smooth: no layer forms at its ends.
    integer, parameter :: least_free = 8, least_conforming = 2
+   integer, parameter :: least_placed = 2           !! of a mesh that is made for a tolerance: its error is watched
    real(wp), parameter :: at_breakpoint = 1.0e-9_wp !! of a stretch: as near as that is there
    ! Elements that tell what touches: at least, and at most where the deck has more.
    integer, parameter :: sampling = 64, enough = 256
@@ -48,7 +51,7 @@ contains
       end do
       problem = remeshed_problem(with_spans(base, .true.), division)
       problem%touch = touch
-      problem%spans = .true.
+      problem%spans = any(base%deck%contact%along)
       call add_touch_candidates(problem, division)
       call free_clamps(problem)
    end function new_span_problem
@@ -97,7 +100,7 @@ contains
       problem%deck%contact%spans = problem%deck%contact%along .and. spans
    end function with_spans
 
-   !> Coordinates of the nodes along a stretch: equal parts of every span.
+   !> Coordinates of the nodes along a stretch: equal parts of every span, or shares of what is wanted there.
    function stretch_division(base, touch, stretch, state) result(at)
       type(problem_t), intent(in) :: base
       type(touch_t), intent(in) :: touch(:)          !! sorted
@@ -124,20 +127,31 @@ contains
 
    contains
 
-      !> Nodes up to the end of a span: as many elements as the deck has there, a quarter of them where it is in contact, but not
-      !> less than a span needs, nor more than rounding allows.
+      !> Nodes up to the end of a span: as many elements as the deck has there, a quarter of them where a perfect rod is in contact,
+      !> but not less than a span needs, nor more than rounding allows.
       subroutine divide(to, contact)
          real(wp), intent(in) :: to
          integer, intent(in) :: contact              ! of a line, 0: a free span
          real(wp) :: wanted
          integer :: n, least, i
          if (.not. to > from) return
+         if (base%layout%stretch(stretch)%placed) then
+            wanted = between(base%demand(stretch), from, to)
+            n = max(least_placed, nint(min(wanted, (to - from) / (finest * base%size))))
+            if (contact > 0) then
+               if (is_perfect(base, stretch) .and. on_straight(base, contact)) n = least_conforming
+            end if
+            associate (shares => equal_shares(base%demand(stretch), from, to, n))
+               at = [at, shares(2:)]
+            end associate
+            from = to
+            return
+         end if
          wanted = deck_elements(base, stretch, to) - deck_elements(base, stretch, from)
          least = least_free
          if (contact > 0) then
             least = least_conforming
-            wanted = 0.25_wp * wanted
-            if (lies_straight(base, stretch, contact)) wanted = 0.0_wp
+            if (is_perfect(base, stretch)) wanted = merge(0.0_wp, 0.25_wp, on_straight(base, contact)) * wanted
          end if
          n = max(least, nint(min(wanted, (to - from) / (finest * base%size))))
          if (present(state)) n = max(n, count(middle > from .and. middle < to))
@@ -146,13 +160,19 @@ contains
       end subroutine divide
    end function stretch_division
 
-   !> True where one element is exact in contact: on a straight obstacle the axial force of a rod without imperfections is linear.
-   pure logical function lies_straight(base, stretch, contact) result(straight)
+   !> True for a stretch without imperfections: in contact it is as smooth as the obstacle.
+   pure logical function is_perfect(base, stretch)
       type(problem_t), intent(in) :: base
-      integer, intent(in) :: stretch, contact
-      straight = base%deck%obstacle(base%deck%contact(contact)%obstacle)%kind == obstacle_line
-      if (straight) straight = all(base%deck%curve(base%deck%mesh%curve(base%layout%stretch(stretch)%element))%imperfection == 0)
-   end function lies_straight
+      integer, intent(in) :: stretch
+      is_perfect = all(base%deck%curve(base%deck%mesh%curve(base%layout%stretch(stretch)%element))%imperfection == 0)
+   end function is_perfect
+
+   !> True for a straight obstacle: there one element is exact for a perfect rod, its axial force is linear.
+   pure logical function on_straight(base, contact)
+      type(problem_t), intent(in) :: base
+      integer, intent(in) :: contact
+      on_straight = base%deck%obstacle(base%deck%contact(contact)%obstacle)%kind == obstacle_line
+   end function on_straight
 
    !> How many of the deck's elements lie before a coordinate, parts counted.
    pure real(wp) function deck_elements(base, stretch, at) result(n)
@@ -282,6 +302,24 @@ contains
          & e=problem%element_first(stretch), problem%element_last(stretch))]
    end function element_middles
 
+   !> The demand that a mesh fulfils where its nodes stand now.
+   function present_demand(problem, state) result(demand)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(demand_t) :: demand(size(problem%layout%stretch))
+      integer :: k, i, n
+      do k = 1, size(demand)
+         n = problem%element_last(k) - problem%element_first(k) + 1
+         allocate (demand(k)%at(n + 1), source=0.0_wp)
+         do i = 1, n
+            associate (e => problem%along(problem%element_first(k) + i - 1))
+               demand(k)%at(i + 1) = state%geometry%element(e)%s(2) + problem%origin(e)
+            end associate
+         end do
+         demand(k)%elements = spread(1.0_wp, 1, n)
+      end do
+   end function present_demand
+
    !> True where some span has grown so much that it wants a quarter more elements than it has.
    logical function outgrown(problem, state)
       type(problem_t), intent(in) :: problem
@@ -293,6 +331,7 @@ contains
       call sort_touches(touch)
       outgrown = .false.
       do k = 1, size(problem%layout%stretch)
+         if (problem%layout%stretch(k)%placed) cycle
          at = stretch_division(problem, touch, k, state)
          at = 0.5_wp * (at(2:) + at(:size(at) - 1))
          now = element_middles(problem, state, k)

@@ -10,13 +10,16 @@ module touchdown_points
    use rod_state, only: state_t, may_react
    use obstacle_track, only: track_t
    use section_forces, only: end_forces
-   use conforming_span, only: conforming_forces, track_rotation, track_sense, node_track, excess_curvature, rod_angle
+   use conforming_span, only: conforming_forces, track_rotation, track_sense, node_track, excess_curvature, rod_angle, &
+      & flat_excess
    use state_transfer, only: carry_to, move_nodes
+   use span_problem, only: touch_place
    implicit none
    private
-   public :: misfit, opening_misfit, move_touchdown_points, shift_touchdown_points, point_force, held_force, stands, &
-      & at_breakpoint
+   public :: misfit, opening_misfit, move_touchdown_points, shift_touchdown_points, point_force, held_force, carry_forces, &
+      & stands, at_breakpoint
 
+   real(wp), parameter :: here = 1.0e-12_wp !! of the size: one and the same place
    real(wp), parameter :: most = 0.5_wp     !! of a span, that its ends may come nearer at once: its nodes keep their order
 
 contains
@@ -188,6 +191,28 @@ contains
       end do
    end function held_force
 
+   !> Forces of contacts that go on with another set: that of a point holds it from turning (touchdown_spring), so the tangent
+   !> is not the path's without.
+   subroutine carry_forces(from, state, to, new)
+      type(problem_t), intent(in) :: from, to  !! of the same deck
+      type(state_t), intent(in) :: state       !! of `from`, in equilibrium
+      type(state_t), intent(inout) :: new      !! the same on the mesh of `to`
+      integer :: c, old
+      do c = 1, to%candidates%n
+         if (to%candidates%touch(c) == 0) cycle
+         do old = 1, from%candidates%n
+            if (from%candidates%touch(old) == 0 .or. from%candidates%contact(old) /= to%candidates%contact(c)) cycle
+            if (from%touch(from%candidates%touch(old))%stretch /= to%touch(to%candidates%touch(c))%stretch) cycle
+            if (abs(touch_place(from, state, old) - touch_place(to, new, c)) > here * from%size) cycle
+            if (to%candidates%follows(c)) then
+               new%reaction(c) = state%reaction(old)
+            else
+               new%reaction(c) = point_force(from, state, old)
+            end if
+         end do
+      end do
+   end subroutine carry_forces
+
    !> Brings the touchdown points to where the state has them, by the slopes of the iterate before, about which the equations
    !> were linear; all nodes between go along, displacements and resultants are those of the material points that they come to.
    subroutine move_touchdown_points(problem, before, state)
@@ -198,7 +223,8 @@ contains
       call measure_errors(problem, before, error, slope)
       call measure_errors(problem, state, error, now)
       where (held(problem)) error = 0.0_wp
-      where (problem%candidates%follows .and. abs(now) > abs(slope)) slope = now
+      ! A point that was flat was held like a line's end: its slope is that of what it has become.
+      where (abs(now) > abs(slope) .and. (problem%candidates%follows .or. abs(slope) * problem%size <= flat_excess)) slope = now
       error = quotient(error, slope)
       call shift_touchdown_points(problem, state, error)
    end subroutine move_touchdown_points

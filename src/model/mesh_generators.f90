@@ -24,7 +24,7 @@ module mesh_generators
    end type growing_mesh_t
 
    interface enlarge
-      module procedure enlarge_list, enlarge_table, enlarge_real_table
+      module procedure enlarge_list, enlarge_flags, enlarge_table, enlarge_real_table
    end interface enlarge
 
 contains
@@ -125,13 +125,14 @@ contains
    end subroutine add_node
 
    !> Appends an element.
-   pure subroutine add_element(self, label, node, family, stages, curve, s)
+   pure subroutine add_element(self, label, node, family, stages, curve, s, placed)
       class(growing_mesh_t), intent(inout) :: self
       integer, intent(in) :: label          !! the deck's number
       integer, intent(in) :: node(2)        !! indices of its nodes
       integer, intent(in) :: family, stages !! as in mesh_t
       integer, intent(in) :: curve          !! index of its curve, 0: straight between its nodes
       real(wp), intent(in) :: s(2)          !! ends on the curve
+      logical, intent(in) :: placed         !! as in mesh_t
       integer :: n
       associate (mesh => self%mesh)
          n = mesh%n_elements + 1
@@ -142,12 +143,14 @@ contains
          call enlarge(mesh%stages, n)
          call enlarge(mesh%curve, n)
          call enlarge(mesh%s, n)
+         call enlarge(mesh%placed, n)
          mesh%element_label(n) = label
          mesh%node(:, n) = node
          mesh%family(n) = family
          mesh%stages(n) = stages
          mesh%curve(n) = curve
          mesh%s(:, n) = s
+         mesh%placed(n) = placed
       end associate
    end subroutine add_element
 
@@ -182,7 +185,8 @@ contains
       end if
       n = self%mesh%n_elements
       mesh%n_elements = n
-      allocate (mesh%element_label(n), mesh%node(2, n), mesh%family(n), mesh%stages(n), mesh%curve(n), mesh%s(2, n))
+      allocate (mesh%element_label(n), mesh%node(2, n), mesh%family(n), mesh%stages(n), mesh%curve(n), mesh%s(2, n), &
+         & mesh%placed(n))
       allocate (mesh%section(n), source=0)
       if (n > 0) then
          mesh%element_label = self%mesh%element_label(:n)
@@ -191,6 +195,7 @@ contains
          mesh%stages = self%mesh%stages(:n)
          mesh%curve = self%mesh%curve(:n)
          mesh%s = self%mesh%s(:, :n)
+         mesh%placed = self%mesh%placed(:n)
       end if
       allocate (curve(self%n_curves))
       if (self%n_curves > 0) curve = self%curve(:self%n_curves)
@@ -210,6 +215,17 @@ contains
       larger(:n - 1) = list(:n - 1)
       call move_alloc(larger, list)
    end subroutine enlarge_list
+
+   pure subroutine enlarge_flags(list, n)
+      logical, allocatable, intent(inout) :: list(:)
+      integer, intent(in) :: n
+      logical, allocatable :: larger(:)
+      if (.not. allocated(list)) allocate (list(64))
+      if (n <= size(list)) return
+      allocate (larger(2 * n))
+      larger(:n - 1) = list(:n - 1)
+      call move_alloc(larger, list)
+   end subroutine enlarge_flags
 
    pure subroutine enlarge_table(table, n)
       integer, allocatable, intent(inout) :: table(:, :)

@@ -84,6 +84,8 @@ module model
       integer, allocatable :: section(:)        !! (n_elements) index into model%section
       integer, allocatable :: curve(:)          !! (n_elements) index into model%curve, 0: straight between its nodes
       real(wp), allocatable :: s(:, :)          !! (2, n_elements) coordinate of both ends on the nominal curve
+      logical, allocatable :: placed(:)         !! (n_elements) the deck does not say how many there are: these only carry its
+      !! output, the program makes a mesh of its own
    end type mesh_t
 
    type :: section_t
@@ -207,6 +209,8 @@ module model
       integer :: tangent_updates = huge(1)      !! of an increment after its predictor: huge full Newton, 0 modified, 1 updated once
       logical :: paper_loop = .false.           !! contact by the loop of the paper's Fig. 2
       real(wp) :: tolerance = 0.0_wp            !! relative residual (defaults are in the card table only)
+      real(wp) :: sharper = 1.0_wp              !! part of it that errors asked for need, as far as rounding allows
+      logical :: tolerance_given = .false.      !! the deck says it: nothing else changes it
       real(wp) :: locate_tolerance = 0.0_wp     !! relative, of located events
       integer :: max_iterations = 0
       integer :: desired_iterations = 0
@@ -214,6 +218,9 @@ module model
       logical :: error_bars = .true.            !! at critical points and the end
       logical :: bars_everywhere = .false.      !! at all points
       real(wp) :: widest_bar = 0.0_wp           !! over the size of the value: wider ones fail the run
+      real(wp) :: asked = 0.0_wp                !! relative error that meshes are made for: at critical points and the end,
+      real(wp) :: asked_of_path = 0.0_wp        !! and at the points between; 0: nothing is asked for
+      integer, allocatable :: asked_of(:)       !! of these monitors, 0: the load factor
       type(threshold_t), allocatable :: stop(:)
       type(threshold_t), allocatable :: locate(:)
       integer, allocatable :: turning(:)        !! monitors whose turning points are located

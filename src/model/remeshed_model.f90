@@ -126,6 +126,7 @@ contains
       mesh%stages = deck%mesh%stages(deck_element)
       mesh%section = deck%mesh%section(deck_element)
       mesh%curve = deck%mesh%curve(deck_element)
+      mesh%placed = deck%mesh%placed(deck_element)
    end subroutine lay_mesh
 
    !> Stress-free place of a node inside a stretch; its label is that of the deck's node next to it.

@@ -18,6 +18,7 @@ module rod_layout
       real(wp), allocatable :: at(:)          !! (elements + 1) coordinates of the deck's nodes along it: nominal length from 0
       real(wp) :: length = 0.0_wp             !! the last of them
       logical :: free = .false.               !! nodes may stand anywhere; else those of the deck stay
+      logical :: placed = .false.             !! the deck does not say how many elements it has
    end type stretch_t
 
    !> All rods.
@@ -64,6 +65,7 @@ contains
          layout%stretch(e)%node = stretch(e)%node
          layout%stretch(e)%length = stretch(e)%length
          layout%stretch(e)%free = stretch(e)%free
+         layout%stretch(e)%placed = stretch(e)%placed
          call move_alloc(stretch(e)%element, layout%stretch(e)%element)
          call move_alloc(stretch(e)%at, layout%stretch(e)%at)
       end do
@@ -86,6 +88,7 @@ contains
             allocate (new%element(length), new%at(length + 1))
             new%at(1) = 0.0_wp
             new%free = .true.
+            new%placed = mesh%placed(first)
             at = first
             do k = 1, length
                if (k > 1) at = beside(2, mesh%node(2, at))
@@ -164,7 +167,8 @@ contains
       integer :: k
       associate (mesh => model%mesh)
          goes_on = min(mesh%curve(a), mesh%curve(b)) > 0 .and. mesh%family(a) == mesh%family(b) .and. &
-            & mesh%stages(a) == mesh%stages(b) .and. mesh%section(a) == mesh%section(b)
+            & mesh%stages(a) == mesh%stages(b) .and. mesh%section(a) == mesh%section(b) .and. &
+            & (mesh%placed(a) .eqv. mesh%placed(b))
          if (goes_on) goes_on = curve_goes_on(model%curve(mesh%curve(a)), mesh%s(2, a), model%curve(mesh%curve(b)), mesh%s(1, b))
          do k = 1, size(model%step)
             if (.not. goes_on) return

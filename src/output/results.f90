@@ -17,10 +17,11 @@ module results
    use path_series, only: path_series_t, open_path_series, append_point, append_critical, write_null_vectors
    use limit_series, only: limit_series_t, open_limit_series, append_limit_point
    use hdf5_file, only: hdf5_file_t, hdf5_create, hdf5_group, hdf5_flush, hdf5_close, hdf5_error
+   use hdf5_attributes, only: hdf5_attribute
    use hdf5_series, only: series_set_t, series_write, series_buffered
    implicit none
    private
-   public :: results_t, results_open, results_close
+   public :: results_t, results_open, results_parameter, results_close
    public :: results_point, results_critical, results_branch, results_buckling, results_limit_point
 
    real(wp), parameter :: flush_seconds = 0.2_wp  !! longest time a row waits in memory while points are coming
@@ -34,7 +35,7 @@ module results
       type(series_set_t) :: set
       type(path_series_t) :: path(0:1)            !! that of the steps, and the branch that started last
       integer :: current = 0                      !! which of the two rows go to
-      logical :: has_branches = .false.
+      logical :: has_branches = .false., has_parameters = .false.
       type(limit_series_t) :: limit_curves
       integer(i8) :: flushed = 0_i8               !! clock at the last flush
       integer(i8) :: flush_ticks = 0_i8           !! flush_seconds in clock ticks
@@ -66,6 +67,22 @@ contains
       call hdf5_error(results%file, error)
       if (allocated(error)) call hdf5_close(results%file)
    end subroutine results_open
+
+   !> Notes a parameter of the deck with its value. A failure shows at the next call.
+   subroutine results_parameter(results, name, value, is_number)
+      type(results_t), intent(inout) :: results
+      character(*), intent(in) :: name, value     !! each name once
+      logical, intent(in) :: is_number            !! false: text
+      real(wp) :: number
+      if (.not. results%has_parameters) call hdf5_group(results%file, '/parameters')
+      results%has_parameters = .true.
+      if (is_number) then
+         read (value, *) number
+         call hdf5_attribute(results%file, '/parameters', name, number)
+      else
+         call hdf5_attribute(results%file, '/parameters', name, value)
+      end if
+   end subroutine results_parameter
 
    !> Adds one accepted point to the present path.
    subroutine results_point(results, point, error)

@@ -125,7 +125,7 @@ contains
       type(control_t) :: control
       type(contact_step_t) :: step
       real(wp), allocatable :: spring(:)
-      real(wp) :: rhs, tolerance, at_length, best, travelled, last_residual, second_order
+      real(wp) :: rhs, tolerance, sharper, at_length, best, travelled, last_residual, second_order
       real(wp) :: correction                   ! of the displacements by the last step, squared, on the nodes of that step
       real(wp) :: previous                     ! residual that the next step starts from
       logical :: refactor, settled, searching
@@ -136,6 +136,7 @@ contains
       integer :: iteration, most, last_change, last_progress, same_tangent
 
       tolerance = problem%model%step(problem%step)%tolerance
+      sharper = problem%model%step(problem%step)%sharper
       origin = start
       control = given
       rhs = first_rhs
@@ -183,13 +184,15 @@ contains
             call give_up('Newton diverged')
             return
          end if
+         ! Where less is asked for than rounding allows the residual falls no more.
          ! A small residual after a large correction is luck, or softness: the next one still moves the point.
          travelled = metric(problem, state%u - origin%u, state%u - origin%u)
          if (iteration == 1) second_order = maxval(abs(state%u(3, :) - origin%u(3, :)))**2 / &
             & (minval(problem%compliance%axial) * system%force_scale)
          settled = correction <= (large_correction**2) * travelled .or. report%residual <= 1.0e-3_wp * tolerance
          if (.not. step%flipped .and. (settled .or. iteration > settling_iterations) .and. &
-            & report%residual <= max(tolerance, system%round_off) .and. &
+            & (report%residual <= max(sharper * tolerance, system%round_off) .or. (iteration > 1 .and. report%residual <= &
+            & tolerance .and. report%residual > 0.1_wp * last_residual)) .and. &
             & control_error(problem, control, origin, state) <= at_length) then
             if (frozen .or. contact_holds(problem, state, system)) then
                call factor_system(system, timers)

@@ -4,7 +4,7 @@ module path_acceptance
    use kinds, only: wp
    use errors, only: error_t
    use text, only: to_text
-   use model, only: step_t
+   use model, only: step_t, method_displacement
    use problem, only: problem_t
    use rod_state, only: state_t, is_stress_free, candidate_opening
    use linear_system, only: system_t, new_system
@@ -23,14 +23,15 @@ module path_acceptance
    use event_location, only: locate
    use point_report, only: report_point
    use error_bar, only: error_bars_t
-   use error_report, only: bars_at_event, bars_at_point, note_load, note_bar
+   use error_report, only: bars_at_event, bars_at_point, note_load, note_bar, note_error
+   use mesh_request, only: request_mesh, motion_sizes, value_sizes
    use point_checks, only: check_point
    use path_record, only: recorder_t, point_t, critical_t
    use run_accuracy, only: accuracy_t, place_t
    use timing, only: timers_t, count_up, counter_points, counter_located
    implicit none
    private
-   public :: accept, record, note_trouble, outcome_t
+   public :: accept, wants_another, record, note_trouble, outcome_t
 
    !> How a run ended.
    type :: outcome_t
@@ -46,6 +47,8 @@ module path_acceptance
    end type outcome_t
 
    integer, parameter :: most_null_vectors = 4
+   real(wp), parameter :: most_sharp = 1.0e-5_wp !! part of a step's tolerance: beyond, all residuals are rounding
+   integer, parameter :: most_meshes = 8         !! for the sake of one increment's errors
    real(wp), parameter :: loosest = 1.0e-4_wp    !! eigenvalues below this part of what they were count as zero
    real(wp), parameter :: same_place = 1.0e-5_wp !! of an increment: located events nearer than that are one
 
@@ -54,7 +57,7 @@ contains
    !> Detects what happened up to a converged trial point, locates it, puts it in order, records it and the point, and goes
    !> there. `shorter` instead, and nothing recorded, when an event was not located and the caller can cut the increment.
    subroutine accept(problem, step, run, trial, ahead, label, report, can_cut, recorder, shorter, finished, outcome, timers, &
-      & touching, divides, changes, bars)
+      & touching, divides, changes, bars, tries)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the trial on entry and on return, else anywhere
@@ -71,6 +74,8 @@ contains
       logical, intent(in), optional :: touching(:) !! (candidates) what is about to carry force at a C+
       logical, intent(in), optional :: divides   !! at a C-: of the contact a part stays on both sides
       type(error_bars_t), allocatable, intent(in), optional :: bars !! at a change of contact spans
+      integer, intent(in), optional :: tries     !! meshes that the same increment has had for its errors' sake; not there: this
+      !! mesh has to do. Where it does not run%wanted is allocated, and nothing recorded
       logical, intent(in), optional :: changes   !! the contact set is about to change at the trial, with a label or without
       type(sighting_t), allocatable :: seen(:)
       type(system_t), allocatable :: at_trial    ! what is looked at on the way changes nothing of it
@@ -79,7 +84,7 @@ contains
       integer, allocatable :: order(:)
       type(error_bars_t), allocatable :: shown_bars
       integer :: i, unseen
-      logical :: splits, set_changes
+      logical :: splits, set_changes, stops
 
       finished = .false.
       shorter = .false.
@@ -99,6 +104,30 @@ contains
       shorter = can_cut .and. (one_sided(run, trial, probe) .or. any(.not. (told .or. seen%located .or. &
          & seen%event%kind == event_value_reached .or. seen%event%kind == event_turning)))
       if (shorter) return
+      stops = stop_met(step, run%probe, probe)
+      if (allocated(run%wanted)) deallocate (run%wanted)
+      run%unsettled = .false.
+      do i = 1, size(seen)
+         if (told(i) .or. .not. seen(i)%located) cycle
+         call linearise(problem, seen(i)%place, seen(i)%place, run%system, timers)
+         call bars_at_event(problem, step, run, trial, seen(i)%event, seen(i)%place, seen(i)%heading, seen(i)%bars, timers)
+         if (present(tries)) call ask_for_mesh(problem, step, run, seen(i)%place, seen(i)%bars, .true., tries, outcome)
+         if (wants_another(run)) return
+      end do
+      if (allocated(at_trial)) run%system = at_trial
+      if (present(bars)) then
+         if (allocated(bars)) shown_bars = bars
+      end if
+      if (.not. allocated(shown_bars)) &
+         & call bars_at_point(problem, step, run, trial, ahead, label, stops, 0, shown_bars, timers, &
+         & wanted=step%asked_of_path > 0.0_wp .and. any(problem%layout%stretch%placed))
+      if (allocated(shown_bars)) then
+         if (present(tries)) call ask_for_mesh(problem, step, run, trial, shown_bars, label /= '' .or. stops, tries, outcome)
+         if (wants_another(run)) return
+         if (.not. (label /= '' .or. stops)) call note_error(problem, step, shown_bars, sizes_there(problem, step, run, trial, &
+            & outcome), '', place_t(run%branch, problem%step, run%points + 1, trial%load_factor), outcome%accuracy)
+         if (.not. (label /= '' .or. stops .or. step%bars_everywhere)) deallocate (shown_bars)
+      end if
       order = by_fraction(seen%fraction)
       do i = 1, size(seen)
          associate (sighting => seen(order(i)))
@@ -109,12 +138,7 @@ contains
          if (finished .or. allocated(outcome%why)) return
       end do
       if (allocated(at_trial)) run%system = at_trial
-      finished = stop_met(step, run%probe, probe)
-      if (present(bars)) then
-         if (allocated(bars)) shown_bars = bars
-      end if
-      if (.not. allocated(shown_bars)) &
-         & call bars_at_point(problem, step, run, trial, ahead, label, finished, 0, shown_bars, timers)
+      finished = stops
       call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers, touching, &
          & shown_bars)
       if (allocated(outcome%why)) return
@@ -147,6 +171,47 @@ contains
       call go_to(problem, run, trial, ahead, probe)
    end subroutine accept
 
+   !> True where the trial is to be found anew, on another mesh or with a smaller residual.
+   pure logical function wants_another(run)
+      type(run_t), intent(in) :: run
+      wants_another = run%unsettled .or. allocated(run%wanted)
+   end function wants_another
+
+   !> Asks for another mesh where the errors of a point are larger than those asked for.
+   subroutine ask_for_mesh(problem, step, run, place, bars, critical, tries, outcome)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run          !! its system is factored there
+      type(state_t), intent(in) :: place
+      type(error_bars_t), allocatable, intent(in) :: bars
+      logical, intent(in) :: critical
+      integer, intent(in) :: tries
+      type(outcome_t), intent(in) :: outcome
+      real(wp) :: asked
+      logical :: can_settle
+      asked = merge(step%asked, step%asked_of_path, critical)
+      if (.not. allocated(bars) .or. .not. asked > 0.0_wp .or. tries > most_meshes) return
+      can_settle = .not. step%tolerance_given .and. problem%model%step(problem%step)%sharper > most_sharp
+      call request_mesh(problem, place, bars, sizes_there(problem, step, run, place, outcome), step%asked_of, asked, critical, &
+         & tries, can_settle, run%unsettled, run%wanted)
+   end subroutine ask_for_mesh
+
+   !> What the errors of a point are measured against.
+   function sizes_there(problem, step, run, place, outcome) result(sizes)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(in) :: run
+      type(state_t), intent(in) :: place
+      type(outcome_t), intent(in) :: outcome
+      real(wp) :: sizes(1 + size(problem%deck%monitor))
+      real(wp) :: load
+      load = abs(place%load_factor)
+      if (outcome%accuracy%load_step == problem%step) load = max(load, outcome%accuracy%load)
+      ! A first point may be as good as unloaded.
+      if (step%method /= method_displacement) load = max(load, abs(step%increment))
+      sizes = value_sizes(problem, run%system, load, max(run%motion, motion_sizes(problem, place)))
+   end function sizes_there
+
    !> The run moves to a point whose probe is known.
    subroutine go_to(problem, run, place, heading, probe)
       type(problem_t), intent(in) :: problem
@@ -158,6 +223,7 @@ contains
       run%last_length = path_length(problem, run%state, place)
       run%arc_length = run%arc_length + run%last_length
       run%state = place
+      run%motion = max(run%motion, motion_sizes(problem, place))
       run%heading = heading
       run%probe = probe
       run%fresh = .false.
@@ -346,7 +412,7 @@ contains
       finished = .false.
       associate (event => sighting%event, place => sighting%place)
          call linearise(problem, place, place, run%system, timers)
-         call bars_at_event(problem, step, run, trial, event, place, sighting%heading, bars, timers)
+         if (allocated(sighting%bars)) bars = sighting%bars
          critical = new_critical(event%label, event%note, bars)
          if (any(event%kind == [event_bifurcation, event_limit])) run%system%negative_pivots = pivots
          call record(problem, run, place, event%label, sighting%report, recorder, outcome, timers, first_touch(problem, event, &
@@ -431,7 +497,7 @@ contains
          type(landmark_t), intent(in) :: landmark
          type(state_t) :: state
          state = landmark%state
-         if (.not. problem%spans) return
+         if (problem%deck_mesh) return
          state%geometry = place%geometry
          call carry_to(landmark%problem, landmark%state, problem, state)
       end function seen_here
@@ -449,6 +515,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
       type(critical_t) :: full
+      type(place_t) :: at
       type(error_t), allocatable :: error
       full = point
       full%step = problem%step
@@ -456,8 +523,14 @@ contains
       full%load_factor = state%load_factor
       full%located = exact
       full%monitor = values%monitor
-      if (allocated(full%bars)) call note_bar(full%bars, full%label, place_t(run%branch, problem%step, run%points, &
-         & state%load_factor), problem%model%step(problem%step)%widest_bar, outcome%accuracy)
+      if (allocated(full%bars)) then
+         at = place_t(run%branch, problem%step, run%points, state%load_factor)
+         associate (step => problem%model%step(problem%step))
+            call note_bar(full%bars, full%label, at, step%widest_bar, outcome%accuracy)
+            call note_error(problem, step, full%bars, sizes_there(problem, step, run, state, outcome), full%label, at, &
+               & outcome%accuracy)
+         end associate
+      end if
       call recorder%critical(full, timers, error)
       if (allocated(error)) outcome%why = error%message
    end subroutine announce

@@ -11,11 +11,11 @@ module path_follower
    use path_run, only: run_t, heading_of, turned_round
    use step_control, only: begin_arc_length, next_increment, smallest, shorten_to_stop
    use path_events, only: new_probe
-   use path_acceptance, only: accept, outcome_t
+   use path_acceptance, only: accept, wants_another, outcome_t
    use contact_corner, only: find_corner, leave_corner
    use contact_regions, only: find_regions
    use span_changes, only: pass_change
-   use span_mesh, only: renew_mesh
+   use span_mesh, only: renew_mesh, refine_mesh, ask_for_twice
    use span_start, only: enter_spans
    use dead_end, only: why_stuck
    use path_record, only: recorder_t
@@ -28,6 +28,8 @@ module path_follower
    integer, parameter :: cuts_before_corner = 2 !! failures after which the path may have a corner
    integer, parameter :: cuts_before_change = 3 !! failures after which a change of contact spans is looked for ahead
    real(wp), parameter :: least_load = 0.01_wp  !! of the load factor, that an increment after a corner may add
+   integer, parameter :: cuts_before_mesh = 6   !! failures after which the mesh may be the reason
+   real(wp), parameter :: sharper = 0.01_wp     !! of the residual, where an iteration has left too much
    integer, parameter :: max_searches = 4       !! halvings to tell events apart
 
 contains
@@ -44,12 +46,14 @@ contains
       type(increment_t) :: report
       type(heading_t) :: ahead
       type(relation_t) :: relation, before
-      logical :: finished, scaled, turned, shorter, astray, changed, entered
-      integer :: cuts, searches
+      logical :: finished, scaled, turned, shorter, astray, changed, entered, taken, asked
+      integer :: cuts, searches, tries
 
       finished = .false.
       cuts = 0
       searches = 0
+      tries = 0
+      taken = .false.
       changed = .false.
       points: do
          if (run%step_points >= step%max_points) then
@@ -60,7 +64,8 @@ contains
          if (is_arc_length(run%control%method)) &
             & call set_tangent(problem, run%system, run%heading%u, run%heading%load, run%control)
          call shorten_to_stop(step, run)
-         call take_increment(problem, run%state, run%control, trial, run%system, report, timers)
+         if (.not. taken) call take_increment(problem, run%state, run%control, trial, run%system, report, timers)
+         taken = .false.
          astray = .false.
          if (cuts == 0) relation%told = .false.
          if (report%converged) then
@@ -89,12 +94,20 @@ contains
                ! A change of contact just ahead may be the reason.
                trial = run%state
                ahead = run%heading
-               call pass_change(problem, step, run, trial, ahead, .true., recorder, changed, finished, outcome, timers)
+               call pass_change(problem, step, run, trial, ahead, .true., huge(1), recorder, changed, finished, outcome, timers)
                if (finished .or. allocated(outcome%why)) return
                if (allocated(run%stuck)) deallocate (run%stuck)
                if (changed) cuts = 0
                if (changed) cycle points
                call linearise(problem, run%state, run%state, run%system, timers)
+            end if
+            if (cuts > cuts_before_mesh .and. tries == 0) then
+               ! Perhaps a mesh that the program has made is too coarse for any.
+               call ask_for_twice(problem, run, asked)
+               if (asked) then
+                  call refine()
+                  cycle points
+               end if
             end if
             ! A path turns at once where the contact set changes.
             if (cuts > cuts_before_corner .or. (astray .and. any(run%state%active .neqv. trial%active))) then
@@ -124,8 +137,13 @@ contains
          if (entered .or. allocated(run%stuck)) then
             continue
          else if (problem%spans) then
-            call pass_change(problem, step, run, trial, ahead, .false., recorder, changed, finished, outcome, timers)
+            call pass_change(problem, step, run, trial, ahead, .false., tries, recorder, changed, finished, outcome, timers)
             if (finished .or. allocated(outcome%why)) return
+            if (wants_another(run)) then
+               call refine()
+               cycle points
+            end if
+            if (changed) tries = 0
             if (changed .and. .not. allocated(run%stuck)) cycle points
          end if
          if (allocated(run%stuck)) then
@@ -133,14 +151,19 @@ contains
             return
          end if
          call accept(problem, step, run, trial, ahead, '  ', report, searches < max_searches, recorder, shorter, &
-            & finished, outcome, timers)
+            & finished, outcome, timers, tries=tries)
          if (finished .or. allocated(outcome%why)) return
          if (shorter) then
             call search_closer()
             cycle points
          end if
+         if (wants_another(run)) then
+            call refine()
+            cycle points
+         end if
+         tries = 0
          searches = 0
-         if (problem%spans) call renew_mesh(problem, run, timers)
+         call renew_mesh(problem, run, timers)
          if (is_arc_length(step%method) .and. .not. is_arc_length(run%control%method)) then
             call begin_arc_length(step, run, scaled)
             if (.not. scaled) outcome%why = 'the first increment moved nothing: the arc length has no scale'
@@ -152,6 +175,22 @@ contains
       end do points
 
    contains
+
+      !> The same increment once more, from the same point on the mesh that the trial asked for.
+      subroutine refine()
+         logical :: done
+         cuts = 0
+         tries = tries + 1
+         if (run%unsettled) then
+            problem%model%step(problem%step)%sharper = sharper * problem%model%step(problem%step)%sharper
+            problem%deck%step(problem%step)%sharper = problem%model%step(problem%step)%sharper
+            if (allocated(run%wanted)) deallocate (run%wanted)
+            call linearise(problem, run%state, run%state, run%system, timers)
+            return
+         end if
+         call refine_mesh(problem, run, trial, taken, done, timers)
+         if (.not. done) tries = huge(tries) - 1
+      end subroutine refine
 
       !> Shorter increments tell apart events that the ends of one do not.
       subroutine search_closer()

@@ -14,7 +14,7 @@ module path_loop
    use corrector, only: increment_t
    use path_run, only: run_t
    use first_contact, only: presume_contact
-   use span_start, only: prepare_spans
+   use span_mesh, only: prepare_mesh
    use span_problem, only: hold_touches
    use step_control, only: start_control
    use path_events, only: new_probe
@@ -49,7 +49,7 @@ contains
       call timing_start(timers, phase_path)
       n_branches = 0
       perfect = problem%deck
-      call prepare_spans(problem)
+      call prepare_mesh(problem)
       outcome%spans = any(problem%deck%contact%along)
       run%state = new_state(problem)
       call hold_touches(problem, run%state%active)
@@ -197,7 +197,7 @@ contains
       fresh = new_problem(bent)
       fresh%step = problem%step
       fresh%coordinates = problem%coordinates
-      call prepare_spans(fresh)
+      call prepare_mesh(fresh)
       problem = fresh
       run%state = new_state(problem)
       call hold_touches(problem, run%state%active)

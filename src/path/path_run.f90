@@ -6,6 +6,7 @@ module path_run
    use rod_state, only: state_t
    use linear_system, only: system_t
    use state_transfer, only: carried_field
+   use mesh_demand, only: demand_t
    use path_control, only: control_t, displacement_between
    use monitor_rows, only: monitor_change
    use path_continuity, only: heading_t, heading_at, goes_back
@@ -53,6 +54,10 @@ module path_run
       type(region_t), allocatable :: beginning   !! a point contact that begins at the next point
       integer :: span_tries = 0                  !! increments with contact at nodes that could not be taken for contact spans
       logical :: on_bifurcation = .false.        !! the last point is one that was recorded: its pivots have the sign of rounding
+      real(wp) :: motion(2) = 0.0_wp             !! largest displacement and rotation so far
+      logical :: unsettled = .false.             !! the last trial wants smaller residuals, and nothing was recorded
+      type(demand_t), allocatable :: wanted(:)   !! (stretches) the mesh that the last trial asks for, of which nothing was
+      !! recorded; not allocated: it is as good as the deck asks
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! of the last increment: arc length, load factor
       type(stretch_t), allocatable :: trail(:)   !! the way up to the last accepted point, the latest first
       type(heading_t) :: heading                 !! tangent at the last accepted point, in the sense of the run

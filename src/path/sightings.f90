@@ -5,6 +5,7 @@ module sightings
    use path_continuity, only: heading_t
    use path_events, only: event_t
    use corrector, only: increment_t
+   use error_bar, only: error_bars_t
    implicit none
    private
    public :: sighting_t
@@ -15,6 +16,7 @@ module sightings
       type(heading_t) :: heading               !! tangent there
       type(increment_t) :: report
       real(wp) :: fraction = 1.0_wp            !! of the way to the trial
+      type(error_bars_t), allocatable :: bars  !! not allocated where the deck does not want them
       logical :: located = .false.
       logical :: later = .false.               !! bifurcation: it comes after the trial, whose pivots have the sign of rounding
    end type sighting_t

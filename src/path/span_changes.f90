@@ -15,10 +15,10 @@ module span_changes
    use touchdown_points, only: stands
    use held_openings, only: held_load, first_length, longest_length
    use span_opening, only: open_line
-   use span_lie_down, only: lie_down
+   use span_lie_down, only: lie_down, closing_point
    use path_continuity, only: heading_t
    use path_run, only: run_t
-   use path_acceptance, only: accept, outcome_t
+   use path_acceptance, only: accept, wants_another, outcome_t
    use step_control, only: smallest
    use path_record, only: recorder_t
    use error_bar, only: error_bars_t
@@ -32,15 +32,16 @@ contains
 
    !> Looks whether the contact spans of an increment still hold at its end. Where they do not the run goes to where they
    !> first fail and on from there with those that hold.
-   subroutine pass_change(problem, step, run, trial, ahead, stuck, recorder, changed, finished, outcome, timers)
+   subroutine pass_change(problem, step, run, trial, ahead, stuck, tries, recorder, changed, finished, outcome, timers)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the trial, or at its new state where changed
       type(state_t), intent(in) :: trial
       type(heading_t), intent(in) :: ahead       !! tangent there
       logical, intent(in) :: stuck               !! no increment converges: the trial is the run's state, what may be ahead of it?
+      integer, intent(in) :: tries               !! as accept has it
       class(recorder_t), intent(inout) :: recorder
-      logical, intent(out) :: changed
+      logical, intent(out) :: changed            !! false with run%wanted allocated: the change wants another mesh
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
@@ -57,7 +58,9 @@ contains
       if (change%missed) call go_less_far(problem, step, run, leg%after(change%which), timers)
       if (change%missed) return
       if (changed) then
-         call record_change(problem, step, run, stuck, change, next, bars, recorder, shorter, finished, outcome, timers)
+         call record_change(problem, step, run, stuck, tries, change, next, bars, recorder, shorter, finished, outcome, timers)
+         changed = .false.
+         if (wants_another(run)) return
          ! Something lies before it that is better found from nearer.
          changed = .not. shorter
       end if
@@ -107,11 +110,12 @@ contains
    end subroutine prepare
 
    !> The run goes to the place of a change, which is recorded.
-   subroutine record_change(problem, step, run, stuck, change, next, bars, recorder, shorter, finished, outcome, timers)
+   subroutine record_change(problem, step, run, stuck, tries, change, next, bars, recorder, shorter, finished, outcome, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
       logical, intent(in) :: stuck               !! no nearer place is to be had
+      integer, intent(in) :: tries               !! as accept has it
       type(change_t), intent(inout) :: change
       type(next_t), intent(in) :: next
       type(error_bars_t), allocatable, intent(inout) :: bars
@@ -135,7 +139,8 @@ contains
       ! Two changes at once, of which the first has its point: where contact only spreads Newton's method has yet to follow.
       if (.not. (change%standing .and. label == '  ')) &
          & call accept(problem, step, run, change%place, change%heading, label, change%report, change%looked_ahead .and. &
-         & .not. stuck, recorder, shorter, finished, outcome, timers, divides=divides, changes=.true., bars=bars)
+         & .not. stuck, recorder, shorter, finished, outcome, timers, divides=divides, changes=.true., &
+         & bars=bars, tries=tries)
       run%control%increment = increment
       if (allocated(run%beginning)) deallocate (run%beginning)
    end subroutine record_change
@@ -161,6 +166,10 @@ contains
          if (test%kind == test_curvature .and. .not. (change%lies .or. change%standing)) then
             divides = virtual_pressure(problem, change%place, test%candidate) < 0.0_wp
             if (divides) label = 'C-'
+            if (closing_point(problem, change%place, test%candidate) > 0) then
+               divides = .false.
+               label = 'C+'
+            end if
          end if
          if (change%lies) return
          ! Contact that begins, or ends, where a clamp stands.

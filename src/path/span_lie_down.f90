@@ -10,14 +10,14 @@ module span_lie_down
    use contact_touch, only: touch_t
    use conforming_span, only: conforming_forces
    use span_problem, only: new_span_problem, hold_touches, present_touches, touch_place
-   use span_tests, only: span_test_t, run_span_tests, gap_at, test_slack, test_pressure
+   use span_tests, only: span_test_t, run_span_tests, gap_at, virtual_pressure, test_slack, test_gap, test_pressure
    use state_transfer, only: carried
    use path_control, only: control_t, path_length
    use corrector, only: increment_t, correct
    use timing, only: timers_t
    implicit none
    private
-   public :: lie_down, laid_down, beside_free_span, span_gap
+   public :: lie_down, laid_down, closing_point, beside_free_span, span_gap
 
    integer, parameter :: samples = 16          !! of the gap over a span
    integer, parameter :: max_tries = 12
@@ -181,6 +181,29 @@ contains
          end do
       end associate
    end function span_gap
+
+   !> The other point of a wave between two that is as good as gone, where the obstacle would have to pull to hold the rod down: the
+   !> two become one. 0: there is none.
+   integer function closing_point(problem, state, candidate) result(partner)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate           !! of a point; the result is an index into problem%touch
+      real(wp) :: span(2)
+      integer :: side, k
+      partner = 0
+      if (virtual_pressure(problem, state, candidate) >= 0.0_wp) return
+      associate (own => problem%touch(problem%candidates%touch(candidate)), now => present_touches(problem, state))
+         do side = 1, 2
+            if (.not. beside_free_span(problem, candidate, side)) cycle
+            call free_span(problem, state, candidate, side, span)
+            do k = 1, size(now)
+               if (now(k)%line .or. now(k)%number == own%number .or. now(k)%stretch /= own%stretch) cycle
+               if (now(k)%contact /= own%contact .or. abs(now(k)%at(1) - span(side)) > 0.0_wp) cycle
+               if (abs(span_gap(problem, state, candidate, side)) <= test_slack(test_gap) * problem%size) partner = k
+            end do
+         end do
+      end associate
+   end function closing_point
 
    !> The touches with a line from a contact to the end of the free span on one side, and what touches there.
    function laid_down(problem, state, candidate, side) result(touch)

@@ -1,54 +1,135 @@
-!> The run on another mesh: of another set of touches, or finer where spans have grown.
+!> The run on another mesh, whatever the reason: another set of touches, spans that have grown, errors larger than asked for.
 module span_mesh
    use kinds, only: wp
-   use model, only: method_linearised
+   use model, only: method_linearised, method_load, method_displacement
    use problem, only: problem_t
-   use rod_state, only: state_t
+   use rod_state, only: state_t, is_stress_free
    use linear_system, only: new_system
    use bordered_system, only: linearise
    use contact_touch, only: touch_t
-   use span_problem, only: new_span_problem, hold_touches, present_touches, outgrown
+   use span_start, only: prepare_spans
+   use span_problem, only: new_span_problem, hold_touches, present_touches, present_demand, outgrown
+   use touchdown_points, only: carry_forces
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t
    use path_continuity, only: heading_t, heading_at
    use path_events, only: probe_t, new_probe
    use path_run, only: run_t, forget_mesh
    use corrector, only: increment_t, correct
-   use timing, only: timers_t
+   use timing, only: timers_t, count_up, counter_remeshed
    implicit none
    private
-   public :: renew_mesh, take_touches
+   public :: prepare_mesh, renew_mesh, refine_mesh, ask_for_twice, take_touches
 
 contains
 
-   !> A finer mesh for spans that have grown, at the point where the run stands; nothing changes where no equilibrium is found on
-   !> it.
+   !> The problem that a path begins with, on its first mesh.
+   subroutine prepare_mesh(problem)
+      type(problem_t), intent(inout) :: problem      !! of the deck
+      type(touch_t) :: none(0)
+      if (any(problem%deck%contact%along)) then
+         call prepare_spans(problem)
+      else if (any(problem%layout%stretch%placed)) then
+         problem = new_span_problem(problem, none)
+      end if
+   end subroutine prepare_mesh
+
+   !> Another mesh at the point where the run stands: finer for spans that have grown.
    subroutine renew_mesh(problem, run, timers)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
+      type(timers_t), intent(inout) :: timers
+      logical :: done
+      if (any(problem%layout%stretch%placed)) problem%demand = present_demand(problem, run%state)
+      if (.not. problem%spans) return
+      if (.not. outgrown(problem, run%state)) return
+      call stand_on(new_span_problem(problem, present_touches(problem, run%state), run%state), problem, run, done, timers)
+   end subroutine renew_mesh
+
+   !> The mesh that the run's last trial asked for: at the point where it stands, from which the increment is to be made anew, or
+   !> else at the trial itself.
+   subroutine refine_mesh(problem, run, trial, taken, done, timers)
+      type(problem_t), intent(inout) :: problem
+      type(run_t), intent(inout) :: run
+      type(state_t), intent(inout) :: trial
+      logical, intent(out) :: taken                  !! the trial is in equilibrium on the new mesh, and the system factored there
+      logical, intent(out) :: done                   !! false: no equilibrium was found on it, nothing has changed
+      type(timers_t), intent(inout) :: timers
+      type(problem_t) :: asked, before
+      type(state_t) :: start
+      type(heading_t) :: heading
+      type(probe_t) :: probe
+      taken = .false.
+      asked = problem
+      asked%demand = run%wanted
+      deallocate (run%wanted)
+      asked = new_span_problem(asked, present_touches(problem, run%state), run%state)
+      call stand_on(asked, problem, run, done, timers)
+      if (.not. done) then
+         ! Where contact has just been told by nodes the run does not stand on a point of these spans.
+         before = problem
+         start = run%state
+         heading = run%heading
+         probe = run%probe
+         run%state = trial
+         call stand_on(asked, problem, run, taken, timers)
+         done = taken
+         trial = run%state
+         run%state = start
+         run%heading = heading
+         run%probe = probe
+         if (taken) then
+            run%state = carried(before, start, problem)
+            call hold_touches(problem, run%state%active)
+            run%heading%u = carried_field(before, start, heading%u, problem, run%state)
+         end if
+      end if
+      if (done) call count_up(timers, counter_remeshed)
+   end subroutine refine_mesh
+
+   !> Asks for twice as many elements everywhere.
+   subroutine ask_for_twice(problem, run, asked)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(inout) :: run
+      logical, intent(out) :: asked                  !! false: the program makes no meshes here
+      integer :: k
+      asked = any(problem%layout%stretch%placed) .and. .not. problem%sampled
+      if (.not. asked) return
+      run%wanted = present_demand(problem, run%state)
+      do k = 1, size(run%wanted)
+         run%wanted(k)%elements = 2.0_wp * run%wanted(k)%elements
+      end do
+   end subroutine ask_for_twice
+
+   !> The run's point on another mesh with the same touches; nothing changes where no equilibrium is found on it.
+   subroutine stand_on(next, problem, run, done, timers)
+      type(problem_t), intent(in) :: next
+      type(problem_t), intent(inout) :: problem
+      type(run_t), intent(inout) :: run
+      logical, intent(out) :: done
       type(timers_t), intent(inout) :: timers
       type(problem_t) :: kept
       type(state_t) :: place, better
       type(heading_t) :: heading
       type(control_t) :: hold
       type(increment_t) :: report
-      type(touch_t), allocatable :: touch(:)
       type(probe_t) :: probe
-      if (.not. outgrown(problem, run%state)) return
-      touch = present_touches(problem, run%state)
       kept = problem
       place = run%state
       heading = run%heading
-      call take_problem(new_span_problem(problem, touch, run%state), problem, run, timers)
-      if (run%system%ok) then
-         ! Across the path: at a limit point, too.
+      call take_problem(next, problem, run, timers)
+      done = run%system%ok
+      better = run%state
+      if (done .and. .not. is_stress_free(run%state)) then
+         ! What the strategy prescribes stays; else across the path: at a limit point, too.
          hold%method = method_linearised
+         if (any(run%control%method == [method_load, method_displacement])) hold = run%control
          hold%tangent = run%heading%u
-         hold%whole = 1.0_wp
-         better = run%state
+         hold%increment = 0.0_wp
          call correct(problem, run%state, hold, .true., better, run%system, report, timers)
+         done = run%system%ok .and. report%converged
       end if
-      if (run%system%ok .and. report%converged) then
+      if (done) then
          run%state = better
          run%heading = heading_at(problem, run%system, run%heading%u, run%heading%load)
          probe = new_probe(problem, run%state, run%system, run%heading%load)
@@ -63,7 +144,7 @@ contains
       run%heading = heading
       run%system = new_system(problem)
       call linearise(problem, run%state, run%state, run%system, timers)
-   end subroutine renew_mesh
+   end subroutine stand_on
 
    !> The run on the mesh of another set of touches.
    subroutine take_touches(problem, run, touch, timers)
@@ -83,6 +164,7 @@ contains
       type(state_t) :: state
       state = carried(problem, run%state, next)
       call hold_touches(next, state%active)
+      call carry_forces(problem, run%state, next, state)
       run%heading%u = carried_field(problem, run%state, run%heading%u, next, state)
       call forget_mesh(run)
       problem = next

@@ -19,6 +19,7 @@ module span_set
    use corrector, only: increment_t, correct
    use touchdown_points, only: point_force
    use conforming_span, only: flat_excess, excess_curvature
+   use span_lie_down, only: closing_point
    use timing, only: timers_t
    implicit none
    private
@@ -39,11 +40,12 @@ contains
       real(wp) :: rate, length, whole
       integer :: opened(2)                       ! numbers of the touches that a new span opens between; 0: none
       integer :: crossed(2)                      ! the same of one that is behind a breakpoint now: its last node, its first
-      integer :: k, c
+      integer :: k, c, partner
       logical :: ok, flat
       touch = present_touches(problem, run%state)
       opened = 0
       crossed = 0
+      partner = 0
       shallow = .false.
       k = test%touch
       whole = problem%layout%stretch(max(test%stretch, 1))%length
@@ -58,12 +60,18 @@ contains
          touch = [touch(:k - 1), touch(k + 1:)]
       case (test_curvature)
          length = share * whole
+         partner = closing_point(problem, run%state, test%candidate)
          ! Against a straight wall a uniform rod lies without pressure.
          if (virtual_pressure(problem, run%state, test%candidate) >= 0.0_wp) then
             do c = 1, problem%candidates%n
                flat = as_flat(c)
                if (flat .or. c == test%candidate) call become_line(problem%candidates%touch(c), problem%candidates%moves(c))
             end do
+         else if (partner > 0) then
+            ! The wave between two points is gone, and pressed down it would not stay: they are one.
+            touch(k)%at = 0.5_wp * (touch(k)%at + touch(partner)%at)
+            touch = [touch(:partner - 1), touch(partner + 1:)]
+            if (partner < k) k = k - 1
          else if (problem%candidates%moves(test%candidate)) then
             new = touch(k)
             new%number = run%touches + 1
@@ -96,13 +104,13 @@ contains
       ok = run%system%ok
       if (ok .and. any(opened > 0)) call open_span(problem, run, opened, ok, timers)
       if (ok .and. any(crossed > 0)) call open_span(problem, run, crossed, ok, timers)
-      if (ok .and. any(test%kind == [test_length, test_closing]) .and. all(crossed == 0)) call come_to_rest()
+      if (ok .and. (any(test%kind == [test_length, test_closing]) .or. partner > 0) .and. all(crossed == 0)) call come_to_rest()
       if (.not. ok) then
          run%stuck = 'no way on from where '//test_words(test)
          return
       end if
       if (test%kind == test_curvature .and. any(opened > 0)) shallow = too_flat(problem, run%state, opened)
-      select case (test%kind)
+      select case (merge(test_closing, test%kind, partner > 0))
       case (test_gap)
          rate = 1.0_wp
          if (newest(problem, run) > 0) rate = reaction_rate(problem, run%system, newest(problem, run))
@@ -189,26 +197,26 @@ contains
          if (way < 0) numbers = numbers([2, 1])
       end subroutine go_on_behind
 
-      !> What was taken for none had a length: without it the equilibrium at the same load is a little another. It stays where none
-      !> is found, as at a limit point.
+      !> What was taken for none had a length: without it the equilibrium is a little another. A point is as curved as the obstacle
+      !> where the line, or the wave between two points, that it comes from is none; of a line it is that of the same load. It stays
+      !> where none is found, as at a limit point.
       subroutine come_to_rest()
          type(control_t) :: here
          type(increment_t) :: report
          type(state_t) :: state
          logical :: found
          integer :: c
-         here%method = method_load
-         here%whole = run%state%load_factor
-         state = run%state
-         call correct(problem, run%state, here, .true., state, run%system, report, timers)
-         if (report%converged) run%state = state
-         call linearise(problem, run%state, run%state, run%system, timers)
-         if (test%kind /= test_length) return
-         ! Where the line would be none the point is as curved as the obstacle.
          c = findloc(problem%candidates%touch, findloc(problem%touch%number, touch(k)%number, 1), 1)
-         if (c == 0 .or. .not. report%converged) return
+         if (c == 0) return
          state = run%state
-         call find_flat_point(problem, run, c, state, found, timers)
+         if (touch(k)%line .or. .not. problem%candidates%moves(c)) then
+            here%method = method_load
+            here%whole = run%state%load_factor
+            call correct(problem, run%state, here, .true., state, run%system, report, timers)
+            found = report%converged
+         else
+            call find_flat_point(problem, run, c, state, found, timers)
+         end if
          if (found) run%state = state
          call linearise(problem, run%state, run%state, run%system, timers)
       end subroutine come_to_rest

@@ -11,8 +11,8 @@ module weak_lines
    use obstacle_geometry, only: obstacle_gap
    use contact_touch, only: touch_t
    use conforming_span, only: conforming_forces
-   use span_problem, only: new_span_problem, hold_touches, present_touches, touch_place
-   use touchdown_points, only: point_force
+   use span_problem, only: new_span_problem, hold_touches, present_touches
+   use touchdown_points, only: carry_forces
    use span_tests, only: beyond
    use state_transfer, only: carried
    use linear_system, only: system_t, new_system
@@ -23,7 +23,6 @@ module weak_lines
    public :: release_lines, count_released, let_turn, line_opening
 
    integer, parameter :: samples = 4         !! of the pressure in an element
-   real(wp), parameter :: here = 1.0e-12_wp  !! of the size: one and the same place
    real(wp), parameter :: nothing = 100.0_wp !! times the tolerance of the residuals: no force
 
 contains
@@ -73,7 +72,7 @@ contains
       free%model%fixed(3, free%hinge) = .false.
       released = carried(problem, state, free)
       call hold_touches(free, released%active)
-      call keep_forces(problem, state, free, released)
+      call carry_forces(problem, state, free, released)
       do k = 1, free%candidates%n
          if (free%candidates%touch(k) == 0) cycle
          associate (number => free%touch(free%candidates%touch(k))%number)
@@ -109,22 +108,6 @@ contains
          if (free%candidates%touch(c) > 0) free%candidates%follows(c) = free%touch(free%candidates%touch(c))%line
       end do
    end subroutine let_turn
-
-   !> The forces of points, which hold them from turning (touchdown_spring).
-   subroutine keep_forces(problem, state, free, released)
-      type(problem_t), intent(in) :: problem, free
-      type(state_t), intent(in) :: state
-      type(state_t), intent(inout) :: released
-      integer :: c, old
-      do c = 1, free%candidates%n
-         if (free%candidates%touch(c) == 0 .or. free%candidates%follows(c)) cycle
-         do old = 1, problem%candidates%n
-            if (problem%candidates%touch(old) == 0 .or. problem%candidates%contact(old) /= free%candidates%contact(c)) cycle
-            if (abs(touch_place(problem, state, old) - touch_place(free, released, c)) > here * problem%size) cycle
-            released%reaction(c) = point_force(problem, state, old)
-         end do
-      end do
-   end subroutine keep_forces
 
    !> True for an end of a line that goes on as another one, or ends with its rod.
    pure logical function ends_nowhere(problem, touch, k, side)

@@ -6,8 +6,9 @@ import os
 from dataclasses import dataclass
 
 from ..results import ResultsError
-from ..sweep.deck_text import filled, parameters
+from ..sweep.run_deck import RunDeck
 from ..sweep.sweep_file import read_text, read_toml
+from .deck_text import filled, parameters
 from .verdict import Check, read_checks
 
 KNOWN = {"title", "deck", "repeats", "timeout", "fixed", "check", "curve"}
@@ -20,7 +21,7 @@ class Study:
     repeats: int
     timeout: float
     checks: list[Check]
-    runs: list[tuple[str, dict, str]]       # name of the curve, parameters, deck
+    runs: list[tuple[str, dict, RunDeck]]       # name of the curve, parameters, deck
 
 
 def read_study(filename: str) -> Study:
@@ -44,6 +45,6 @@ def read_study(filename: str) -> Study:
             raise ResultsError(f"{filename}: {name}: lists must have the same length")
         for k in range(max(lengths, default=1)):
             chosen = {key: value[k] if isinstance(value, list) else value for key, value in values.items()}
-            runs.append((name, chosen, filled(deck, chosen, deck_name)))
+            runs.append((name, chosen, RunDeck(filled(deck, chosen, deck_name), ())))
     return Study(os.path.splitext(os.path.basename(filename))[0], content.get("title", ""), int(content.get("repeats", 3)),
                  float(content.get("timeout", 60.0)), read_checks(content.get("check", []), filename), runs)

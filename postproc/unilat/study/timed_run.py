@@ -9,6 +9,7 @@ import time
 from dataclasses import dataclass
 
 from ..results import read_results
+from ..sweep.run_deck import RunDeck
 from ..sweep.run_folder import RunFolder
 
 
@@ -23,7 +24,7 @@ class Timed:
     megabytes: float    # largest resident memory
 
 
-def timed(folder: RunFolder, deck: str, repeats: int, timeout: float) -> Timed:
+def timed(folder: RunFolder, deck: RunDeck, repeats: int, timeout: float) -> Timed:
     """The record of a deck, of its runs now if there is none. A kill leaves it undone, never half."""
     key = folder.key(deck)
     name = os.path.join(folder.runs, f"{key}.time.json")
@@ -42,10 +43,10 @@ def timed(folder: RunFolder, deck: str, repeats: int, timeout: float) -> Timed:
     return found
 
 
-def _once(folder: RunFolder, key: str, deck: str, timeout: float) -> Timed:
+def _once(folder: RunFolder, key: str, deck: RunDeck, timeout: float) -> Timed:
     stem = os.path.join(folder.runs, key)
     with open(f"{stem}.inp", "w", encoding="utf-8") as file:
-        file.write(deck)
+        file.write(deck.text)
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
     with open(f"{stem}.err", "w+", encoding="utf-8") as errors:
         start = time.perf_counter()

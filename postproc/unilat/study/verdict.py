@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from ..results import Results, ResultsError
-from ..sweep.deck_text import filled
+from .deck_text import filled
 from ..sweep.quantities import Quantity, read_quantity
 
 # From the best to the worst; that of a run is the worst of its checks.

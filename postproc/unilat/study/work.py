@@ -30,8 +30,8 @@ def make_map(args) -> int:
     checked = read_map(args.file)
     sweep = checked.sweep
     folder = RunFolder(args.folder or f"{sweep.name}-map", find_program(args.program))
-    keys = [folder.key(deck) for deck in sweep.decks]
-    decks = dict(zip(keys, sweep.decks))
+    keys = [folder.key(deck) for deck in checked.decks]
+    decks = dict(zip(keys, checked.decks))
     missing = to_do(folder, decks, retry=False)
     print(f"{sweep.name}: {len(decks)} cells, {len(decks) - len(missing)} finished before", flush=True)
     run_pool(folder, missing, args.jobs, sweep.timeout, Progress(len(missing)))
@@ -47,7 +47,7 @@ def make_map(args) -> int:
         name = f"{stem}-wrong-{number}.inp"
         if rows[number - 1].verdict == "wrong":
             with open(name, "w", encoding="utf-8") as file:
-                file.write(decks[key])
+                file.write(decks[key].text)
         elif os.path.exists(name):
             os.remove(name)
     for line in wrong[:SHOWN]:

@@ -15,8 +15,8 @@ from .run_folder import RunFolder
 from .sweep_file import Sweep
 
 
-def gather(sweep: Sweep, folder: RunFolder, keys: list[str]) -> str:
-    """Writes NAME.h5 and NAME.csv; a sentence that says so. Runs that are not complete have what their path gives.
+def gather(sweep: Sweep, folder: RunFolder, deck: str, keys: list[str]) -> str:
+    """Writes NAME.h5 and NAME.csv; a sentence that says so. `deck`: text of the deck. Runs that are not complete have what their path gives.
 
     The CSV holds no times, so the same runs give the same bytes, however often they were interrupted.
     """
@@ -40,15 +40,15 @@ def gather(sweep: Sweep, folder: RunFolder, keys: list[str]) -> str:
             critical += [(number, point) for point in results.critical]
         rows.append(row)
     stem = os.path.join(folder.folder, sweep.name)
-    _write_csv(f"{stem}.csv", sweep, folder, version, rows)
-    _write_hdf5(f"{stem}.h5", sweep, folder, version, rows, paths, critical, keys)
+    _write_csv(f"{stem}.csv", sweep, folder, deck, version, rows)
+    _write_hdf5(f"{stem}.h5", sweep, folder, deck, version, rows, paths, critical, keys)
     return f"gathered: {stem}.h5, {stem}.csv"
 
 
-def _write_csv(filename: str, sweep: Sweep, folder: RunFolder, version: str, rows: list[dict]):
+def _write_csv(filename: str, sweep: Sweep, folder: RunFolder, deck: str, version: str, rows: list[dict]):
     with open(f"{filename}.part", "w", newline="", encoding="utf-8") as file:
-        file.write(f"# {sweep.title or sweep.name}\n# sweep {sweep.name}.toml (sha256 {_hash(sweep.text)}), deck {sweep.deck_name} "
-                   f"(sha256 {_hash(sweep.deck)})\n# {version or 'unilat'} (sha256 of the program {folder.program_hash[:16]})\n")
+        file.write(f"# {sweep.title or sweep.name}\n# sweep {sweep.name}.toml (sha256 {_hash(sweep.text)}), deck {os.path.basename(sweep.deck_path)} "
+                   f"(sha256 {_hash(deck)})\n# {version or 'unilat'} (sha256 of the program {folder.program_hash[:16]})\n")
         file.write("".join(f"# {name}: {quantity.word}\n" for name, quantity in sweep.gather.items()))
         table = csv.writer(file, lineterminator="\n")
         table.writerow(["run", *sweep.values[0], *sweep.gather, "points", "code", "message"])
@@ -57,12 +57,12 @@ def _write_csv(filename: str, sweep: Sweep, folder: RunFolder, version: str, row
     os.replace(f"{filename}.part", filename)
 
 
-def _write_hdf5(filename: str, sweep: Sweep, folder: RunFolder, version: str, rows: list[dict],
+def _write_hdf5(filename: str, sweep: Sweep, folder: RunFolder, deck: str, version: str, rows: list[dict],
                 paths: list[tuple], critical: list, keys: list[str]):
     """`paths`: number of the run, columns of its path by name, names of its monitors. `critical`: number of the run, point."""
     with h5py.File(f"{filename}.part", "w") as file:
-        for name, text in (("program", "unilat-sweep"), ("title", sweep.title), ("sweep", sweep.text), ("deck", sweep.deck),
-                           ("deck_name", sweep.deck_name), ("unilat", version), ("program_sha256", folder.program_hash),
+        for name, text in (("program", "unilat-sweep"), ("title", sweep.title), ("sweep", sweep.text), ("deck", deck),
+                           ("deck_name", os.path.basename(sweep.deck_path)), ("unilat", version), ("program_sha256", folder.program_hash),
                            ("created", datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"))):
             file.attrs[name] = text
         runs = file.create_group("runs", track_order=True)

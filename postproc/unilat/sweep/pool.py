@@ -7,12 +7,13 @@ import sys
 import time
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 
+from .run_deck import RunDeck
 from .run_folder import RunFolder
 
 WIDTH = 30      # characters of the bar
 
 
-def run_pool(folder: RunFolder, decks: dict[str, str], n: int, timeout: float | None, progress: Progress):
+def run_pool(folder: RunFolder, decks: dict[str, RunDeck], n: int, timeout: float | None, progress: Progress):
     """Runs decks (by key), n at a time. Whatever interrupts it, finished runs stay."""
     with ThreadPoolExecutor(n) as pool:     # each thread only waits for its own process
         left = iter(decks.items())

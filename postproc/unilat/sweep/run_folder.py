@@ -11,6 +11,7 @@ import time
 from dataclasses import dataclass
 
 from ..results import ResultsError
+from .run_deck import RunDeck
 
 TIMED_OUT = 124      # exit code of a run that took too long, as `timeout` has it
 LAST = 2000          # characters of a message
@@ -26,7 +27,7 @@ class Record:
 
 
 class RunFolder:
-    """Runs are known by a key of program and deck: the same deck is never run twice, and a changed one always."""
+    """Runs are known by a key of program, deck and values: the same one is never run twice, and a changed one always."""
 
     def __init__(self, folder: str, program: str):
         self.folder, self.runs = folder, os.path.join(folder, "runs")
@@ -38,8 +39,9 @@ class RunFolder:
         except OSError as problem:
             raise ResultsError(f"{problem.filename}: {problem.strerror}") from problem
 
-    def key(self, deck: str) -> str:
-        return hashlib.sha256(f"{self.program_hash}\n{deck}".encode()).hexdigest()[:24]
+    def key(self, deck: RunDeck) -> str:
+        told = "\n".join((self.program_hash, *deck.settings, deck.text))
+        return hashlib.sha256(told.encode()).hexdigest()[:24]
 
     def results(self, key: str) -> str:
         """Result file of a finished run; there when its code is 0 or 2."""
@@ -60,15 +62,15 @@ class RunFolder:
         """Keys of all runs with a record: one look at the folder."""
         return {name[:-5] for name in os.listdir(self.runs) if name.endswith(".json")}
 
-    def run(self, key: str, deck: str, timeout: float | None) -> Record:
+    def run(self, key: str, deck: RunDeck, timeout: float | None) -> Record:
         """Runs a deck. Files get their names when they are whole, the record last: a kill leaves a run undone, never half."""
         mark = f"{socket.gethostname()}-{os.getpid()}"
         part = os.path.join(self.runs, f"{key}.{mark}.part")
         start = time.perf_counter()
         environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
         try:
-            done = subprocess.run([self.program, "-o", part], input=deck, capture_output=True, encoding="utf-8", errors="replace",
-                                  timeout=timeout, env=environment, check=False)
+            done = subprocess.run([self.program, "-o", part, *deck.options], input=deck.text, capture_output=True,
+                                  encoding="utf-8", errors="replace", timeout=timeout, env=environment, check=False)
             code, said, wrong = done.returncode, done.stdout, done.stderr
         except subprocess.TimeoutExpired:
             code, said, wrong = TIMED_OUT, "", f"took longer than {timeout:g} s"
@@ -78,7 +80,7 @@ class RunFolder:
         elif os.path.exists(part):
             os.remove(part)
         if code:
-            self._write(self.listing(key), f"{deck}\n---- exit code {code}\n{said}\n{wrong}\n", mark)
+            self._write(self.listing(key), f"{deck.text}\n---- {' '.join(deck.settings)}\n---- exit code {code}\n{said}\n{wrong}\n", mark)
         self._write(os.path.join(self.runs, f"{key}.json"), json.dumps(record.__dict__), mark)
         return record
 

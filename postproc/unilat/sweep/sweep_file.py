@@ -6,7 +6,6 @@ import os
 from dataclasses import dataclass
 
 from ..results import ResultsError
-from .deck_text import filled, parameters
 from .quantities import Quantity, read_quantity
 from .sampling import GROUPS, samples
 
@@ -20,15 +19,18 @@ class Sweep:
     name: str                  # of the file, without folder and ending
     title: str
     text: str                  # of the sweep file
-    deck_name: str
-    deck: str                  # its text, with ${parameters}
+    deck_path: str
     values: list[dict]         # parameters of every run
     group: dict[str, str]      # which of GROUPS each parameter is in
-    decks: list[str]           # text of every run's deck
     gather: dict[str, Quantity]
     pictures: list[dict]
     timeout: float | None      # [s] a run
     more: dict                 # what else was asked for, see read_sweep
+
+    @property
+    def settings(self) -> list[tuple[str, ...]]:
+        """Of every run, what the program gets with --set."""
+        return [tuple(f"{name}={_written(value)}" for name, value in each.items()) for each in self.values]
 
 
 def read_sweep(filename: str, also: tuple[str, ...] = ()) -> Sweep:
@@ -41,12 +43,10 @@ def read_sweep(filename: str, also: tuple[str, ...] = ()) -> Sweep:
         raise ResultsError(f"{filename}: '{min(unknown)}' is not known (known: {', '.join(sorted(known))})")
     if "deck" not in content:
         raise ResultsError(f"{filename}: deck is missing: deck = \"NAME.inp\"")
-    deck_name = os.path.join(os.path.dirname(filename), content["deck"])
-    deck = read_text(deck_name)
+    deck_path = os.path.join(os.path.dirname(filename), content["deck"])
+    if not os.path.exists(deck_path):
+        raise ResultsError(f"{filename}: there is no deck {deck_path}")
     values = samples({name: content[name] for name in GROUPS if name in content}, filename)
-    unused = set(values[0]) - parameters(deck)
-    if unused:
-        raise ResultsError(f"{filename}: parameter '{min(unused)}' is not in {deck_name}: no ${{{min(unused)}}}")
     timeout = content.get("timeout")
     if timeout is not None and not (isinstance(timeout, (int, float)) and timeout > 0):
         raise ResultsError(f"{filename}: timeout must be a positive number of seconds")
@@ -57,10 +57,14 @@ def read_sweep(filename: str, also: tuple[str, ...] = ()) -> Sweep:
     taken = OWN_COLUMNS & (set(gather) | set(values[0]))
     if taken:
         raise ResultsError(f"{filename}: '{min(taken)}' is a column of every sweep; choose another name")
-    return Sweep(os.path.splitext(os.path.basename(filename))[0], content.get("title", ""), text, os.path.basename(deck_name), deck,
+    return Sweep(os.path.splitext(os.path.basename(filename))[0], content.get("title", ""), text, deck_path,
                  values, {name: word for word in GROUPS for name in content.get(word, {}) if name in values[0]},
-                 [filled(deck, each, deck_name) for each in values], gather, _pictures(content, filename, gather, values[0]),
-                 timeout, {key: content[key] for key in also if key in content})
+                 gather, _pictures(content, filename, gather, values[0]), timeout,
+                 {key: content[key] for key in also if key in content})
+
+
+def _written(value) -> str:
+    return repr(float(value)) if isinstance(value, float) else f'"{value}"' if isinstance(value, str) else str(value)
 
 
 def _pictures(content: dict, filename: str, gather: dict, values: dict) -> list[dict]:

@@ -12,6 +12,7 @@ from .. import command
 from ..results import ResultsError
 from . import gather, slurm
 from .pool import Progress, run_pool
+from .run_deck import RunDeck, read_decks
 from .run_folder import RunFolder
 from .sweep_file import Sweep, read_sweep
 
@@ -53,9 +54,11 @@ def main(argv=None) -> int:
     args = parser.parse_args(argv)
     args.jobs = args.jobs or (1 if args.slurm else len(os.sched_getaffinity(0)))
     sweep = read_sweep(args.file)
-    folder = RunFolder(args.folder or f"{sweep.name}-sweep", find_program(args.program))
-    keys = [folder.key(deck) for deck in sweep.decks]
-    decks = dict(zip(keys, sweep.decks))        # equal decks once
+    program = find_program(args.program)
+    all_decks = read_decks(program, sweep.deck_path, sweep.settings)
+    folder = RunFolder(args.folder or f"{sweep.name}-sweep", program)
+    keys = [folder.key(deck) for deck in all_decks]
+    decks = dict(zip(keys, all_decks))          # equal ones once
     if args.slice is not None:
         return run_slice(folder, sweep, decks, args)
     if args.what == "run":
@@ -65,15 +68,15 @@ def main(argv=None) -> int:
             print("\nfinished runs stay; run it again to go on", file=sys.stderr)
             raise
     if args.what in ("run", "gather"):
-        print(gather.gather(sweep, folder, keys))
+        print(gather.gather(sweep, folder, all_decks[0].text, keys))
     code = report(folder, sweep, keys)
     return draw(sweep, folder) or code if args.what in ("run", "draw") else code
 
 
-def make_runs(folder: RunFolder, sweep: Sweep, decks: dict[str, str], args):
+def make_runs(folder: RunFolder, sweep: Sweep, decks: dict[str, RunDeck], args):
     """The runs that are missing, here or on the cluster."""
     missing = to_do(folder, decks, args.retry)
-    print(f"{sweep.name}: {len(sweep.decks)} runs, {len(decks) - len(missing)} finished before", flush=True)
+    print(f"{sweep.name}: {len(sweep.values)} runs, {len(decks) - len(missing)} finished before", flush=True)
     if not missing:
         return
     progress = Progress(len(missing))
@@ -100,7 +103,7 @@ def make_runs(folder: RunFolder, sweep: Sweep, decks: dict[str, str], args):
     slurm.wait_for(job, look, progress)
 
 
-def run_slice(folder: RunFolder, sweep: Sweep, decks: dict[str, str], args) -> int:
+def run_slice(folder: RunFolder, sweep: Sweep, decks: dict[str, RunDeck], args) -> int:
     """Every m-th deck of the whole list, so that tasks agree on who runs what; without those that are finished."""
     number, tasks = args.slice
     mine = dict(list(decks.items())[number::tasks])
@@ -109,7 +112,7 @@ def run_slice(folder: RunFolder, sweep: Sweep, decks: dict[str, str], args) -> i
     return 0
 
 
-def to_do(folder: RunFolder, decks: dict[str, str], retry: bool) -> dict[str, str]:
+def to_do(folder: RunFolder, decks: dict[str, RunDeck], retry: bool) -> dict[str, RunDeck]:
     """Decks without a record, or whose run was ended by a signal; with `retry` all that are not complete."""
     finished = folder.finished()
 

@@ -1,0 +1,175 @@
+!> From error bars to another mesh: how many elements, and where, bring them within what is asked.
+!>
+!> An element of s stages contributes c h^(2s+1) to a number's error, so that with g = share^(1/(2s+1)) in equal parts the sum over
+!> n elements is (sum of g)^(2s+1) / n^(2s). The number n that this asks for is exact where the mesh resolves the solution; where
+!> the bars say that it does not, it is doubled.
+module mesh_request
+   use kinds, only: wp
+   use model, only: quantity_displacement
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t
+   use span_problem, only: present_demand
+   use mesh_demand, only: demand_t, with_smooth_density
+   use error_bar, only: error_bars_t
+   implicit none
+   private
+   public :: request_mesh, motion_sizes, value_sizes, excess
+
+   real(wp), parameter :: part_of_asked = 0.5_wp !! of what is asked that a new mesh is to need: its bar is a forecast
+   real(wp), parameter :: part_of_iteration = 0.1_wp !! of what is asked
+   real(wp), parameter :: of_rest = 1.4_wp       !! times what the iteration has left is its part of a bar, see error_bar
+   integer, parameter :: most_unbounded = 2      !! meshes for a bar that is narrow enough, but has no bounds
+   real(wp), parameter :: most = 4.0_wp          !! times as many elements at once: farther the forecast does not reach
+   real(wp), parameter :: least = 1.25_wp        !! times as many where a mesh of the right number was not good enough
+
+contains
+
+   !> The elements wanted where bars are wider than allowed. Not allocated: they are not, or no mesh of the program's makes them
+   !> narrower (rounding, elements that the deck has given, no estimate).
+   subroutine request_mesh(problem, state, bars, sizes, counted, asked, critical, tries, can_settle, unsettled, demand)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state         !! the point that the bars are of
+      type(error_bars_t), intent(in) :: bars
+      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) what errors are measured against
+      integer, intent(in) :: counted(:)          !! monitors, 0: the load factor
+      real(wp), intent(in) :: asked              !! relative error
+      logical, intent(in) :: critical            !! a load's bar without bounds does not do, however narrow
+      integer, intent(in) :: tries               !! requests for the same point that did not suffice
+      logical, intent(in) :: can_settle          !! the iteration can go on
+      logical, intent(out) :: unsettled          !! the iteration has left more than its part: it is to go on first
+      type(demand_t), allocatable, intent(out) :: demand(:) !! (stretches)
+      real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio
+      logical :: free(problem%model%mesh%n_elements), known
+      integer :: k, s, now
+      free = problem%layout%stretch(problem%stretch)%placed
+      now = count(free)
+      unsettled = .false.
+      if (now == 0 .or. problem%sampled) return
+      indicator = 0.0_wp
+      ratio = 0.0_wp
+      known = .not. bars%too_coarse
+      if (known .and. .not. allocated(bars%share)) return
+      do k = 1, size(counted)
+         if (.not. known) exit
+         associate (bar => bars%load)
+            if (counted(k) == 0) call add(bar%told, bar%bounded, bar%bar, bar%rounding, 1)
+         end associate
+         if (counted(k) == 0) cycle
+         associate (bar => bars%monitor(counted(k)))
+            call add(bar%told, bar%bounded, bar%bar, bar%rounding, 1 + counted(k))
+         end associate
+      end do
+      if ((known .and. ratio <= 1.0_wp) .or. unsettled) return
+      s = minval(problem%model%mesh%stages, mask=free)
+      g = 0.0_wp
+      where (free .and. indicator > 0.0_wp) g = indicator**(1.0_wp / (2 * problem%model%mesh%stages + 1))
+      whole = sum(g)
+      if (.not. whole > 0.0_wp) then
+         if (known) return
+         g = merge(1.0_wp, 0.0_wp, free)
+         whole = now
+      end if
+      if (known) then
+         ! What the given elements contribute no other mesh takes away.
+         if (2.0_wp * sum(indicator, mask=free) < sum(indicator)) return
+         wanted = exp(((2 * s + 1) * log(whole) - log(part_of_asked * asked)) / (2 * s))
+         if (tries > 0) wanted = max(wanted, least * now)
+         wanted = min(wanted, most * now)
+         g = g / whole
+      else
+         wanted = 2.0_wp * now
+         ! Shares tell little: nowhere fewer than there are.
+         g = merge(max(g / whole, 1.0_wp / now), 0.0_wp, free)
+         g = g / sum(g)
+      end if
+      demand = present_demand(problem, state)
+      do k = 1, size(demand)
+         if (.not. problem%layout%stretch(k)%placed) cycle
+         demand(k)%elements = wanted * g(problem%along(problem%element_first(k):problem%element_last(k)))
+         demand(k) = with_smooth_density(demand(k))
+      end do
+
+   contains
+
+      !> One number's part of the indicators: shares as parts of the bar that they make.
+      subroutine add(told, bounded, bar, rounding, row)
+         logical, intent(in) :: told, bounded
+         real(wp), intent(in) :: bar, rounding
+         integer, intent(in) :: row
+         real(wp) :: allowed, of_mesh
+         if (.not. told .or. .not. sizes(row) > 0.0_wp) return
+         allowed = asked * sizes(row)
+         of_mesh = bar - rounding
+         unsettled = unsettled .or. (can_settle .and. abs(bars%rest(row)) > max(part_of_iteration * allowed, rounding))
+         of_mesh = of_mesh - of_rest * abs(bars%rest(row))
+         ! Rounding that is wider than what is asked for is told at the end.
+         if (rounding >= allowed .or. .not. of_mesh > 0.0_wp) return
+         if (of_mesh > allowed - rounding .or. (critical .and. row == 1 .and. tries < most_unbounded)) known = known .and. bounded
+         ratio = max(ratio, of_mesh / (allowed - rounding))
+         if (.not. sum(bars%share(row, :)) > 0.0_wp) return
+         indicator = max(indicator, bars%share(row, :) * of_mesh / (sum(bars%share(row, :)) * sizes(row)))
+      end subroutine add
+   end subroutine request_mesh
+
+   !> The largest displacement and rotation of a state.
+   pure function motion_sizes(problem, state) result(sizes)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp) :: sizes(2)
+      sizes = [maxval(norm2(state%u(1:2, :), 1)), maxval(abs(state%u(3, :)))]
+      ! What only shortens turns by nothing.
+      sizes(2) = max(sizes(2), sizes(1) / problem%size)
+   end function motion_sizes
+
+   !> What errors of the load factor and of the monitors are measured against: the largest of their kind.
+   pure function value_sizes(problem, system, load, motion) result(sizes)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: load               !! the largest load factor
+      real(wp), intent(in) :: motion(2)          !! and displacement and rotation
+      real(wp) :: sizes(1 + size(problem%deck%monitor))
+      integer :: m
+      sizes(1) = load
+      do m = 1, size(problem%deck%monitor)
+         associate (monitor => problem%deck%monitor(m))
+            if (monitor%quantity == quantity_displacement) then
+               sizes(1 + m) = motion(merge(2, 1, monitor%component == 3))
+            else
+               sizes(1 + m) = system%force_scale * merge(problem%size, 1.0_wp, monitor%component == 3 .and. &
+                  & monitor%obstacle == 0)
+            end if
+            sizes(1 + m) = max(sizes(1 + m) * abs(monitor%factor), abs(monitor%offset))
+         end associate
+      end do
+   end function value_sizes
+
+   !> The widest bar over what is allowed, with the number that has it: 0 the load factor, else a monitor.
+   subroutine excess(bars, sizes, counted, asked, ratio, which)
+      type(error_bars_t), intent(in) :: bars
+      real(wp), intent(in) :: sizes(:)           !! (1 + monitors)
+      integer, intent(in) :: counted(:)
+      real(wp), intent(in) :: asked
+      real(wp), intent(out) :: ratio
+      integer, intent(out) :: which
+      integer :: k
+      ratio = 0.0_wp
+      which = 0
+      do k = 1, size(counted)
+         if (counted(k) == 0) then
+            if (bars%load%told) call take(bars%load%bar)
+         else if (bars%monitor(counted(k))%told) then
+            call take(bars%monitor(counted(k))%bar)
+         end if
+      end do
+
+   contains
+
+      subroutine take(bar)
+         real(wp), intent(in) :: bar
+         if (.not. bar > ratio * asked * sizes(1 + counted(k)) .or. .not. sizes(1 + counted(k)) > 0.0_wp) return
+         which = counted(k)
+         ratio = bar / (asked * sizes(1 + which))
+      end subroutine take
+   end subroutine excess
+end module mesh_request

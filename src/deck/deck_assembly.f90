@@ -1,0 +1,343 @@
+!> From the deck as typed to the deck as read: included decks in the place of *INCLUDE, values in the place of ${...}.
+!>
+!> This is done with lines, before they are cut into cards: an included deck may bring cards, or data lines for the card
+!> above it. Names get their values in the order of the lines.
+module deck_assembly
+   use text, only: squeeze, is_blank, to_text
+   use errors, only: error_t
+   use deck_source, only: deck_source_t, deck_file_t, typed_line_t, spot_t, read_source_file, source_from_text
+   use deck_parameters, only: deck_parameters_t
+   use diagnostics, only: diagnostics_t, place_t
+   implicit none
+   private
+   public :: assemble_deck
+
+   character(*), parameter :: nl = new_line('a')
+   character(*), parameter :: expanded_mark = '** *' !! an *INCLUDE whose deck follows in its place
+   integer, parameter :: deepest = 100 !! decks that include each other; a circle through links ends there
+
+   !> Lines one after the other; the text has room behind `length`.
+   type :: lines_t
+      character(:), allocatable :: text
+      integer :: length = 0
+   end type lines_t
+
+   type :: assembly_t
+      type(lines_t) :: read, expanded, record
+      integer :: n = 0                             !! lines read so far
+      integer, allocatable :: origin(:, :)         !! of these; with room
+      type(typed_line_t), allocatable :: typed(:)
+      type(deck_file_t), allocatable :: file(:)
+      integer, allocatable :: included_by(:)       !! file that includes each; 0: the deck itself
+      type(deck_parameters_t) :: parameters
+      logical :: in_parameters = .false.           !! data lines belong to a *PARAMETER card
+   end type assembly_t
+
+contains
+
+   !> Puts a deck together.
+   subroutine assemble_deck(source, settings, diagnostics)
+      type(deck_source_t), intent(inout) :: source        !! as typed; as read
+      character(*), intent(in) :: settings(:)             !! name=value from the command line
+      type(diagnostics_t), intent(inout) :: diagnostics   !! gets what is wrong
+      type(assembly_t) :: a
+      type(deck_source_t) :: whole
+      a%read%text = ''
+      a%expanded%text = ''
+      a%record%text = ''
+      allocate (a%origin(2, 1024), a%typed(0))
+      a%file = source%file
+      a%included_by = [0]
+      call take_settings(a, settings, diagnostics)
+      call take_file(a, source, 1, 1, diagnostics)
+      call check_settings(a, settings, diagnostics)
+      call source_from_text(a%read%text(:a%read%length), source%name, whole)
+      whole%file = a%file
+      whole%origin = a%origin(:, :a%n)
+      whole%typed = a%typed
+      whole%parameter = a%parameters%list
+      whole%expanded = a%expanded%text(:a%expanded%length)
+      whole%record = set_beforehand(a)//a%record%text(:a%record%length)
+      source = whole
+   end subroutine assemble_deck
+
+   subroutine take_settings(a, settings, diagnostics)
+      type(assembly_t), intent(inout) :: a
+      character(*), intent(in) :: settings(:)
+      type(diagnostics_t), intent(inout) :: diagnostics
+      character(:), allocatable :: wrong
+      integer :: i
+      call a%parameters%start()
+      do i = 1, size(settings)
+         call a%parameters%set(trim(settings(i)), wrong)
+         if (wrong /= '') call diagnostics%add(place_t(), '--set '//trim(settings(i))//': '//wrong)
+      end do
+   end subroutine take_settings
+
+   !> Every name that was set must mean something to the deck.
+   subroutine check_settings(a, settings, diagnostics)
+      type(assembly_t), intent(in) :: a
+      character(*), intent(in) :: settings(:)
+      type(diagnostics_t), intent(inout) :: diagnostics
+      character(:), allocatable :: known
+      integer :: i
+      if (size(settings) == 0 .or. diagnostics%n > 0) return
+      known = ''
+      do i = 1, size(a%parameters%list)
+         associate (parameter => a%parameters%list(i))
+            if (parameter%in_deck) known = known//', '//parameter%name
+         end associate
+      end do
+      if (known == '') known = ', none'
+      do i = 1, size(a%parameters%list)
+         associate (parameter => a%parameters%list(i))
+            if (.not. parameter%in_deck) call diagnostics%add(place_t(), '--set '//parameter%name// &
+               ': the deck has no such parameter (it has: '//known(3:)//')')
+         end associate
+      end do
+   end subroutine check_settings
+
+   !> A card for what was set and has no *PARAMETER in the deck.
+   function set_beforehand(a) result(card)
+      type(assembly_t), intent(in) :: a
+      character(:), allocatable :: card
+      integer :: i
+      card = ''
+      do i = 1, size(a%parameters%list)
+         if (a%parameters%list(i)%line == 0) card = card//a%parameters%list(i)%definition()//nl
+      end do
+      if (card /= '') card = '*PARAMETER'//nl//card
+   end function set_beforehand
+
+   recursive subroutine take_file(a, source, file, depth, diagnostics)
+      type(assembly_t), intent(inout) :: a
+      type(deck_source_t), intent(in) :: source
+      integer, intent(in) :: file, depth
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer :: i
+      do i = 1, source%n_lines
+         call take_line(a, source%line(i), [file, i], depth, diagnostics)
+      end do
+   end subroutine take_file
+
+   recursive subroutine take_line(a, typed, origin, depth, diagnostics)
+      type(assembly_t), intent(inout) :: a
+      character(*), intent(in) :: typed
+      integer, intent(in) :: origin(2), depth
+      type(diagnostics_t), intent(inout) :: diagnostics
+      type(spot_t), allocatable :: spots(:)
+      character(:), allocatable :: filled, wrong
+      integer :: first
+      first = first_letter(typed)
+      if (first == 0) then
+         ! The card of a deck that stands in its place already: its name may need a parameter.
+         if (index(typed, expanded_mark) == 1) then
+            if (keyword(typed(len(expanded_mark):)) == 'INCLUDE') call a%parameters%note_use(typed)
+         end if
+         call keep(a, origin, typed, typed, typed)
+      else if (a%in_parameters .and. typed(first:first) /= '*') then
+         call define_parameter(a, typed, first, origin, diagnostics)
+      else
+         call a%parameters%fill(typed, filled, spots, wrong)
+         if (wrong /= '') then
+            call keep(a, origin, typed, typed, typed)
+            associate (spot => spots(size(spots)))
+               call diagnostics%add(place_t(a%n, spot%typed(1), spot%typed(2)), typed(spot%typed(1):spot%typed(2))//': '//wrong)
+            end associate
+         else if (keyword(filled) == 'INCLUDE') then
+            call keep(a, origin, '', '** '//typed(first:), '** '//typed(first:))
+            call note_typed(a, typed, [spot_t ::])
+            call include_file(a, filled, typed, first, depth, diagnostics)
+         else
+            call keep(a, origin, filled, typed, typed)
+            if (size(spots) > 0) call note_typed(a, typed, spots)
+            if (typed(first:first) == '*') a%in_parameters = keyword(filled) == 'PARAMETER'
+         end if
+      end if
+   end subroutine take_line
+
+   subroutine define_parameter(a, typed, first, origin, diagnostics)
+      type(assembly_t), intent(inout) :: a
+      character(*), intent(in) :: typed
+      integer, intent(in) :: first, origin(2)
+      type(diagnostics_t), intent(inout) :: diagnostics
+      character(:), allocatable :: wrong, as_set
+      integer :: earlier
+      call a%parameters%define(typed, a%n + 1, wrong, earlier, as_set)
+      if (as_set == '') then
+         call keep(a, origin, typed, typed, typed)
+      else
+         call keep(a, origin, as_set, typed, '** '//typed//nl//as_set)
+         call note_typed(a, typed, [spot_t ::])
+      end if
+      if (earlier > 0) then
+         wrong = 'the name was used in line '//to_text(a%origin(2, earlier))
+         if (a%origin(1, earlier) /= origin(1)) wrong = wrong//' of '//a%file(a%origin(1, earlier))%name
+      end if
+      if (wrong /= '') call diagnostics%add(place_t(a%n, first, len_trim(typed)), '*PARAMETER: '//wrong)
+   end subroutine define_parameter
+
+   !> Reads the deck that *INCLUDE names, and takes its lines.
+   recursive subroutine include_file(a, card, typed, first, depth, diagnostics)
+      type(assembly_t), intent(inout) :: a
+      character(*), intent(in) :: card, typed    ! the line with values, and without
+      integer, intent(in) :: first, depth
+      type(diagnostics_t), intent(inout) :: diagnostics
+      type(deck_source_t) :: source
+      type(error_t), allocatable :: error
+      character(:), allocatable :: path, wrong
+      integer :: comma, equals, here, above
+      here = a%origin(1, a%n)
+      comma = index(card, ',')
+      equals = index(card, '=')
+      wrong = ''
+      path = ''
+      if (comma == 0 .or. equals < comma) then
+         wrong = 'a file is missing: *INCLUDE, FILE=name'
+      else if (squeeze(card(comma + 1:equals - 1)) /= 'FILE') then
+         wrong = 'reads: *INCLUDE, FILE=name'
+      else
+         path = trim(adjustl(card(equals + 1:)))
+         if (path == '') wrong = 'a file is missing: *INCLUDE, FILE=name'
+      end if
+      if (wrong == '') then
+         path = beside(a%file(here)%name, path)
+         above = here
+         do while (above > 0)
+            if (a%file(above)%name == path) wrong = path//' includes itself'//way(a, above, here)
+            above = a%included_by(above)
+         end do
+         if (depth == deepest) wrong = 'more than '//to_text(deepest)//' decks include each other'
+      end if
+      if (wrong == '') then
+         call read_source_file(path, source, error)
+         if (allocated(error)) wrong = error%message
+      end if
+      if (wrong /= '') then
+         call diagnostics%add(place_t(a%n, first, len_trim(typed)), '*INCLUDE: '//wrong)
+         return
+      end if
+      a%file = [a%file, deck_file_t(path)]
+      a%included_by = [a%included_by, here]
+      call take_file(a, source, size(a%file), depth + 1, diagnostics)
+   end subroutine include_file
+
+   !> ": a.inp, b.inp, a.inp", the way from a file to one that it includes and back.
+   function way(a, top, bottom) result(string)
+      type(assembly_t), intent(in) :: a
+      integer, intent(in) :: top, bottom
+      character(:), allocatable :: string
+      integer :: file
+      string = a%file(top)%name
+      file = bottom
+      do while (file /= top)
+         string = a%file(file)%name//', '//string
+         file = a%included_by(file)
+      end do
+      string = ': '//a%file(top)%name//', '//string
+      if (top == bottom) string = ''
+   end function way
+
+   !> A path that is meant from where another file is, in its simplest form.
+   function beside(name, path) result(whole)
+      character(*), intent(in) :: name, path
+      character(:), allocatable :: whole, part
+      integer :: slash, before
+      whole = path
+      slash = index(name, '/', back=.true.)
+      if (path(1:1) /= '/' .and. slash > 0) whole = name(:slash)//path
+      ! dir/./deck.inp and dir/other/../deck.inp are dir/deck.inp: a circle is seen by the names.
+      slash = 1
+      do while (index(whole(slash:), '/') > 0)
+         before = slash
+         slash = slash + index(whole(slash:), '/')
+         part = whole(before:slash - 1)
+         if (part == './' .or. (part == '/' .and. before > 1)) then
+            whole = whole(:before - 1)//whole(slash:)
+            slash = before
+         else if (part == '../' .and. before > 1) then
+            slash = index(whole(:before - 2), '/', back=.true.) + 1
+            if (whole(slash:before - 1) == '../' .or. before == 2) then
+               slash = before + 3
+            else
+               whole = whole(:slash - 1)//whole(before + 3:)
+            end if
+         end if
+      end do
+   end function beside
+
+   !> Adds a line to what is read, to the expanded deck and to the record.
+   subroutine keep(a, origin, read, expanded, record)
+      type(assembly_t), intent(inout) :: a
+      integer, intent(in) :: origin(2)
+      character(*), intent(in) :: read, expanded, record
+      integer, allocatable :: more(:, :)
+      if (a%n == size(a%origin, 2)) then
+         allocate (more(2, 2 * a%n))
+         more(:, :a%n) = a%origin
+         call move_alloc(more, a%origin)
+      end if
+      a%n = a%n + 1
+      a%origin(:, a%n) = origin
+      call add_line(a%read, read)
+      call add_line(a%expanded, expanded)
+      call add_line(a%record, record)
+   end subroutine keep
+
+   !> Remembers how the last line was typed.
+   subroutine note_typed(a, typed, spots)
+      type(assembly_t), intent(inout) :: a
+      character(*), intent(in) :: typed
+      type(spot_t), intent(in) :: spots(:)
+      type(typed_line_t), allocatable :: more(:)
+      integer :: n
+      n = size(a%typed)
+      allocate (more(n + 1))
+      more(:n) = a%typed
+      more(n + 1)%line = a%n
+      more(n + 1)%text = typed
+      more(n + 1)%spot = spots
+      call move_alloc(more, a%typed)
+   end subroutine note_typed
+
+   subroutine add_line(lines, line)
+      type(lines_t), intent(inout) :: lines
+      character(*), intent(in) :: line
+      character(:), allocatable :: more
+      integer :: needed
+      needed = lines%length + len(line) + 1
+      if (needed > len(lines%text)) then
+         allocate (character(2 * needed) :: more)
+         more(:lines%length) = lines%text(:lines%length)
+         call move_alloc(more, lines%text)
+      end if
+      lines%text(lines%length + 1:needed) = line//nl
+      lines%length = needed
+   end subroutine add_line
+
+   !> Column of the first letter of a line that counts; 0 for blank lines and comments.
+   pure integer function first_letter(line)
+      character(*), intent(in) :: line
+      do first_letter = 1, len(line)
+         if (.not. is_blank(line(first_letter:first_letter))) exit
+      end do
+      if (first_letter > len(line)) first_letter = 0
+      if (first_letter > 0) then
+         if (index(line(first_letter:), '**') == 1) first_letter = 0
+      end if
+   end function first_letter
+
+   !> The keyword of a line, in capitals without blanks; '' when it has none.
+   pure function keyword(line)
+      character(*), intent(in) :: line
+      character(:), allocatable :: keyword
+      integer :: star, comma
+      keyword = ''
+      star = verify(line, ' '//achar(9))
+      if (star == 0) return
+      if (line(star:star) /= '*') return
+      comma = index(line(star:), ',')
+      if (comma == 0) comma = len(line) - star + 2
+      keyword = squeeze(line(star + 1:star + comma - 2))
+   end function keyword
+end module deck_assembly

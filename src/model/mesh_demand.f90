@@ -1,0 +1,107 @@
+!> How many elements a rod wants, and where: what the nodes of a mesh that the program makes are placed by.
+!>
+!> A demand is a density, constant between places on the rod, and says nothing of where spans end: these take from it what lies
+!> between their ends. Whatever asks for another mesh (error estimates, spans that are born, grow or merge) asks by it.
+module mesh_demand
+   use kinds, only: wp
+   use rod_layout, only: layout_t
+   implicit none
+   private
+   public :: demand_t, new_demands, between, equal_shares, with_smooth_density
+
+   !> Of one stretch.
+   type :: demand_t
+      real(wp), allocatable :: at(:)        !! (pieces + 1) coordinates along it, rising, from 0 to its length
+      real(wp), allocatable :: elements(:)  !! (pieces) wanted in each, >= 0, no whole numbers
+   end type demand_t
+
+   real(wp), parameter :: first_elements = 2.0_wp !! of a stretch: the fewest that can tell of each other
+   real(wp), parameter :: steepest = 4.0_wp       !! ratio of the lengths of neighbours
+
+contains
+
+   !> What a mesh begins with, before any error is known: the deck's elements where it says how many.
+   function new_demands(layout) result(demand)
+      type(layout_t), intent(in) :: layout
+      type(demand_t) :: demand(size(layout%stretch))
+      integer :: k
+      do k = 1, size(demand)
+         associate (stretch => layout%stretch(k))
+            if (stretch%placed) then
+               demand(k)%at = [0.0_wp, stretch%length]
+               demand(k)%elements = [first_elements]
+            else
+               demand(k)%at = stretch%at
+               demand(k)%elements = spread(1.0_wp, 1, size(stretch%element))
+            end if
+         end associate
+      end do
+   end function new_demands
+
+   !> The elements wanted between two places, parts counted.
+   pure real(wp) function between(demand, from, to) result(n)
+      type(demand_t), intent(in) :: demand
+      real(wp), intent(in) :: from, to
+      integer :: i
+      n = 0.0_wp
+      do i = 1, size(demand%elements)
+         associate (low => demand%at(i), high => demand%at(i + 1))
+            if (min(high, to) <= max(low, from)) cycle
+            n = n + demand%elements(i) * (min(high, to) - max(low, from)) / (high - low)
+         end associate
+      end do
+   end function between
+
+   !> The n + 1 ends of n elements between two places, each with the same share of the demand there.
+   pure function equal_shares(demand, from, to, n) result(at)
+      type(demand_t), intent(in) :: demand
+      real(wp), intent(in) :: from, to
+      integer, intent(in) :: n
+      real(wp) :: at(n + 1)
+      real(wp) :: whole, passed, piece, low, high
+      integer :: i, k
+      at(1) = from
+      at(n + 1) = to
+      whole = between(demand, from, to)
+      if (.not. whole > 0.0_wp) then
+         at = [(from + (to - from) * k / n, k=0, n)]
+         return
+      end if
+      k = 1
+      passed = 0.0_wp
+      do i = 1, size(demand%elements)
+         low = max(demand%at(i), from)
+         high = min(demand%at(i + 1), to)
+         if (high <= low) cycle
+         piece = between(demand, low, high)
+         do while (k < n)
+            if (passed + piece < whole * k / n) exit
+            at(k + 1) = low + (high - low) * (whole * k / n - passed) / piece
+            k = k + 1
+         end do
+         passed = passed + piece
+      end do
+      ! What rounding has left.
+      do while (k < n)
+         at(k + 1) = at(k) + (to - at(k)) / (n - k + 1)
+         k = k + 1
+      end do
+   end function equal_shares
+
+   !> The same, nowhere so much less than beside it that neighbours would differ by more than a factor in length.
+   pure function with_smooth_density(demand) result(smooth)
+      type(demand_t), intent(in) :: demand
+      type(demand_t) :: smooth
+      real(wp) :: length(size(demand%elements))
+      integer :: i, n
+      smooth = demand
+      n = size(length)
+      length = demand%at(2:) - demand%at(:n)
+      do i = 2, n
+         smooth%elements(i) = max(smooth%elements(i), length(i) * smooth%elements(i - 1) / (steepest * length(i - 1)))
+      end do
+      do i = n - 1, 1, -1
+         smooth%elements(i) = max(smooth%elements(i), length(i) * smooth%elements(i + 1) / (steepest * length(i + 1)))
+      end do
+   end function with_smooth_density
+end module mesh_demand

@@ -1,0 +1,117 @@
+"""What `cmake --install` and the Debian package bring, run from where they were put: program, commands, manual, man pages, completion.
+
+UNILAT names the program, in its build folder.
+"""
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+ROOT = pathlib.Path(__file__).parent.parent
+BUILD = pathlib.Path(os.environ["UNILAT"]).parent
+DECK = """*PARAMETER
+P = 1
+*NODE
+1, 0, 0
+2, 1, 0
+*LINE, ELSET=ROD, TYPE=GE8
+1, 2, 2
+*BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS
+1e6, 1
+*BOUNDARY
+1, ENCASTRE
+*MONITOR, NAME=tip
+2, U2
+*STEP
+*STATIC, METHOD=LOAD
+1
+*CLOAD
+2, 2, ${P}
+*END STEP
+"""
+
+pytestmark = pytest.mark.skipif(not (BUILD / "cmake_install.cmake").exists(), reason="the program is not in a build folder")
+
+
+def tried(prefix: pathlib.Path, folder: pathlib.Path):
+    """Everything that was installed works from there, and nothing else is used."""
+    environment = {"PATH": f"{prefix}/bin:/usr/bin:/bin", "UNILAT_PYTHON": sys.executable, "HOME": str(folder), "MPLBACKEND": "Agg",
+                   "OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1"}
+
+    def run(*words, code=0):
+        done = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, timeout=60, check=False)
+        assert done.returncode == code, done.stdout + done.stderr
+        return done.stdout
+
+    (folder / "rod.inp").write_text(DECK)
+    (folder / "rods.toml").write_text('deck = "rod.inp"\n[grid]\nP = [1, 2]\n[gather]\ntip = "last tip"\n')
+    assert "Path complete" in run("unilat", "rod.inp")
+    assert "tip" in run("unilat-plot", "csv", "rod.h5", "-o", "-")
+    assert "2 of 2 runs complete" in run("unilat-sweep", "run", "rods.toml", "-j", "1")
+    document = prefix / "share/doc/unilat"
+    for page in ("README.md", "theory.md"):
+        text = (document / page).read_text(encoding="utf-8")
+        assert all((document / name).exists() for name in re.findall(r"\]\(([^)#:]+)[)#]", text))
+    for deck in ("ring", "liner", "sweeps/column-random"):
+        run("unilat", "--check", str(document / "examples" / f"{deck}.inp"))
+    for command in ("unilat", "unilat-plot", "unilat-sweep"):
+        assert (prefix / f"share/man/man1/{command}.1").exists()
+        assert (prefix / f"share/bash-completion/completions/{command}").exists()
+    return run
+
+
+def test_install(tmp_path):
+    prefix = tmp_path / "prefix"
+    subprocess.run(["cmake", "--install", str(BUILD), "--prefix", str(prefix)], check=True, stdout=subprocess.DEVNULL)
+    tried(prefix, tmp_path)
+
+
+@pytest.mark.skipif(not all(map(shutil.which, ("cpack", "dpkg-deb", "dpkg-shlibdeps"))), reason="no tools for Debian packages here")
+def test_debian_package(tmp_path):
+    made = subprocess.run(["cpack", "-G", "DEB", "-B", str(tmp_path / "made"), "--config", str(BUILD / "CPackConfig.cmake")],
+                          capture_output=True, text=True, check=False)
+    packages = list((tmp_path / "made").glob("*.deb"))
+    assert made.returncode == 0 and len(packages) == 1, made.stdout + made.stderr
+    told = subprocess.run(["dpkg-deb", "-f", str(packages[0]), "Package", "Depends"], capture_output=True, text=True, check=True).stdout
+    assert "Package: unilat" in told and "libgfortran" in told and "python3-h5py" in told
+    subprocess.run(["dpkg-deb", "-x", str(packages[0]), str(tmp_path / "root")], check=True)
+    tried(tmp_path / "root/usr", tmp_path)
+
+
+def test_man_pages_name_every_option():
+    said = subprocess.run([os.environ["UNILAT"], "--help"], capture_output=True, text=True, check=True).stdout
+    options = set(re.findall(r"^  (--?[a-z]+)", said, re.MULTILINE))
+    page = (ROOT / ".cmake/install/unilat.1.in").read_text().replace("\\-", "-")
+    assert {"--set", "--expand", "-o"} <= options
+    assert options == set(re.findall(r"^\.BI? (--?[a-z]+)", page, re.MULTILINE))
+
+
+def completed(folder, *words) -> set[str]:
+    """What the last word may become."""
+    script = f'source "{ROOT}/.cmake/install/unilat.bash"; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); ' \
+             'f=$(complete -p "$1"); f=${f#complete -F }; ${f% *}; printf "%s\\n" "${COMPREPLY[@]}"'
+    done = subprocess.run(["bash", "-c", script, "bash", *words], cwd=folder, capture_output=True, text=True, check=True,
+                          env={**os.environ, "PATH": f"{BUILD}:{os.environ['PATH']}"})
+    return set(done.stdout.split())
+
+
+def test_completion(tmp_path):
+    for name in ("rod.inp", "rod.h5", "rods.toml", "notes.txt"):
+        (tmp_path / name).write_text(DECK)
+    (tmp_path / "decks").mkdir()
+    assert completed(tmp_path, "unilat", "") == {"rod.inp", "decks"}
+    assert completed(tmp_path, "unilat", "--ch") == {"--check"} and "--set" in completed(tmp_path, "unilat", "-")
+    assert completed(tmp_path, "unilat", "rod.inp", "-o", "r") == {"rod.h5"}
+    assert completed(tmp_path, "unilat", "rod.inp", "--set", "") == {"P="}
+    assert completed(tmp_path, "unilat-plot", "sh") == {"shape"} and completed(tmp_path, "unilat-plot", "shape", "") == {"rod.h5", "decks"}
+    assert completed(tmp_path, "unilat-sweep", "run", "") == {"rods.toml", "decks"}
+
+
+def test_completion_knows_every_command_of_unilat_plot():
+    sys.path.insert(0, str(ROOT / "postproc"))
+    from unilat.command import COMMANDS
+    assert set(COMMANDS) == completed(".", "unilat-plot", "")
