@@ -36,7 +36,7 @@ program unilat
    type(outcome_t) :: outcome
    type(timers_t) :: timers
    type(error_t), allocatable :: error
-   character(:), allocatable :: result_file, status
+   character(:), allocatable :: result_file, status, checks, why_nodes
 
    call read_command_line(options, error)
    if (allocated(error)) call stop_with(exit_deck_error, error%message//' (unilat --help tells the options)')
@@ -76,8 +76,10 @@ program unilat
    call follow_deck()
    ! What contact spans cannot follow nodes may, as well as the deck's mesh can.
    if (begins_again()) then
+      why_nodes = outcome%why
       deck_model%contact%along = .false.
       call follow_deck()
+      call note_failure('contact is at the nodes of the deck, where errors are not known, because spans do not get on: '//why_nodes)
    end if
    if (allocated(outcome%accuracy%bar_words)) call note_failure(outcome%accuracy%bar_words)
 
@@ -115,8 +117,8 @@ contains
       call timing_stop(timers, phase_output)
       call follow_path(path_problem, recorder, outcome, timers)
       call progress_close(recorder%progress)
-      status = failed_checks(outcome%accuracy)
-      if (status /= '') call note_failure(status)
+      checks = failed_checks(outcome%accuracy)
+      if (checks /= '') call note_failure(checks)
    end subroutine follow_deck
 
    !> The run has come to its end, but not to what the deck asks for.
@@ -130,11 +132,10 @@ contains
       end if
    end subroutine note_failure
 
-   !> True where contact spans have not got on; says so, and closes the results.
+   !> True where contact spans lead nowhere, or to what the run's own checks refuse; says so, and closes the results.
    logical function begins_again()
       character(*), parameter :: how = 'with contact at the nodes of the deck'
-      begins_again = outcome%spans .and. .not. outcome%complete .and. outcome%deck_line == 0 .and. &
-         & .not. outcome%turns
+      begins_again = outcome%spans .and. (outcome%dead_end .or. checks /= '')
       if (.not. begins_again) return
       call results_close(recorder%results, 'begun again '//how, timers, outcome%accuracy, error)
       if (.not. options%quiet) write (output_unit, '(/a)') 'Contact spans do not get on: '//outcome%why// &

@@ -123,8 +123,10 @@ class Arch:
         return None
 
 
-def special_points(half_angle: float, slenderness: float, degree: int = DEGREE, longest: float = 0.05) -> list[SpecialPoint]:
-    """All of the path until the arch hangs below its hinges and is stiffer than at the start; increments turn by 0.1 at most."""
+def special_points(half_angle: float, slenderness: float, degree: int = DEGREE, longest: float = 0.05,
+                   most: int | None = None) -> list[SpecialPoint]:
+    """All of the path until the arch hangs below its hinges and is stiffer than at the start, or the first `most` or some more;
+    increments turn by 0.1 at most."""
     arch = Arch(half_angle, slenderness, degree)
     u, step, points = arch.first, 0.01, []
     tangent = arch.tangent(u, np.eye(arch.size + 2)[-1])
@@ -141,6 +143,8 @@ def special_points(half_angle: float, slenderness: float, degree: int = DEGREE, 
             if test(u, tangent) * test(new, after) < 0.0:
                 found.append(_located(arch, label, test, u, tangent, step))
         points += [point for _, point in sorted(found, key=lambda pair: pair[0])]
+        if most is not None and len(points) >= most:
+            break
         u, tangent, step = new, after, min(1.3 * step, longest)
     return points
 

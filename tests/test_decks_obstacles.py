@@ -197,8 +197,9 @@ def test_strategies_follow_a_moving_roller(method, data, foundation):
 
 
 def test_motions_of_steps_add_up():
-    """Down in one step, a load in the next while the roller stays, then up again: the beam is free and straight."""
-    text = dr.example("indenter")
+    """Down in one step, a load in the next while the roller stays, then up again: the beam is free and straight. With contact
+    at nodes: spans find no way on behind the point where the beam slides along the roller and lifts off."""
+    text = dr.example("indenter").replace("POINTS=ALONG", "POINTS=NODES")
     text = text[:text.index("*LOCATE")].replace("ROLLER, 0., -0.25", "ROLLER, 0., -0.1") + "*END STEP\n"
     text += "*STEP\n*STATIC, METHOD=LOAD\n0.5\n*CLOAD\n2, 6, 0.1\n*END STEP\n"
     text += "*STEP\n*STATIC, METHOD=LOAD\n0.1\n*OBSTACLE MOTION\nROLLER, 0., 0.15\nROLLER, 0.05, 0.\n*CLOAD\n2, 6, -0.1\n*END STEP\n"

@@ -112,10 +112,11 @@ def test_unknown_deck_is_refused(machine):
     assert "there is no deck input/no-such-deck.inp" in text
 
 
-def test_sweeps_are_listed_and_an_unknown_one_is_refused(machine):
-    status, text = run(machine, "input/run", "--sweep", "no-such-sweep")
-    assert status == 1 and "there is no sweep input/sweeps/no-such-sweep.toml" in text
-    for path in (ROOT / "input" / "sweeps").glob("*.toml"):
+@pytest.mark.parametrize("kind, folder", [("sweep", "sweeps"), ("map", "maps"), ("study", "studies")])
+def test_sweeps_maps_and_studies_are_listed_and_an_unknown_one_is_refused(machine, kind, folder):
+    status, text = run(machine, "input/run", f"--{kind}", "no-such-one")
+    assert status == 1 and f"there is no {kind} input/{folder}/no-such-one.toml" in text
+    for path in (ROOT / "input" / folder).glob("*.toml"):
         assert f"\n   {path.stem} " in text
 
 

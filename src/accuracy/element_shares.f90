@@ -15,7 +15,7 @@ module element_shares
    use bordered_system, only: solve_effective
    use band_matrix, only: band_times
    use path_control, only: control_t, control_row
-   use finer_path, only: leave_out
+   use null_directions, only: new_null_directions, leave_out
    use contact_totals, only: contact_sum, contact_sum_known, contact_sum_gradient
    use monitor_rows, only: monitor_row_t, monitor_row, watched_displacement
    use small_dense, only: solve_small
@@ -64,6 +64,7 @@ contains
       type(monitor_row_t) :: inside
       real(wp) :: force(6, problem%model%mesh%n_elements), w(system%n), of_load(system%n), tangent(system%n), &
          & share(problem%model%mesh%n_elements), rhs, along, along_load, rest, change
+      real(wp), allocatable :: direction(:, :)
       integer :: e, m, n
       n = 1 + size(problem%model%monitor)
       allocate (shares%sum(n), shares%size(n), shares%rounding(n), shares%inside(n), source=0.0_wp)
@@ -72,11 +73,12 @@ contains
       do e = 1, size(share)
          force(:, e) = unbalanced(problem, system, at_start, e)
       end do
+      direction = new_null_directions(problem, system, modes, timers)
       call control_row(problem, control, state, state, system, rhs, timers)
       call solve_effective(system, merge(0.0_wp, system%path_row, system%fixed), w, timers)
       tangent = system%tangent
-      call leave_out(problem, modes, w)
-      call leave_out(problem, modes, tangent)
+      call leave_out(problem, modes, direction, w)
+      call leave_out(problem, modes, direction, tangent)
       along = dot_product(system%path_row, tangent) + system%path_corner
       if (.not. abs(along) > 0.0_wp) return
       of_load = w / along
@@ -93,7 +95,7 @@ contains
          call new_functional(problem, state, system, m - 1, functional)
          if (.not. functional%known) cycle
          call solve_effective(system, merge(0.0_wp, functional%by_unknown, system%fixed), w, timers)
-         call leave_out(problem, modes, w)
+         call leave_out(problem, modes, direction, w)
          along_load = dot_product(functional%by_unknown, tangent) + functional%by_load
          ! In one vector: at a limit point both parts are without bounds.
          w = functional%by_force - w + along_load * of_load

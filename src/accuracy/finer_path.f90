@@ -1,7 +1,7 @@
 !> Points of the path that the finer problem has, next to a point of the problem's own path.
 module finer_path
    use kinds, only: wp
-   use problem, only: problem_t, dof
+   use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise, apply_increment
@@ -11,10 +11,11 @@ module finer_path
    use path_continuity, only: heading_t, heading_at
    use monitors, only: monitor_values
    use finer_problem, only: new_finer_problem, finer_state
+   use null_directions, only: new_null_directions, leave_out
    use timing, only: timers_t
    implicit none
    private
-   public :: finer_path_t, finer_point_t, new_finer_path, start_point, next_point, leave_out, likeness
+   public :: finer_path_t, finer_point_t, new_finer_path, start_point, next_point
 
    type :: finer_path_t
       type(problem_t) :: problem
@@ -85,7 +86,7 @@ contains
             call solve_contact_step(problem, point%state, point%system, rhs, .true., step, timers)
             point%ok = step%ok
             if (.not. point%ok) return
-            call leave_out(problem, path%modes, step%x)
+            call leave_out(problem, path%modes, new_null_directions(problem, point%system, path%modes, timers), step%x)
             before = point%state
             call apply_increment(problem, point%system, step%x, step%y, point%state)
             point%state%reaction = step%reaction
@@ -98,27 +99,4 @@ contains
          point%heading = heading_at(problem, point%system, path%heading%u, path%heading%load)
       end associate
    end subroutine next_point
-
-   !> Takes null vectors out of a solution: over a vanishing eigenvalue rounding is any share of them.
-   pure subroutine leave_out(problem, modes, x)
-      type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: modes(:, :)        !! (unknowns, any number) orthonormal in the metric, node axes
-      real(wp), intent(inout) :: x(:)            !! (unknowns)
-      integer :: k
-      do k = 1, size(modes, 2)
-         x = x - likeness(problem, modes(:, k), x) * modes(:, k)
-      end do
-   end subroutine leave_out
-
-   !> The part of a vector that is a mode.
-   pure real(wp) function likeness(problem, mode, x)
-      type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: mode(:), x(:)      !! (unknowns) node axes; the mode has length 1 in the metric
-      integer :: node, d
-      likeness = 0.0_wp
-      do node = 1, size(problem%weight)
-         d = dof(problem, node, 1)
-         likeness = likeness + problem%weight(node) * dot_product(mode(d:d + 1), x(d:d + 1))
-      end do
-   end function likeness
 end module finer_path

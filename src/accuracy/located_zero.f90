@@ -10,7 +10,7 @@ module located_zero
    use path_events, only: event_t, new_probe, event_value, event_bifurcation
    use span_tests, only: span_test_t, run_span_tests
    use tangent_modes, only: modes_t, lowest_modes, mode_tolerance
-   use finer_path, only: likeness
+   use null_directions, only: likeness
    use timing, only: timers_t
    implicit none
    private

@@ -5,8 +5,8 @@ module increment_points
    use problem, only: problem_t
    use rod_state, only: state_t
    use bordered_system, only: linearise
-   use path_control, only: control_t, is_arc_length, metric, path_length
-   use path_continuity, only: heading_t, chord_between, between, part_at, alike
+   use path_control, only: control_t, is_arc_length, metric, path_length, displacement_between
+   use path_continuity, only: heading_t, chord_between, seen_from, between, part_at, alike
    use corrector, only: increment_t, take_increment, correct
    use path_run, only: run_t
    use timing, only: timers_t
@@ -51,7 +51,9 @@ contains
                control%load_scale = 0.0_wp
                control%tangent = division%chord / division%length
                control%tangent_load = 0.0_wp
-               division%whole = division%length
+               ! As measured at the nodes of the trial: with contact spans they are elsewhere along the rod.
+               division%whole = metric(problem, seen_from(problem, trial, run%state, control%tangent), &
+                  & displacement_between(problem, run%state, trial))
                division%slopes = [metric(problem, control%tangent, run%heading%u), metric(problem, control%tangent, ahead%u)]
             end if
          end if

@@ -39,6 +39,8 @@ module path_acceptance
       character(:), allocatable :: why           !! the run cannot go on: the reason, one sentence
       logical :: spans = .false.                 !! contact was described by spans
       logical :: turns = .false.                 !! stopped where the path turns back for a strategy that cannot follow it
+      logical :: used_up = .false.               !! stopped after the number of points that the deck allows
+      logical :: dead_end = .false.              !! stopped because there is no way on, and not for these reasons
       integer :: deck_line = 0                   !! and the deck is at fault: the line of the card; 0: it is not
       character(:), allocatable :: trouble       !! what could not be done beside the path of the steps: branches, limit curves
       type(accuracy_t) :: accuracy

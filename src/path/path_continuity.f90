@@ -19,7 +19,7 @@ module path_continuity
    use path_control, only: control_t, is_arc_length, metric, path_length, set_tangent
    implicit none
    private
-   public :: heading_t, relation_t, heading_at, relate, same_path, too_far, at_corner, chord_between, between, part_at, &
+   public :: heading_t, relation_t, heading_at, relate, same_path, too_far, at_corner, chord_between, seen_from, between, part_at, &
       & lies_between, goes_back, alike, blend_geometry, largest_turn, largest_distance
 
    !> Unit tangent of a path at a point.

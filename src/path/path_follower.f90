@@ -27,7 +27,6 @@ module path_follower
    integer, parameter :: max_cuts = 40          !! halvings of one increment
    integer, parameter :: cuts_before_corner = 2 !! failures after which the path may have a corner
    integer, parameter :: cuts_before_change = 3 !! failures after which a change of contact spans is looked for ahead
-   integer, parameter :: cuts_of_spans = 8      !! failures after which a path with contact spans ends
    real(wp), parameter :: least_load = 0.01_wp  !! of the load factor, that an increment after a corner may add
    integer, parameter :: cuts_before_mesh = 6   !! failures after which the mesh may be the reason
    real(wp), parameter :: sharper = 0.01_wp     !! of the residual, where an iteration has left too much
@@ -59,7 +58,8 @@ contains
       changed = .false.
       points: do
          if (run%step_points >= step%max_points) then
-            if (size(step%stop) > 0) outcome%why = 'the allowed number of points was used up before the stop condition'
+            outcome%used_up = size(step%stop) > 0
+            if (outcome%used_up) outcome%why = 'the allowed number of points was used up before the stop condition'
             return
          end if
          if (run%step_points /= tried_at) tries = 0
@@ -112,11 +112,6 @@ contains
                   cycle points
                end if
             end if
-            if (problem%spans .and. cuts > cuts_of_spans) then
-               if (.not. allocated(report%message)) report%message = 'no equilibrium'
-               call why_stuck(problem, step, run, report, outcome%why, outcome%turns, timers)
-               return
-            end if
             ! A path turns at once where the contact set changes.
             if (cuts > cuts_before_corner .or. (astray .and. any(run%state%active .neqv. trial%active))) then
                call turn_corner(problem, step, run, recorder, turned, finished, outcome, timers)
@@ -129,6 +124,7 @@ contains
                outcome%why = 'no first point: '//report%message
                return
             else if (cuts > max_cuts .or. abs(run%control%increment) < smallest(step, run%control)) then
+               if (.not. allocated(report%message)) report%message = 'no equilibrium'
                call why_stuck(problem, step, run, report, outcome%why, outcome%turns, timers)
                return
             end if

@@ -84,6 +84,7 @@ contains
          if (allocated(outcome%why)) exit steps
          call freeze_loads(problem, run%state)
       end do steps
+      outcome%dead_end = allocated(outcome%why) .and. outcome%deck_line == 0 .and. .not. (outcome%turns .or. outcome%used_up)
       outcome%complete = .not. (allocated(outcome%why) .or. allocated(outcome%trouble))
       if (allocated(outcome%trouble)) then
          if (allocated(outcome%why)) outcome%trouble = outcome%why//'; '//outcome%trouble

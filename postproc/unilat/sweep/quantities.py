@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..options import LABELS
-from ..results import Results, ResultsError
+from ..results import Critical, Results, ResultsError
 
 AT = re.compile(rf"^({'|'.join(map(re.escape, LABELS))})(\d*)(?:\.(.+))?$")
 ALONG = {"max": np.max, "min": np.min, "first": lambda values: values[0], "last": lambda values: values[-1]}
@@ -27,13 +27,24 @@ class Quantity:
         if self.label is None:
             values = results.column(self.name).values
             return float(ALONG[self.how](values)) if len(values) else float("nan")
-        found = [critical for critical in results.critical if critical.label == self.label]
-        if len(found) < self.number:
+        critical = self.point(results)
+        if critical is None:
             return float("nan")
-        critical = found[self.number - 1]
         if self.name == "load_factor":
             return critical.load_factor
         return float(results.column(self.name).values[critical.point - 1])
+
+    def point(self, results: Results) -> Critical | None:
+        """The critical point that it is taken at."""
+        found = [critical for critical in results.critical if critical.label == self.label]
+        return found[self.number - 1] if 0 < self.number <= len(found) else None
+
+    def bar(self, results: Results) -> float:
+        """The program's own error bar of it: infinite where the mesh is too coarse to tell, NaN where it is not told."""
+        critical = self.point(results)
+        if critical is None:
+            return float("nan")
+        return critical.error if self.name == "load_factor" else critical.monitor_errors.get(self.name, float("nan"))
 
 
 def read_quantity(word, filename: str) -> Quantity:

@@ -25,6 +25,7 @@ class Sweep:
     gather: dict[str, Quantity]
     pictures: list[dict]
     timeout: float | None      # [s] a run
+    more: dict                 # what else was asked for, see read_sweep
 
     @property
     def settings(self) -> list[tuple[str, ...]]:
@@ -32,13 +33,14 @@ class Sweep:
         return [tuple(f"{name}={_written(value)}" for name, value in each.items()) for each in self.values]
 
 
-def read_sweep(filename: str) -> Sweep:
-    """Everything checked that can be checked before the first run."""
-    text = _text(filename)
-    content = _toml(text, filename)
-    unknown = set(content) - KNOWN
+def read_sweep(filename: str, also: tuple[str, ...] = ()) -> Sweep:
+    """Everything checked that can be checked before the first run. `also`: further keys that the file may have."""
+    text = read_text(filename)
+    content = read_toml(text, filename)
+    known = KNOWN | set(also)
+    unknown = set(content) - known
     if unknown:
-        raise ResultsError(f"{filename}: '{min(unknown)}' is not known (known: {', '.join(sorted(KNOWN))})")
+        raise ResultsError(f"{filename}: '{min(unknown)}' is not known (known: {', '.join(sorted(known))})")
     if "deck" not in content:
         raise ResultsError(f"{filename}: deck is missing: deck = \"NAME.inp\"")
     deck_path = os.path.join(os.path.dirname(filename), content["deck"])
@@ -57,7 +59,8 @@ def read_sweep(filename: str) -> Sweep:
         raise ResultsError(f"{filename}: '{min(taken)}' is a column of every sweep; choose another name")
     return Sweep(os.path.splitext(os.path.basename(filename))[0], content.get("title", ""), text, deck_path,
                  values, {name: word for word in GROUPS for name in content.get(word, {}) if name in values[0]},
-                 gather, _pictures(content, filename, gather, values[0]), timeout)
+                 gather, _pictures(content, filename, gather, values[0]), timeout,
+                 {key: content[key] for key in also if key in content})
 
 
 def _written(value) -> str:
@@ -74,7 +77,8 @@ def _pictures(content: dict, filename: str, gather: dict, values: dict) -> list[
     return content.get("picture", [])
 
 
-def _text(filename: str) -> str:
+def read_text(filename: str) -> str:
+    """A text file; what goes wrong is told with its name."""
     try:
         with open(filename, encoding="utf-8") as file:
             return file.read()
@@ -82,7 +86,8 @@ def _text(filename: str) -> str:
         raise ResultsError(f"{filename}: cannot be read: {getattr(problem, 'strerror', None) or problem}") from problem
 
 
-def _toml(text: str, filename: str) -> dict:
+def read_toml(text: str, filename: str) -> dict:
+    """Its content."""
     try:
         import tomllib
     except ModuleNotFoundError:     # Python 3.10

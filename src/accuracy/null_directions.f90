@@ -1,0 +1,72 @@
+!> Takes out of a solution what goes along null vectors of a tangent at a bifurcation: over a vanishing eigenvalue rounding makes
+!> any share of it.
+!>
+!> What a factored tangent K adds to a solution there is along its own direction of least resistance, K^-1 M v for a null vector v
+!> and the metric M, not along v: of the finer problem, or as rounding has it. Of slender rods the difference would be stretched
+!> with a stiffness that makes forces of it.
+module null_directions
+   use kinds, only: wp
+   use problem, only: problem_t, dof
+   use linear_system, only: system_t
+   use bordered_system, only: solve_effective
+   use small_dense, only: solve_small
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: new_null_directions, leave_out, likeness
+
+contains
+
+   !> K^-1 M v of every null vector, with length 1 along it.
+   function new_null_directions(problem, system, modes, timers) result(direction)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system       !! factored
+      real(wp), intent(in) :: modes(:, :)        !! (unknowns, any number) null vectors, orthonormal in the metric, node axes
+      type(timers_t), intent(inout) :: timers
+      real(wp), allocatable :: direction(:, :)   !! (unknowns, as many)
+      real(wp) :: weighted(size(modes, 1))
+      integer :: node, d, k
+      allocate (direction, mold=modes)
+      do k = 1, size(modes, 2)
+         weighted = 0.0_wp
+         do node = 1, size(problem%weight)
+            d = dof(problem, node, 1)
+            weighted(d:d + 1) = problem%weight(node) * modes(d:d + 1, k)
+         end do
+         call solve_effective(system, merge(0.0_wp, weighted, system%fixed), direction(:, k), timers)
+         direction(:, k) = direction(:, k) / norm2([tiny(1.0_wp), direction(:, k)])
+      end do
+   end function new_null_directions
+
+   !> x without null vectors: what is left has no part along them.
+   pure subroutine leave_out(problem, modes, direction, x)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: modes(:, :), direction(:, :) !! (unknowns, any number) of the null vectors, see above
+      real(wp), intent(inout) :: x(:)            !! (unknowns) node axes
+      real(wp) :: a(size(modes, 2), size(modes, 2)), b(size(modes, 2), 1)
+      logical :: singular
+      integer :: i, j
+      if (size(modes, 2) == 0) return
+      do i = 1, size(modes, 2)
+         do j = 1, size(modes, 2)
+            a(i, j) = likeness(problem, modes(:, i), direction(:, j))
+         end do
+         b(i, 1) = likeness(problem, modes(:, i), x)
+      end do
+      call solve_small(size(modes, 2), a, b, singular)
+      if (singular) return
+      x = x - matmul(direction, b(:, 1))
+   end subroutine leave_out
+
+   !> The part of a vector that is a mode.
+   pure real(wp) function likeness(problem, mode, x)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: mode(:), x(:)      !! (unknowns) node axes; the mode has length 1 in the metric
+      integer :: node, d
+      likeness = 0.0_wp
+      do node = 1, size(problem%weight)
+         d = dof(problem, node, 1)
+         likeness = likeness + problem%weight(node) * dot_product(mode(d:d + 1), x(d:d + 1))
+      end do
+   end function likeness
+end module null_directions
