@@ -50,3 +50,11 @@ def test_what_is_not_known_breaks_the_curve():
     y = np.array([0.0, 1.0, np.nan, 1.0, 2.0, 2.2])
     _, values, place = curve(np.arange(6.0), y)
     assert np.isnan(values[place[2]]) and np.all(np.isfinite(values[place[3]:]))
+
+
+def test_rounding_stays_where_it_is():
+    """A path along which nothing moves but by rounding ends where it ends."""
+    load = np.linspace(0.0, 15.0, 12)
+    none = np.zeros(12, dtype=bool)
+    _, y, _ = through(1e-17 * np.sin(40.0 * np.arange(12.0)**2), load, none, none, spans=(1.0, 15.0))
+    assert np.all(np.diff(y) >= 0.0)

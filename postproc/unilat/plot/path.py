@@ -99,6 +99,9 @@ class Diagram:
         x_name = args.x or next(iter(results.monitors), "point")
         x, y = options.numbers(path, x_name), options.numbers(path, args.y)
         self.x, self.y = self.x or x, self.y or y
+        # All paths of a file are drawn together.
+        spans = tuple(scale * max(np.ptp(options.numbers(each, name).values) for each in (results, *results.branches.values())
+                                  if each.n_points > 0) for scale, name in ((abs(args.x_scale), x_name), (abs(args.y_scale), args.y)))
         root = None
         if isinstance(path, Branch):
             parent, row = results.path_number(path.of), path.point - 1
@@ -106,7 +109,7 @@ class Diagram:
                 root = tuple(scale * options.numbers(parent, name).values[row]
                              for scale, name in ((args.x_scale, x_name), (args.y_scale, args.y)))
         self.unstable |= path_curves.draw_path(self.axes, path, args.x_scale * x.values, args.y_scale * y.values, look,
-                                               path_curves.load_axis(x, y), root=root, step=step)
+                                               path_curves.load_axis(x, y), root=root, step=step, spans=spans)
         if args.points:
             own = path_curves.rows_of_step(path, step)
             self.axes.plot(args.x_scale * x.values[own], args.y_scale * y.values[own], ".", color=look["color"], markersize=2.6,

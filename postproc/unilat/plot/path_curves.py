@@ -78,15 +78,17 @@ def stretches(results: Path, breaks: bool) -> list[tuple[np.ndarray, bool]]:
 
 
 def draw_path(axes, results: Path, x: np.ndarray, y: np.ndarray, line: dict, load: int | None, first: int = 0,
-              root: tuple[float, float] | None = None, step: int | None = None) -> bool:
+              root: tuple[float, float] | None = None, step: int | None = None,
+              spans: tuple[float, float] = (0.0, 0.0)) -> bool:
     """A curve along the path, stable parts solid, unstable ones dashed; True when there is an unstable part.
 
     `line` says how it is drawn otherwise (see look), `load` where the load factor is (see load_axis). `first` is the
     row of x[0]: the curve may be there for a part of the path only. `root` is where a branch leaves the other path;
-    what joins it to x[0] is as stable as the first part of the branch. `step`: only the part of this step.
+    what joins it to x[0] is as stable as the first part of the branch. `step`: only the part of this step. `spans`: see
+    smooth_curve.
     """
     last, unstable = first + len(x) - 1, False
-    curve_x, curve_y, place = smoothed(results, x, y, load, first, root)
+    curve_x, curve_y, place = smoothed(results, x, y, load, first, root, spans)
     own, pieces = rows_of_step(results, step), stretches(results, load is not None)
     if root is not None:
         stable = pieces[0][1] if pieces else "negative_pivots" not in results.path or \
@@ -111,7 +113,7 @@ def draw_path(axes, results: Path, x: np.ndarray, y: np.ndarray, line: dict, loa
 
 
 def smoothed(results: Path, x: np.ndarray, y: np.ndarray, load: int | None, first: int = 0,
-             root: tuple[float, float] | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+             root: tuple[float, float] | None = None, spans: tuple[float, float] = (0.0, 0.0)) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The curve drawn through points of the path, from row `first` on, and where on it they are; see smooth_curve.
 
     A `root` is a point before them.
@@ -120,7 +122,7 @@ def smoothed(results: Path, x: np.ndarray, y: np.ndarray, load: int | None, firs
     if root is not None:
         x, y = np.insert(x, 0, root[0]), np.insert(y, 0, root[1])
         corner, smooth = np.insert(corner, 0, False), np.insert(smooth, 0, False)
-    return smooth_curve.through(x, y, corner, smooth, load)
+    return smooth_curve.through(x, y, corner, smooth, load, spans)
 
 
 def bends(results: Path) -> tuple[np.ndarray, np.ndarray]:

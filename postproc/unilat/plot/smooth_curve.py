@@ -16,16 +16,16 @@ ANNOUNCED = 0.25         # of the turn: what a neighbour on a smooth curve turns
 
 
 def through(x: np.ndarray, y: np.ndarray, corner: np.ndarray, smooth: np.ndarray,
-            still: int | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+            still: int | None = None, spans: tuple[float, float] = (0.0, 0.0)) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The curve, and where on it the points are: x, y, place, so that x[place] are the points.
 
     `corner`: where the path has a kink, such as at contact events; `smooth`: where it has none for sure, however it
     turns, such as at limit points, and where the quantity `still` (0: x, 1: y) stands still. Points without values
-    break the curve.
+    break the curve. `spans`: of the picture along x and y; what is small beside them is small, as rounding is.
     """
     points = np.column_stack((x, y)).astype(float)
     known = np.all(np.isfinite(points), axis=1)
-    scale = np.ptp(points[known], axis=0) if known.any() else np.ones(2)
+    scale = np.maximum(np.ptp(points[known], axis=0) if known.any() else np.ones(2), spans)
     scaled = points / np.where(scale > 0.0, scale, 1.0)
     corner = corner | (_unannounced(scaled) & ~smooth)
     pieces, place, count = [], [0], 1
