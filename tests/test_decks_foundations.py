@@ -25,7 +25,7 @@ Beam on a bilateral foundation
 1, -10, 0
 2, 0, 0
 3, 10, 0
-*LINE, ELSET=BEAM, NSET=BEAM
+*LINE, ELSET=BEAM, NSET=BEAM, TYPE=GE4
 1, 2, {elements}
 2, 3, {elements}
 *BEAM SECTION, ELSET=BEAM, SECTION=STIFFNESS
@@ -90,7 +90,7 @@ Propped cantilever
 *NODE
 1, 0, 0
 2, 1, 0
-*LINE, ELSET=ROD, NSET=ROD
+*LINE, ELSET=ROD, NSET=ROD, TYPE=GE4
 1, 2, 8
 *NSET, NSET=TIP
 2
@@ -137,7 +137,7 @@ Buckling of a rail
 *NODE
 1, 0, 0
 2, 5, 0
-*LINE, ELSET=RAIL, NSET=RAIL
+*LINE, ELSET=RAIL, NSET=RAIL, TYPE=GE4
 1, 2, {elements}
 *BEAM SECTION, ELSET=RAIL, SECTION=STIFFNESS
 1e8, 1
@@ -190,7 +190,7 @@ A block on a multi-linear ground
 *NODE
 1, 0, 0
 2, 1, 0
-*LINE, ELSET=ROD, NSET=ROD
+*LINE, ELSET=ROD, NSET=ROD, TYPE=GE4
 1, 2, 1
 *BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS
 1e6, 1
@@ -295,7 +295,7 @@ Half of a beam sinking into a bilinear ground
 *NODE
 1, 0, 0
 2, 10, 0
-*LINE, ELSET=BEAM, NSET=BEAM
+*LINE, ELSET=BEAM, NSET=BEAM, TYPE=GE4
 1, 2, {elements}
 *BEAM SECTION, ELSET=BEAM, SECTION=STIFFNESS
 1e6, 1
@@ -365,7 +365,7 @@ Rod on springs
 *NODE
 1, 0, 0
 2, 1, 0
-*LINE, ELSET=ROD, NSET=ROD
+*LINE, ELSET=ROD, NSET=ROD, TYPE=GE4
 1, 2, 8
 *NSET, NSET=ENDS
 1, 2
@@ -444,7 +444,7 @@ A block between springs slides down a wall
 *NODE
 1, 0, 0
 2, 1, 0
-*LINE, ELSET=ROD, NSET=ROD
+*LINE, ELSET=ROD, NSET=ROD, TYPE=GE4
 1, 2, 1
 *NSET, NSET=TIP
 2

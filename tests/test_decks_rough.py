@@ -33,6 +33,8 @@ Rough column beside walls
 *STEP
 *STATIC
 0.05
+** The paths are looked at here, not what the mesh is worth beside limit points.
+*ACCURACY, POINTS=NONE
 *CLOAD
 2, 1, -9.8696044
 *STOP

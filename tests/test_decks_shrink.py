@@ -132,7 +132,7 @@ def least_lobe(unknown):
 
 def shrink(elements, heat, kind="GE4"):
     text = dr.changed(dr.example("ring-shrink"), ("1, 2, 0., 0., 40", f"1, 2, 0., 0., {elements}"), ("TYPE=GE8", f"TYPE={kind}"),
-                      ("v, BELOW, 0.04", "v, BELOW, 0.07"))
+                      ("v, BELOW, 0.04", "v, BELOW, 0.07\n*ACCURACY, WIDEST=0.1"))
     if heat:
         text = dr.changed(text, ("120000., 1.", "120000., 1., , , 1."), ("*CONTACT INTERFERENCE\nCAVITY, 1E-5", "*TEMPERATURE\nRING, 1E-5"),
                           ("*CONTACT INTERFERENCE\nCAVITY, -1E-5", "*TEMPERATURE\nRING, -1E-5"))
