@@ -215,8 +215,9 @@ def test_a_point_divides_where_a_support_holds_its_rotation():
 
 
 def test_what_is_lost_goes_with_the_root_of_the_imperfection():
-    """As at every unsymmetric bifurcation (Koiter)."""
-    lost = [16.0 - hinged(40, f"1e-8, 1\n{a}, 3", stop="midspan, BELOW, -0.00009", branch=False).load("LP") for a in (1e-7, 1e-8)]
+    """As at every unsymmetric bifurcation (Koiter). What the mesh is worth at contact that is lost with next to no force is not
+    asked here."""
+    lost = [16.0 - hinged(40, f"1e-8, 1\n{a}, 3", stop="midspan, BELOW, -0.00009\n*ACCURACY, WIDEST=100", branch=False).load("LP") for a in (1e-7, 1e-8)]
     dr.assert_close(lost[0] / lost[1], math.sqrt(10.0), relative=0.05)
 
 

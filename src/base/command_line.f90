@@ -81,7 +81,7 @@ contains
                   call fail(error, '--set needs name=value, not '''//trim(argument(i + 1))//'''')
                else
                   i = i + 1
-                  options%set = [options%set, [character(argument_length) :: argument(i)]]
+                  call append(options%set, argument(i))
                end if
             case ('--expand')
                options%expand = .true.
@@ -107,6 +107,17 @@ contains
       if (options%expand .and. options%output /= '') call fail(error, '--expand writes no results: leave out -o')
       if (options%check .and. options%output /= '') call fail(error, '--check writes no results: leave out -o')
    end subroutine parse_arguments
+
+   !> Adds an argument to a list.
+   pure subroutine append(list, argument)
+      character(argument_length), allocatable, intent(inout) :: list(:)
+      character(*), intent(in) :: argument
+      character(argument_length), allocatable :: longer(:)
+      allocate (longer(size(list) + 1))
+      longer(:size(list)) = list
+      longer(size(longer)) = argument
+      call move_alloc(longer, list)
+   end subroutine append
 
    !> What --help prints, lines ended by newlines.
    pure function help_text() result(string)

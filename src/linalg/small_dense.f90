@@ -67,6 +67,8 @@ contains
       real(wp) :: a(size(matrix, 1), size(matrix, 1)), scale
       logical :: used(size(matrix, 1))
       integer :: step, i
+      p = 0
+      if (size(used) == 0) return
       a = matrix
       scale = 0.0_wp
       do i = 1, size(used)

@@ -119,8 +119,11 @@ contains
          event%note = 'turning point of '//trim(problem%model%monitor(step%turning(i))%name)
          call append(event)
       end do
-      if (any(before%active .neqv. after%active)) &
-         & call detect_contact_events(problem, from, to, before%active, after%active, events)
+      ! Where sampled contact has become spans the candidates are others, and the change is told.
+      if (size(before%active) == size(after%active)) then
+         if (any(before%active .neqv. after%active)) &
+            & call detect_contact_events(problem, from, to, before%active, after%active, events)
+      end if
       if (problem%ground%chain%n > 0) call add_ground_events()
       call value_events(problem, step, before, after, from, to, values)
       events = [events, values]
