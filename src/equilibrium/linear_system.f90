@@ -69,7 +69,10 @@ module linear_system
       real(wp), allocatable :: tangent(:)       !! (n) derivative along the path by the load factor
       real(wp), allocatable :: path_row(:)      !! (n) node axes
       real(wp) :: path_corner = 0.0_wp
-      integer :: negative_pivots = 0            !! of the tangent on the null space of the active constraints
+      integer :: negative_pivots = 0            !! of the tangent on the null space of the active constraints, without those of
+      !! the hinges
+      integer :: hinges = 0                     !! clamps that are hinges in the tangent, each with a negative pivot of its own
+      !! (neutral_spans)
       ! Measures of the state itself.
       real(wp) :: force_residual = 0.0_wp       !! relative, from the stored resultants
       real(wp) :: defect_residual = 0.0_wp      !! internal: rotations [rad], positions over the size, forces over force_scale
@@ -140,6 +143,7 @@ contains
 
       call timing_start(timers, phase_elements)
       system%ok = .true.
+      system%hinges = size(problem%hinge)
       worst = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
          rod => rod_at(problem, e)
