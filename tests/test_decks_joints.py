@@ -711,3 +711,10 @@ def test_soft_obstacles_push_what_follows(obstacle):
     stiff = dr.run_deck(rod.format(obstacle=obstacle))
     dr.assert_close(arm.column("foot")[-1], stiff.column("foot")[-1], absolute=1e-8)
     assert arm.column("foot")[-1] < -0.09
+
+
+@pytest.mark.parametrize("extra, node", [("9, 5, 5\n", 9), ("", 3)])
+def test_nodes_that_nothing_holds(extra, node):
+    """A node by itself, and one between two links, which may turn."""
+    text = LEANING.replace("3, 6\n", "" if node == 3 else "3, 6\n").replace("4, 1, 0\n", "4, 1, 0\n" + extra)
+    assert f"node {node} belongs to no element and can move or turn" in dr.run_deck(text, code=2).stderr

@@ -1,7 +1,7 @@
 !> Where one more point in every element says nothing of the error.
 module accuracy_limits
-   use model, only: family_ge
    use problem, only: problem_t
+   use element_families, only: collocates
    use rod_state, only: state_t
    implicit none
    private
@@ -19,7 +19,7 @@ contains
       character(:), allocatable :: why
       integer :: c, e
       why = ''
-      if (any(problem%model%mesh%family /= family_ge)) why = 'the mesh has UL2 elements'
+      if (any(.not. collocates(problem%model%mesh%family))) why = 'the mesh has UL2 elements'
       if (any(problem%opening > 0)) why = 'a contact span has just begun to open'
       do c = 1, problem%candidates%n
          if (problem%candidates%touch(c) > 0 .or. .not. state%active(c)) cycle

@@ -7,7 +7,8 @@
 !> is another one.)
 module element_shares
    use kinds, only: wp
-   use model, only: family_ge, quantity_displacement, quantity_contact
+   use model, only: quantity_displacement, quantity_contact
+   use element_families, only: collocates
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use linear_system, only: system_t, to_node
@@ -170,7 +171,7 @@ contains
       real(wp) :: stiffness(3, 3), gap(3, 1), h
       logical :: singular
       force = finer%ef(:, e) - system%ef(:, e)
-      if (problem%model%mesh%family(e) /= family_ge .or. problem%conforms(e) > 0) return
+      if (.not. collocates(problem%model%mesh%family(e)) .or. problem%conforms(e) > 0) return
       ! What the second end would have to move by: that gives the finer element its force at the first end.
       stiffness = finer%ek(1:3, 4:6, e)
       gap(:, 1) = force(1:3)

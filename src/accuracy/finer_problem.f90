@@ -5,8 +5,8 @@
 !> touchdown points at its ends, the profile that tells gaps and monitors between nodes.
 module finer_problem
    use kinds, only: wp
-   use model, only: family_ge
    use problem, only: problem_t
+   use element_families, only: collocates
    use rod_state, only: state_t
    use rod_geometry, only: geometry_t, new_geometry, shift_nodes
    use rod_element, only: rod_element_t
@@ -27,7 +27,7 @@ contains
       type(geometry_t) :: home
       integer :: e
       finer = problem
-      where (finer%model%mesh%family == family_ge) finer%model%mesh%stages = finer%model%mesh%stages + 1
+      where (collocates(finer%model%mesh%family)) finer%model%mesh%stages = finer%model%mesh%stages + 1
       home = new_geometry(finer%model, finer%tableau)
       if (any(problem%ground%founded)) then
          finer%ground = new_ground(finer%model, finer%tableau, home)
@@ -35,7 +35,7 @@ contains
       end if
       associate (mesh => finer%model%mesh)
          do e = 1, mesh%n_elements
-            if (mesh%family(e) /= family_ge) cycle
+            if (.not. collocates(mesh%family(e))) cycle
             associate (section => finer%model%section(mesh%section(e)))
                finer%compliance(e) = ge_compliance(mesh%stages(e), home%element(e)%length, section%ea, section%ei, section%ga, &
                   & section%shear_rigid)

@@ -2,7 +2,8 @@
 !> the rods instead of at nodes.
 module contact_touch
    use kinds, only: wp
-   use model, only: model_t, family_ge, ground_independent
+   use model, only: model_t, ground_independent
+   use element_families, only: conforms
    use rod_layout, only: layout_t, new_layout
    implicit none
    private
@@ -71,7 +72,7 @@ contains
          do k = 1, size(layout%stretch)
             e = layout%stretch(k)%element(1)
             if (.not. all(member(mesh%node(:, e)))) cycle
-            takes = takes .and. layout%stretch(k)%free .and. mesh%family(e) == family_ge .and. &
+            takes = takes .and. layout%stretch(k)%free .and. conforms(mesh%family(e)) .and. &
                & model%section(mesh%section(e))%shear_rigid
             covered(mesh%node(1, layout%stretch(k)%element)) = .true.
             covered(mesh%node(2, layout%stretch(k)%element)) = .true.

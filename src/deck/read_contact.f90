@@ -2,7 +2,8 @@
 module read_contact
    use kinds, only: wp
    use text, only: to_text, rounded
-   use model, only: model_t, contact_t, family_ge, ground_independent, obstacle_line, obstacle_circle, obstacle_arc
+   use model, only: model_t, contact_t, ground_independent, obstacle_line, obstacle_circle, obstacle_arc
+   use element_families, only: collocates, conforms
    use obstacle_geometry, only: obstacle_gap
    use obstacle_curve, only: sharpest_turn
    use initial_overlap, only: overlap_of_nodes, overlap_between, deepest_start
@@ -257,7 +258,7 @@ contains
       end do
       do e = 1, model%mesh%n_elements
          if (.not. all(candidate(model%mesh%node(:, e)))) cycle
-         if (model%mesh%family(e) /= family_ge .or. model%mesh%curve(e) == 0) then
+         if (.not. conforms(model%mesh%family(e)) .or. model%mesh%curve(e) == 0) then
             reason = 'GE elements on a *LINE, *ARC or *RING; element '//to_text(model%mesh%element_label(e))//' is not'
          else if (model%mesh%stages(e) == 1) then
             reason = 'elements of order 4 or higher; element '//to_text(model%mesh%element_label(e))//' is GE2'
@@ -292,7 +293,7 @@ contains
          if (.not. all(candidate(model%mesh%node(:, e)))) cycle
          leaving(model%mesh%node(1, e)) = leaving(model%mesh%node(1, e)) + 1
          entering(model%mesh%node(2, e)) = entering(model%mesh%node(2, e)) + 1
-         if (model%mesh%family(e) == family_ge) cycle
+         if (collocates(model%mesh%family(e))) cycle
          reason = 'GE elements; element '//to_text(model%mesh%element_label(e))//' is not'
          return
       end do

@@ -3,7 +3,8 @@ module read_mesh
    use kinds, only: wp
    use errors, only: error_t
    use text, only: to_text
-   use model, only: model_t, curve_t, family_ge, family_ul2
+   use model, only: model_t, curve_t
+   use element_families, only: element_kind
    use mesh_generators, only: growing_mesh_t, line_curve, arc_curve, ring_curve, graded_division
    use reference_curve, only: curve_point
    use model, only: imperfection_t
@@ -386,25 +387,6 @@ contains
       end if
       list(n) = value
    end subroutine note
-
-   pure subroutine element_kind(word, family, stages)
-      character(*), intent(in) :: word
-      integer, intent(out) :: family, stages
-      family = family_ge
-      select case (word)
-      case ('GE2')
-         stages = 1
-      case ('GE4')
-         stages = 2
-      case ('GE6')
-         stages = 3
-      case ('GE8')
-         stages = 4
-      case default
-         family = family_ul2
-         stages = 0
-      end select
-   end subroutine element_kind
 
    !> Index of the set a card adds to, 0 when it names none.
    integer function set_of_card(deck, names, card, parameter) result(set)

@@ -3,7 +3,8 @@ module read_sections
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_positive_inf
    use kinds, only: wp, pi
    use text, only: to_text
-   use model, only: model_t, section_t, family_ul2
+   use model, only: model_t, section_t
+   use element_families, only: collocates
    use diagnostics, only: diagnostics_t, place_t
    use deck_cards, only: deck_t, complain
    use card_values, only: given, parameter_text, parameter_word, parameter_place, value_place, field_given, &
@@ -123,7 +124,7 @@ contains
             model%mesh%section(elements(i)) = n
          end do
          if (parameter_word(deck, card, 'SECTION') /= 'INEXTENSIBLE') cycle
-         i = findloc(model%mesh%family(elements), family_ul2, 1)
+         i = findloc(collocates(model%mesh%family(elements)), .false., 1)
          if (i > 0) call complain(deck, diagnostics, card, parameter_place(deck, card, 'SECTION'), 'element '// &
             to_text(model%mesh%element_label(elements(i)))// &
             ' is UL2, whose force is EA times its stretch; INEXTENSIBLE needs GE elements')

@@ -4,7 +4,8 @@
 !> lengths of the elements beside it.
 module rod_geometry
    use kinds, only: wp
-   use model, only: model_t, family_ge
+   use model, only: model_t
+   use element_families, only: collocates, follows_curves
    use gauss_tableau, only: tableau_t, max_stages
    use reference_curve, only: curve_point, curve_length, curve_abscissa
    implicit none
@@ -59,11 +60,11 @@ contains
       g%s = s
       g%chord = x2 - x1
       c = model%mesh%curve(e)
-      if (model%mesh%family(e) /= family_ge .or. c == 0) then
+      if (.not. follows_curves(model%mesh%family(e)) .or. c == 0) then
          g%length = norm2(g%chord)
          g%end_angle = atan2(g%chord(2), g%chord(1))
          g%angle = g%end_angle(1)
-         if (model%mesh%family(e) == family_ge) g%at = s(1) + tableau(model%mesh%stages(e))%c * (s(2) - s(1))
+         if (collocates(model%mesh%family(e))) g%at = s(1) + tableau(model%mesh%stages(e))%c * (s(2) - s(1))
          return
       end if
       associate (curve => model%curve(c), tab => tableau(model%mesh%stages(e)))

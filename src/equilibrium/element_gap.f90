@@ -5,8 +5,8 @@
 !> places, and between two of them it is taken for as smooth as all of them are.
 module element_gap
    use kinds, only: wp
-   use model, only: family_ge
    use problem, only: problem_t, rounding_gap
+   use element_families, only: collocates
    use candidates, only: candidates_t
    use rod_state, only: state_t, obstacle_shift, candidate_offset, element_displacement
    use rod_profile, only: profile_t, new_profile, profile_displacement, profile_home
@@ -48,7 +48,7 @@ contains
       associate (e => list%element(2, candidate))
          gap%profile = new_profile(problem, state, e)
          gap%samples = 4
-         if (problem%model%mesh%family(e) == family_ge) gap%samples = 2 * problem%model%mesh%stages(e) + 2
+         if (collocates(problem%model%mesh%family(e))) gap%samples = 2 * problem%model%mesh%stages(e) + 2
          gap%touching = touching_gap(problem, state, e)
       end associate
       gap%obstacle = list%obstacle(candidate)

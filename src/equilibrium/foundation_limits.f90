@@ -2,8 +2,8 @@
 module foundation_limits
    use kinds, only: wp
    use text, only: to_text, rounded
-   use model, only: family_ge
    use problem, only: problem_t
+   use element_families, only: collocates
    use rod_state, only: state_t
    use linear_system, only: system_t, worst_round_off
    use gauss_tableau, only: max_stages
@@ -38,7 +38,7 @@ contains
       obstacle = 0
       do e = 1, problem%model%mesh%n_elements
          if (.not. (state%grounded(e) .or. system%grip(e) > 0)) cycle
-         if (problem%model%mesh%family(e) /= family_ge) cycle
+         if (.not. collocates(problem%model%mesh%family(e))) cycle
          do i = problem%ground%first(e), problem%ground%first(e + 1) - 1
             associate (o => problem%ground%chain%obstacle(problem%ground%candidate(i)))
                number = problem%ground%slope(o) * problem%compliance(e)%bending * state%geometry%element(e)%length**4

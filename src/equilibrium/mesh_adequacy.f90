@@ -17,7 +17,6 @@
 !>             all that over the whole strain energy may be 5/2 of `wanted`.
 module mesh_adequacy
    use kinds, only: wp, pi
-   use model, only: family_ge
    use problem, only: problem_t
    use rod_state, only: state_t, candidate_gap
    use section_forces, only: local_forces, rod_direction

@@ -4,7 +4,8 @@
 !> working mesh. What the deck asks for belongs to material points: a stretch of its layout and a coordinate there.
 module problem
    use kinds, only: wp
-   use model, only: model_t, load_t, family_ge, new_load, complete_joints
+   use model, only: model_t, load_t, new_load, complete_joints
+   use element_families, only: collocates
    use rod_layout, only: layout_t, new_layout
    use mesh_demand, only: demand_t, new_demands
    use remeshed_model, only: division_t, new_remeshed_model
@@ -224,7 +225,7 @@ contains
                if (section%inextensible) call forbid_stretch(problem%compliance(e), problem%size)
                softest = min(softest, section%ei)
             end associate
-            if (model%mesh%family(e) == family_ge) &
+            if (collocates(model%mesh%family(e))) &
                & problem%z_size(e) = ge_size(model%mesh%stages(e), problem%pressurised(e) .or. problem%ground%founded(e))
             do i = 1, 2
                associate (node => model%mesh%node(i, e))

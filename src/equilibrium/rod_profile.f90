@@ -9,8 +9,8 @@ module rod_profile
    use kinds, only: wp, pi
    use small_dense, only: solve_small
    use conforming_span, only: conforming_displacement
-   use model, only: family_ge
    use problem, only: problem_t
+   use element_families, only: collocates, follows_curves
    use rod_geometry, only: element_geometry_t
    use reference_curve, only: curve_point, curve_length, curve_abscissa
    use rod_state, only: state_t, element_displacement, element_load
@@ -124,7 +124,7 @@ contains
       profile%axis(:, 0) = start
       profile%moved(:, 0) = u(1:2)
       profile%rotation(0) = u(3)
-      if (problem%model%mesh%family(e) == family_ge) then
+      if (collocates(problem%model%mesh%family(e))) then
          s = problem%model%mesh%stages(e)
          profile%degree = s
          profile%curved = deviates(problem, e)
@@ -202,7 +202,7 @@ contains
       real(wp) :: x(2), speed
       integer :: c
       c = problem%model%mesh%curve(profile%element)
-      if (c > 0 .and. problem%model%mesh%family(profile%element) == family_ge) then
+      if (c > 0 .and. follows_curves(problem%model%mesh%family(profile%element))) then
          call curve_point(problem%model%curve(c), problem%model%imperfection, abscissa(problem, profile, tau), x, angle, speed)
       else
          angle = state%geometry%element(profile%element)%end_angle(1)

@@ -5,8 +5,8 @@
 !> What stays where it was keeps its values to the last bit. Newton's method makes the rest exact.
 module state_transfer
    use kinds, only: wp
-   use model, only: family_ge
    use problem, only: problem_t
+   use element_families, only: collocates
    use rod_geometry, only: geometry_t, new_geometry, shift_nodes
    use rod_state, only: state_t, element_displacement, element_load, node_position
    use rod_profile, only: profile_t, new_profile, profile_place, profile_displacement, profile_angle, element_place
@@ -229,7 +229,7 @@ contains
          end = state%geometry%element(old)%s(2) + from%origin(old)
          same = tau <= 0.0_wp .and. abs(end - at(2)) <= rounding(g%s(2), to%origin(e)) .and. &
             & (from%conforms(old) > 0 .eqv. to%conforms(e) > 0)
-         if (mesh%family(e) /= family_ge .or. same) then
+         if (.not. collocates(mesh%family(e)) .or. same) then
             new%z(:n, e) = state%z(:n, old)
             return
          end if

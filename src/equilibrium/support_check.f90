@@ -76,6 +76,11 @@ contains
          if (loose == 0) cycle
          ! The first node of the part that the motion without resistance belongs to.
          node = findloc(group(member) == k .and. place(member) == (loose + 2) / 3, .true., 1)
+         if (.not. any(problem%model%mesh%node == node)) then
+            part = 'node '//to_text(problem%model%mesh%node_label(node))//' belongs to no element and can move or turn without '// &
+               & 'resistance (*BOUNDARY holds it)'
+            return
+         end if
          part = 'the part with node '//to_text(problem%model%mesh%node_label(node))//' can move '
          if (count(group == k) == 1) then
             part = part//'as a rigid body'

@@ -5,7 +5,8 @@
 !> on a point of the rod.
 module rod_layout
    use kinds, only: wp
-   use model, only: model_t, family_ge
+   use model, only: model_t
+   use element_families, only: conforms
    use reference_curve, only: curve_goes_on
    implicit none
    private
@@ -201,7 +202,7 @@ contains
       logical, allocatable :: member(:)
       integer :: k
       associate (mesh => model%mesh)
-         kept = mesh%family /= family_ge .or. mesh%stages < 2 .or. mesh%curve == 0
+         kept = .not. conforms(mesh%family) .or. mesh%stages < 2 .or. mesh%curve == 0
          do k = 1, size(model%contact)
             associate (contact => model%contact(k))
                if (contact%along .and. model%obstacle(contact%obstacle)%rigid .and. .not. contact%distributed) cycle

@@ -4,7 +4,8 @@ module deck_summary
    use model, only: model_t, step_t, threshold_t, branch_t, mode_offset_t, limit_curve_t, obstacle_t, contact_t, &
       & obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, ground_half_space, ground_pasternak, &
       & method_load, method_displacement
-   use model_words, only: monitor_description, family_name, method_name, side_name, kind_name, parameter_name, parameter_object
+   use element_families, only: family_name
+   use model_words, only: monitor_description, method_name, side_name, kind_name, parameter_name, parameter_object
    use columns, only: brief, whole, left, right
    use text, only: plural
    implicit none

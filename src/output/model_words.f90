@@ -1,7 +1,7 @@
 !> Words for what the model holds, used by the result file and the listing.
 module model_words
    use kinds, only: wp
-   use model, only: model_t, monitor_t, obstacle_t, contact_t, limit_curve_t, family_ul2, quantity_displacement, &
+   use model, only: model_t, monitor_t, obstacle_t, contact_t, limit_curve_t, quantity_displacement, &
       & quantity_reaction, quantity_contact, obstacle_line, obstacle_circle, &
       & obstacle_arc, obstacle_polyline, &
       & method_load, method_displacement, method_cylindrical, method_spherical, method_minimum_residual, &
@@ -10,7 +10,7 @@ module model_words
    use text, only: to_text
    implicit none
    private
-   public :: monitor_units, monitor_description, family_name, method_name, side_name, kind_name, points_name
+   public :: monitor_units, monitor_description, method_name, side_name, kind_name, points_name
    public :: parameter_name, parameter_units, parameter_object
 
 contains
@@ -56,17 +56,6 @@ contains
       if (abs(monitor%factor - 1.0_wp) > 0.0_wp) description = description//', times '//to_text(monitor%factor)
       if (abs(monitor%offset) > 0.0_wp) description = description//', plus '//to_text(monitor%offset)
    end function monitor_description
-
-   !> The deck's word for an element family: UL2, GE2, GE4, ...
-   pure function family_name(family, stages) result(name)
-      integer, intent(in) :: family, stages       !! of mesh_t
-      character(:), allocatable :: name
-      if (family == family_ul2) then
-         name = 'UL2'
-      else
-         name = 'GE'//to_text(2 * stages)
-      end if
-   end function family_name
 
    !> The deck's word for an increment strategy.
    pure function method_name(method) result(name)
