@@ -23,7 +23,7 @@ module path_acceptance
    use event_location, only: locate
    use point_report, only: report_point
    use error_bar, only: error_bars_t
-   use error_report, only: bars_at_event, bars_at_point, note_load, note_bar, note_error
+   use error_report, only: bars_at_event, bars_at_point, note_load, note_error
    use mesh_request, only: request_mesh, motion_sizes, value_sizes
    use point_checks, only: check_point
    use path_record, only: recorder_t, point_t, critical_t
@@ -526,7 +526,6 @@ contains
       if (allocated(full%bars)) then
          at = place_t(run%branch, problem%step, run%points, state%load_factor)
          associate (step => problem%model%step(problem%step))
-            call note_bar(full%bars, full%label, at, step%widest_bar, outcome%accuracy)
             call note_error(problem, step, full%bars, sizes_there(problem, step, run, state, outcome), full%label, at, &
                & outcome%accuracy)
          end associate
