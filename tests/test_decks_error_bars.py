@@ -47,7 +47,7 @@ def euler_load():
 
 @functools.cache
 def critical(name, kind, n):
-    text = euler(kind, n) if name == "euler" else remeshed(dr.example(name), kind, n)
+    text = euler(kind, n) if name == "euler" else remeshed(dr.on_given_mesh(name), kind, n)
     run = dr.run_deck(text + ("*END STEP\n" if name == "euler" else ""))
     return run.results.critical
 
@@ -127,7 +127,7 @@ def test_estimates_fall_as_the_errors_do():
 def test_every_point_of_a_path():
     """POINTS=ALL: the frame's load at given v, by two elements of order 4 for each half of it, and by twelve of order 8."""
     def frame(kind, n):
-        text = dr.changed(remeshed(dr.example("lee-frame"), kind, n), ("WIDEST=1E9", "WIDEST=1E9, POINTS=ALL"),
+        text = dr.changed(remeshed(dr.on_given_mesh("lee-frame"), kind, n), ("WIDEST=1E9", "WIDEST=1E9, POINTS=ALL"),
                           ("METHOD=CYLINDRICAL\n0.3, 1E-9, 0.02", "METHOD=DISPLACEMENT, MONITOR=v\n0.02, 0.02, 0.02"),
                           ("LOAD, ABOVE, 40.", "v, ABOVE, 0.36"))
         return dr.run_deck(text).results
@@ -163,7 +163,7 @@ def test_sums_of_contact_forces():
     """What the cavity pushes the half ring with, normal, in x and in y, at given loads; in y it is the ring's own weight."""
     def ring(kind, n):
         watched = "".join(f"*MONITOR, NAME={q}, OBSTACLE=CAVITY\n{q}\n" for q in ("RN", "RF1", "RF2"))
-        text = remeshed(dr.example("ring"), kind, n).replace("*STEP\n", watched + "*STEP\n", 1)
+        text = remeshed(dr.on_given_mesh("ring"), kind, n).replace("*STEP\n", watched + "*STEP\n", 1)
         return dr.run_deck(text).labelled("UZ")
     fine = ring("GE8", 40)
     for kind, n in (("GE4", 5), ("GE6", 5)):
@@ -181,7 +181,7 @@ def test_nothing_is_told_without_reason():
     """UL2 elements, contact at nodes, foundations: no estimate, and the listing says why."""
     for name, why in (("ring-ul2", "the nodes of the mesh"), ("arch-soil", "a foundation may end inside"),
                       ("winkler-point", "a foundation may end inside")):
-        run = dr.run_deck(dr.example(name))
+        run = dr.run_deck(dr.on_given_mesh(name))
         assert run.results.critical
         assert all(math.isnan(c.error) and math.isnan(c.corrected) for c in run.results.critical)
         assert "no estimate" in run.stdout and why in run.stdout
@@ -189,7 +189,7 @@ def test_nothing_is_told_without_reason():
 
 def test_too_wide_a_bar_fails_the_run():
     """Code 2, and the status says which load; the path is there to its end. With a wider WIDEST all is well."""
-    text = remeshed(dr.example("lee-frame"), "GE4", 2)
+    text = remeshed(dr.on_given_mesh("lee-frame"), "GE4", 2)
     wide = dr.run_deck(text.replace("WIDEST=1E9", "WIDEST=0.001"), code=2)
     good = dr.run_deck(text)
     assert "the mesh is too coarse for what was asked: the load factor of LP at point" in wide.results.status
@@ -200,7 +200,7 @@ def test_too_wide_a_bar_fails_the_run():
 
 
 def test_no_bars_when_none_are_wanted():
-    text = dr.changed(dr.example("lee-frame"), ("*STEP\n", "*STEP\n*ACCURACY, POINTS=NONE\n"))
+    text = dr.changed(dr.on_given_mesh("lee-frame"), ("*STEP\n", "*STEP\n*ACCURACY, POINTS=NONE\n"))
     run = dr.run_deck(text)
     assert "+-" not in run.stdout and "error bars" not in run.stdout
     assert all(math.isnan(c.error) for c in run.results.critical)

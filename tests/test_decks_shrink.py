@@ -131,7 +131,7 @@ def least_lobe(unknown):
 
 
 def shrink(elements, heat, kind="GE4"):
-    text = dr.changed(dr.example("ring-shrink"), ("1, 2, 0., 0., 40", f"1, 2, 0., 0., {elements}"), ("TYPE=GE8", f"TYPE={kind}"),
+    text = dr.changed(dr.on_given_mesh("ring-shrink"), ("1, 2, 0., 0., 40", f"1, 2, 0., 0., {elements}"), ("TYPE=GE8", f"TYPE={kind}"),
                       ("v, BELOW, 0.04", "v, BELOW, 0.07\n*ACCURACY, WIDEST=0.1"))
     if heat:
         text = dr.changed(text, ("120000., 1.", "120000., 1., , , 1."), ("*CONTACT INTERFERENCE\nCAVITY, 1E-5", "*TEMPERATURE\nRING, 1E-5"),
@@ -174,7 +174,7 @@ def test_least_lobe_is_near_that_of_a_shallow_one():
 
 def test_upheaval_of_a_heated_pipe():
     """All of the path without the jack against the closed form, see input/pipe-heat.inp. Slopes reach 5e-3."""
-    run = dr.run_deck(dr.example("pipe-heat"))
+    run = dr.run_deck(dr.on_given_mesh("pipe-heat"))
     b, ea, half, q = 4.493409457909064, 1e8, 5.0, 0.1
     each = run.results.contact.obstacle_force    # GROUND, JACK; half the pipe weighs 0.5
     dr.assert_close(each[:, 1, 1], run.column("jack"), absolute=1e-12)

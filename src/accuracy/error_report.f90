@@ -23,7 +23,7 @@ module error_report
    use timing, only: timers_t, timing_start, timing_stop, phase_accuracy
    implicit none
    private
-   public :: bars_at_event, bars_at_point, bars_at_touch, note_load, note_buckling_bars, &
+   public :: bars_at_event, bars_at_point, bars_at_touch, note_load, asked_at, note_buckling_bars, &
       & note_curve_bar, bars_on_curve, note_error
 
    character(*), parameter :: inside_elements = 'contact at nodes and with foundations begins and ends inside elements'
@@ -267,15 +267,19 @@ contains
       if (allocated(accuracy%bar_words) .or. .not. (made .or. label /= '')) return
       there = ' at point '//whole(at%point)//' (load factor '//brief(at%load_factor)//')'
       if (label /= '') there = ' of '//label//there
+      if (bars%missed /= 0) then
+         accuracy%bar_words = 'the mesh is too coarse for the bifurcations'//there//': elements of a higher order have '// &
+            & whole(abs(bars%missed))//trim(merge(' more ', ' fewer', bars%missed > 0))// &
+            & ' unstable directions there; give more elements or a higher order'
+         return
+      end if
       if (.not. (bars%load%told .or. any(bars%monitor%told))) then
          ! What has no estimate on any mesh is said in the table; changes of contact that have no function are no values of their own.
          if (.not. (bars%too_coarse .or. (made .and. any(label == ['LP', 'BP', 'EP'])))) return
          accuracy%bar_words = 'whether the errors'//there//' are what was asked for is not known: '//bars%why
          return
       end if
-      asked = step%asked_of_path
-      if (label /= '') asked = step%widest_bar
-      if (label /= '' .and. made) asked = max(step%asked, step%widest_bar)
+      asked = asked_at(problem, step, label)
       call excess(bars, sizes, step%asked_of, asked, ratio, which)
       if (ratio <= 1.0_wp) return
       what = 'the load factor'
@@ -290,6 +294,17 @@ contains
             & brief(sizes(1 + which)))
       end if
    end subroutine note_error
+
+   !> The relative error that decides at a point: what a mesh is made for, or the widest bar that is allowed.
+   pure real(wp) function asked_at(problem, step, label) result(asked)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      character(*), intent(in) :: label          !! '': none
+      asked = step%widest_bar
+      if (.not. any(problem%layout%stretch%placed)) return
+      asked = max(step%asked, step%widest_bar)
+      if (label == '') asked = step%asked_of_path
+   end function asked_at
 
    !> The bar of a number: 0 the load factor, else a monitor.
    pure function bar_of(bars, which) result(bar)

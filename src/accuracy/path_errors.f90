@@ -16,6 +16,7 @@ module path_errors
    use accuracy_limits, only: why_not_told
    use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point
    use element_shares, only: shares_t, find_shares
+   use missed_modes, only: unstable_difference
    use located_zero, only: zero_t, zero_value, mode_rounding
    use timing, only: timers_t
    implicit none
@@ -54,6 +55,7 @@ contains
          bars%too_coarse = .true.
          return
       end if
+      bars%missed = unstable_difference(problem, state, system, path, point, 0, timers)
       unseen = point%value - value - shares%sum
       call set_bars(shares, value, point%value - value, unseen, shares%size, shares%rounding, bars)
       ! What is held is what it is held at.
@@ -100,16 +102,19 @@ contains
          bars%too_coarse = .true.
          return
       end if
+      bars%missed = unstable_difference(problem, state, system, path, first, max(1, size(modes, 2)), timers)
       f = value_at(first)
       f_ahead = value_at(ahead)
       if (.not. (ieee_is_finite(f) .and. ieee_is_finite(f_ahead))) then
          bars%why = no_function
+         bars%too_coarse = size(modes, 2) > 0
          return
       end if
       slope = (f_ahead - f) / (small_part * reach)
       rate = (ahead%value - first%value) / (small_part * reach)
       if (.not. abs(slope) > 0.0_wp) then
          bars%why = no_function
+         bars%too_coarse = size(modes, 2) > 0
          return
       end if
       way = -f / slope
@@ -124,6 +129,7 @@ contains
       more = value_at(near)
       if (.not. ieee_is_finite(more)) then
          bars%why = no_function
+         bars%too_coarse = size(modes, 2) > 0
          return
       end if
       more = -more / slope

@@ -21,7 +21,7 @@ module linear_system
    use active_coupling, only: active_coupling_t, set_active, coupled_answer, add_forces, excess_row
    use tied_nodes, only: set_blocks, tie_value, tie_swing, node_unknowns, spread_force, add_matrix
    use axial_rigidity, only: rigidity_t, new_rigidity
-   use timing, only: timers_t, timing_start, timing_stop, phase_elements, phase_assembly
+   use timing, only: timers_t, timing_start, timing_stop, count_up, phase_elements, phase_assembly, counter_evaluated
    implicit none
    private
    public :: system_t, new_system, assemble, sum_elements, contact_tangent, spring_tangent, add_swings, apply_joints, &
@@ -151,6 +151,7 @@ contains
          worst = max(worst, defect)
       end do
       call timing_stop(timers, phase_elements)
+      call count_up(timers, counter_evaluated, problem%model%mesh%n_elements)
       if (.not. system%ok) return
 
       call timing_start(timers, phase_assembly)
