@@ -243,7 +243,8 @@ contains
    end function coarse_words
 
    !> Keeps the widest bar of a critical load, and words where the numbers of a point are not known as well as the deck asks, or
-   !> it is not known whether they are: of a mesh made for a tolerance at all points, of a given one at critical points and the end.
+   !> it is not known whether they are: of a mesh made for a tolerance at all points, of a given one the loads of critical points
+   !> and all at the end.
    !>
    !> At the end the load factor is mostly what the deck gave, and only monitors tell that a mesh is too coarse for the way there.
    subroutine note_error(problem, step, bars, sizes, label, at, accuracy)
@@ -257,6 +258,7 @@ contains
       character(:), allocatable :: what, there
       type(error_bar_t) :: widest
       real(wp) :: ratio, asked
+      integer, allocatable :: counted(:)
       integer :: which
       logical :: made
       ! What is only looked for decides nothing.
@@ -280,7 +282,10 @@ contains
          return
       end if
       asked = asked_at(problem, step, label)
-      call excess(bars, sizes, step%asked_of, asked, ratio, which)
+      counted = step%asked_of
+      ! At critical points of a given mesh it is the load that is looked for.
+      if (.not. made .and. label /= 'EP') counted = pack(counted, counted == 0)
+      call excess(bars, sizes, counted, asked, ratio, which)
       if (ratio <= 1.0_wp) return
       what = 'the load factor'
       if (which > 0) what = trim(problem%deck%monitor(which)%name)

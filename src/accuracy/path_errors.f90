@@ -24,6 +24,7 @@ module path_errors
    public :: point_errors, event_errors
 
    real(wp), parameter :: small_part = 1.0e-3_wp !! of an increment, over which slopes along the path are taken
+   real(wp), parameter :: least_bend = 0.1_wp     !! of a slope's change: what is left there is more than the way, and no bar holds
    real(wp), parameter :: no_modes(0, 0) = reshape([real(wp) ::], [0, 0])
    character(*), parameter :: no_convergence = 'elements of a higher order do not converge from here', &
       & no_function = 'what is zero at this point is not to be had from elements of a higher order', &
@@ -80,7 +81,7 @@ contains
       type(finer_point_t) :: first, ahead, near
       type(shares_t) :: shares
       real(wp), allocatable :: modes(:, :), value(:), rate(:), final(:), unseen(:), sizes(:), rounding(:)
-      real(wp) :: f, f_ahead, slope, way, more, reach
+      real(wp) :: f, f_ahead, slope, way, more, reach, bend
       bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state))
       if (bars%why /= '') return
       if (.not. metric(problem, heading%u, heading%u) > 0.0_wp .or. .not. (length > 0.0_wp .or. abs(rise) > 0.0_wp)) then
@@ -132,7 +133,11 @@ contains
          bars%too_coarse = size(modes, 2) > 0
          return
       end if
-      more = -more / slope
+      ! Over a way that counts the function's slope changes, and tells where it has no zero after all, or another one nearby. The
+      ! way was that of the first slope, so that the slope at its end is 1 - 2 more / f of it.
+      bend = 1.0_wp
+      if (abs(way) > small_part * reach) bend = 1.0_wp - 2.0_wp * more / f
+      more = -more / (slope * max(bend, least_bend))
       rate(1) = near%heading%load / (metric(problem, control%tangent, near%heading%u) + &
          & control%load_scale**2 * control%tangent_load * near%heading%load)
       final = near%value + more * rate
