@@ -45,10 +45,14 @@ def euler_load():
     return 0.1 * 0.5 * (1.0 - math.sqrt(1.0 - 4.0 * 4.0 * math.pi**2 / 1e5)) * 1e5
 
 
+# These do not have the bifurcation before the end, and elements of one order more do: the run says so.
+MISSED = {("euler", "GE2", 3)}
+
+
 @functools.cache
 def critical(name, kind, n):
     text = euler(kind, n) if name == "euler" else remeshed(dr.on_given_mesh(name), kind, n)
-    run = dr.run_deck(text + ("*END STEP\n" if name == "euler" else ""))
+    run = dr.run_deck(text + ("*END STEP\n" if name == "euler" else ""), code=2 if (name, kind, n) in MISSED else 0)
     return run.results.critical
 
 
@@ -204,3 +208,21 @@ def test_no_bars_when_none_are_wanted():
     run = dr.run_deck(text)
     assert "+-" not in run.stdout and "error bars" not in run.stdout
     assert all(math.isnan(c.error) for c in run.results.critical)
+
+
+@pytest.mark.parametrize("name, kind", [("arch-deep-hinged", "GE2"), ("arch-clamped-hinged", "GE2"), ("arch-clamped-hinged", "GE4")])
+def test_a_mesh_without_the_limit_points_is_told(name, kind):
+    """One element each side: the load goes up to the end without a limit point. There the load is given, and the displacements tell."""
+    text = remeshed(dr.on_given_mesh(name), kind, 1).replace("*CONTROLS, LOCATE=1E-11\n*ACCURACY, WIDEST=1E9\n", "")
+    run = dr.run_deck(text, code=2)
+    assert not run.labelled("LP")
+    assert "the mesh is too coarse for what was asked:" in run.results.status and "of EP at point" in run.results.status
+
+
+def test_a_mesh_that_cannot_buckle_is_told():
+    """Straight bars of one element of order 2 have exact displacements and forces, and no bifurcation."""
+    text = remeshed(dr.on_given_mesh("three-hinged-arch"), "GE2", 1)
+    run = dr.run_deck(text, code=2)
+    assert not run.labelled("BP")
+    assert "the mesh is too coarse for the bifurcations of LP" in run.results.status
+    assert "2 more unstable directions" in run.results.status
