@@ -30,7 +30,7 @@ def within_bar(critical, exact, slack=0.0):
 
 def test_three_hinged_arch():
     """Straight members under end forces are exact elements: the path P = 2 N y/l, its limit points and the members' buckling."""
-    run = dr.run_deck(dr.example("three-hinged-arch"))
+    run = dr.run_deck(dr.on_given_mesh("three-hinged-arch"))
     ea, half = 1000.0, math.sqrt(0.75)
 
     def load(y):
@@ -89,7 +89,7 @@ def roorda_slope():
 def test_roorda_frame():
     """The buckling load, and the slope of the buckled path at it: a parabola through the bifurcation and both branches."""
     dr.assert_close(roorda_slope(), -0.3805, absolute=5e-5)
-    run = dr.run_deck(dr.example("roorda-frame"))
+    run = dr.run_deck(dr.on_given_mesh("roorda-frame"))
     within_bar(run.labelled("BP")[0], ROORDA)
     turn, load = [0.0], [1.0]
     for branch in run.results.branches.values():
@@ -104,7 +104,7 @@ def test_roorda_frame():
 def roorda_limit(moment):
     """Limit load of Roorda's frame with a moment on the corner that turns it the way its load falls."""
     text = dr.changed(
-        dr.example("roorda-frame"),
+        dr.on_given_mesh("roorda-frame"),
         ("METHOD=LOAD\n2., 1E-6, 2.\n*CLOAD\n2, 2, -1.\n*STOP", f"METHOD=LOAD\n1.\n*CLOAD\n2, 6, {moment}\n*END STEP\n*STEP\n"
          "*STATIC, METHOD=SPHERICAL\n1., , 0.05\n*CLOAD\n2, 2, -1.\n*STOP"),
         ("*BRANCH, NAME=BUCKLED, INCREMENT=0.001\nturn, ABOVE, 0.3\nturn, BELOW, -0.3\n", ""),
@@ -377,7 +377,7 @@ def test_indeterminate_bars():
 
 def test_mechanisms():
     """Joints without which nothing stands still."""
-    text = dr.changed(dr.example("three-hinged-arch"), ("*RELEASE, NSET=CROWN\n2, RIGHT",
+    text = dr.changed(dr.on_given_mesh("three-hinged-arch"), ("*RELEASE, NSET=CROWN\n2, RIGHT",
                       "*RELEASE, NSET=CROWN\n2, RIGHT\n*RELEASE\n5"))
     run = dr.run_deck(text, code=2)
     assert "can move without resistance" in run.stderr and "mechanism" in run.stderr

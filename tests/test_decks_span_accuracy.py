@@ -460,7 +460,7 @@ def test_order_of_the_tube(kind):
 def halves(name, elements, kind, *changes):
     """An example of one *LINE or *ARC with other elements."""
     line = {"pipe-lift": "1, 2, 60", "cradle": "0., 0.5, 40", "indenter": "1, 2, 40"}[name]
-    return dr.run_deck(dr.changed(dr.example(name), (line, line[:-2] + str(elements)), ("TYPE=GE4", f"TYPE={kind}"),
+    return dr.run_deck(dr.changed(dr.on_given_mesh(name), (line, line[:-2] + str(elements)), ("TYPE=GE4", f"TYPE={kind}"),
                                   (", POINTS=ALONG", ""), *changes))
 
 

@@ -20,6 +20,7 @@ sys.path[:0] = [str(TESTS), str(ROOT / "postproc")]
 
 from postproc_runner import drawn_share  # noqa: E402
 from unilat.results import ResultsError  # noqa: E402
+from unilat.study.effectivity import Case, summary, told_to  # noqa: E402
 from unilat.study.exact_table import ExactTable  # noqa: E402
 from unilat.study.map_file import read_map  # noqa: E402
 from unilat.study.study_file import read_study  # noqa: E402
@@ -250,3 +251,32 @@ def test_wrong_studies_are_refused(folder, old, new, message):
 def test_shipped_studies_can_be_read(path):
     study = read_study(str(path), os.environ["UNILAT"])
     assert study.title and study.checks and len(study.runs) >= 10
+
+
+def test_what_digits_of_an_exact_value_tell():
+    assert told_to("3.276282198") == pytest.approx(1e-8) and told_to("-0.5") == pytest.approx(1.0)
+    assert told_to("limit_load") == 0.0 == told_to("0.1*load")
+
+
+def test_bars_are_summed_up():
+    """Bars 2, 0.5 and open, estimates 1 and 0.8 times the error; errors are value less exact, estimates the other way round."""
+    cases = [Case("a", {}, "LP", 1.0, 1.001, 1e-3, 2e-3, -1e-3), Case("a", {}, "LP", 1.0, 0.999, -1e-3, 5e-4, 8e-4),
+             Case("b", {}, "LP", 1.0, 1.001, 1e-3, INF, -1e-3), Case("b", {}, "LP", 1.0, 1.05, 5e-2, INF, -1e-3)]
+    lines = summary(cases).splitlines()
+    assert lines[2] == "| a | 2 | 0.8, 0.8, 0.8 | 0.50, 1.25, 2 | 1 | 0.0 % |"
+    assert lines[3].startswith("| b | 2 |") and lines[4].startswith("| all | 4 |") and lines[4].endswith("| 1 | 33.3 % |")
+
+
+def test_a_study_of_bars(folder):
+    (folder / "bars.toml").write_text('title = "bars"\nmaps = ["column.toml"]\n')
+    done = run(folder, "time", "bars.toml")
+    assert done.returncode == 0 and "| all |" in done.stdout, done.stdout + done.stderr
+    with open(folder / "bars-bars" / "bars.csv", newline="") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    assert {row["map"] for row in rows} == {"column"} and len(rows) >= 4
+    for row in rows:
+        load = 0.1 * buckling_load(float(row["ea"]))
+        assert float(row["error"]) == pytest.approx(float(row["value"]) / load - 1.0, rel=1e-3)
+        assert float(row["bar"]) > abs(float(row["error"]))
+        assert float(row["estimate"]) == pytest.approx(-float(row["error"]), rel=0.5)
+    assert drawn_share(folder / "bars-bars" / "bars.png") > 0.001

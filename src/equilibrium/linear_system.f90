@@ -20,7 +20,7 @@ module linear_system
    use joint_stiffness, only: add_joint_springs, set_swings, add_swings, apply_joints
    use rigidity_maps, only: set_rigidity
    use residual_measure, only: measure_residual, worst_round_off
-   use timing, only: timers_t, timing_start, timing_stop, phase_elements, phase_assembly
+   use timing, only: timers_t, timing_start, timing_stop, count_up, phase_elements, phase_assembly, counter_evaluated
    implicit none
    private
    public :: system_t, new_system, assemble, sum_elements, contact_tangent, spring_tangent, add_swings, apply_joints, &
@@ -54,6 +54,7 @@ contains
          worst = max(worst, defect)
       end do
       call timing_stop(timers, phase_elements)
+      call count_up(timers, counter_evaluated, problem%model%mesh%n_elements)
       if (.not. system%ok) return
 
       call timing_start(timers, phase_assembly)

@@ -79,6 +79,7 @@ class Critical:
     error: float = float("nan")      # error bar of the load factor; NaN: no estimate, inf: the mesh is too coarse to tell
     corrected: float = float("nan")  # load factor less its estimated error
     monitor_errors: dict[str, float] = field(default_factory=dict)
+    monitor_corrected: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -36,6 +36,7 @@ class Finding:
     error: float
     bar: float
     verdict: str
+    estimate: float = math.nan      # of exact less value
 
 
 def read_checks(content: list[dict], filename: str) -> list[Check]:
@@ -62,7 +63,8 @@ def finding(check: Check, values: dict, code: int, results: Results | None, wher
     scale = abs(exact) if exact else 1.0
     error = abs(value - exact) / scale
     bar = abs(bar) / scale
-    return Finding(exact, value, error, bar, verdict(code, value, error, bar, tolerance, math.isnan(exact)))
+    estimate = ((check.quantity.corrected(results) if there else math.nan) - value) / scale
+    return Finding(exact, value, error, bar, verdict(code, value, error, bar, tolerance, math.isnan(exact)), estimate)
 
 
 def verdict(code: int, value: float, error: float, bar: float, tolerance: float, none: bool) -> str:

@@ -64,6 +64,10 @@ def make_map(args) -> int:
 
 def time_study(args) -> int:
     """0: all runs have their values; 1: some have not."""
+    from .effectivity import is_effectivity, study_bars
+    if is_effectivity(args.file):
+        name = os.path.splitext(os.path.basename(args.file))[0]
+        return study_bars(args.file, RunFolder(args.folder or f"{name}-bars", find_program(args.program)), args.jobs)
     from .study_work import draw_study, make_study, write_study
     program = find_program(args.program)
     study = read_study(args.file, program)
