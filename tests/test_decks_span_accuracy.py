@@ -327,6 +327,17 @@ def test_half_of_a_strip():
         exact = 1.0 - 2.0 * cases.clamped_strip(load).end(1).x
         dr.assert_close(located(run, "LOAD", load).monitors["d"], float(exact), relative=1e-7)
     assert not [c for c in run.labelled("BP") + run.labelled("LP") if c.load_factor > 45.0]
+    assert list(run.column("negative_pivots")) == [0] * run.results.n_points
+
+
+def test_half_of_a_strip_to_and_fro():
+    """The line shrinks to a point, and that opens, where both came: stable all the way, no bifurcation. At the point itself, which
+    is as flat as the wall, the free span is neutral and pivots have the sign of rounding."""
+    back = "*STEP\n*STATIC\n-0.1\n*CLOAD\n2, 1, -240.\n*STOP\nLOAD, BELOW, -0.95\n*END STEP\n"
+    run = dr.run_deck(STRIP.format(kind="GE8", elements=12) + back)
+    assert list(run.column("negative_pivots")) == [0] * run.results.n_points
+    assert not [c for c in run.labelled("BP") + run.labelled("LP") if c.load_factor > 45.0 or c.step == 2]
+    assert [c.label for c in run.results.critical if c.step == 2] == ["C-", "EP"]
 
 
 # Liners ---------------------------------------------------------------------------------------------------------------------

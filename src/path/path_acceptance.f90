@@ -136,12 +136,16 @@ contains
       do i = 1, size(seen)
          associate (sighting => seen(order(i)))
             if (told(order(i)) .or. .not. sighting%located) cycle
-            call record_event(problem, step, run, trial, sighting, count_before(run, seen, told, order(i)), recorder, finished, &
-               & outcome, timers)
+            call record_event(problem, step, run, trial, sighting, count_before(run, seen, told, sighting%fraction), recorder, &
+               & finished, outcome, timers)
          end associate
          if (finished .or. allocated(outcome%why)) return
       end do
       if (allocated(at_trial)) run%system = at_trial
+      ! Where contact changes the tangent may be singular: a point as flat as its wall beside a neutral span.
+      if (present(changes)) then
+         if (changes) run%system%negative_pivots = count_before(run, seen, told, 1.0_wp)
+      end if
       finished = stops
       call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers, touching, &
          & shown_bars)
@@ -384,19 +388,19 @@ contains
          & modulo(probe%negative_pivots - run%probe%negative_pivots, 2) == 0
    end function one_sided
 
-   !> Negative pivots on the side of a located event that the path comes from: where an eigenvalue is zero the factors have
-   !> the sign of rounding.
-   pure integer function count_before(run, seen, told, which) result(pivots)
+   !> Negative pivots on the side of a place that the path comes from: where an eigenvalue is zero the factors have the sign of
+   !> rounding.
+   pure integer function count_before(run, seen, told, fraction) result(pivots)
       type(run_t), intent(in) :: run
       type(sighting_t), intent(in) :: seen(:)
       logical, intent(in) :: told(:)
-      integer, intent(in) :: which               !! of those seen
+      real(wp), intent(in) :: fraction           !! of the increment: the place, as of those seen
       integer :: i
       pivots = run%probe%negative_pivots
       do i = 1, size(seen)
          if (seen(i)%event%kind /= event_bifurcation .or. .not. seen(i)%located) cycle
          if (told(i) .and. seen(i)%fraction <= same_place) cycle
-         if (seen(i)%fraction < seen(which)%fraction - same_place) pivots = pivots + nint(sign(1.0_wp, seen(i)%event%before))
+         if (seen(i)%fraction < fraction - same_place) pivots = pivots + nint(sign(1.0_wp, seen(i)%event%before))
       end do
    end function count_before
 
@@ -597,7 +601,6 @@ contains
       point%lcp_pivots = report%lcp_pivots
       point%arc_length = run%arc_length + path_length(problem, run%state, state)
       call count_released(problem, state, run%system, point%free_pivots, weak, timers)
-      point%free_pivots = point%free_pivots - size(problem%hinge)
       ! At the stress-free start there is no force to measure a residual against.
       if (is_stress_free(state)) point%residual = 0.0_wp
       run%points = run%points + 1

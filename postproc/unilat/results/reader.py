@@ -67,11 +67,20 @@ def _read(file: h5py.File, filename: str) -> Results:
     return Results(
         **_path(file, filename, mesh, obstacles), program=program, title=text(file.attrs.get("title", "")),
         version=text(file.attrs.get("version", "")), created=text(file.attrs.get("created", "")),
-        status=text(file.attrs.get("status", "")), deck=text(deck), branches=dict(sorted(branches.items())),
+        status=text(file.attrs.get("status", "")), deck=text(deck), parameters=_parameters(file),
+        branches=dict(sorted(branches.items())),
         buckling={name: _buckling(name, item, filename) for name, item in file.get("buckling", {}).items()},
         limit_curves={name: _limit_curve(name, item, filename) for name, item in file.get("limit_curve", {}).items()},
         performance={name: _column(item).values.tolist() for name, item in file.get("performance", {}).items()},
         accuracy={name: scalar(item[()]) for name, item in file.get("accuracy", {}).items()})
+
+
+def _parameters(file) -> dict:
+    """Values of *PARAMETER."""
+    if "parameters" not in file:
+        return {}
+    attrs = file["parameters"].attrs
+    return {name: text(value) if isinstance(value, (bytes, str)) else scalar(value) for name, value in attrs.items()}
 
 
 def _path(group: h5py.Group, filename: str, mesh: Mesh, obstacles: dict[str, Obstacle]) -> dict:

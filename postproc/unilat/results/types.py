@@ -269,6 +269,7 @@ class Results(Path):
     limit_curves: dict[str, LimitCurve] = field(default_factory=dict)
     performance: dict[str, list] = field(default_factory=dict)     # phase, seconds, calls; counter, value
     accuracy: dict[str, float] = field(default_factory=dict)       # worst values over all points
+    parameters: dict[str, float | str] = field(default_factory=dict)    # values of *PARAMETER
 
     @property
     def complete(self) -> bool:
