@@ -212,16 +212,18 @@ def test_no_bars_when_none_are_wanted():
 
 @pytest.mark.parametrize("name, kind", [("arch-deep-hinged", "GE2"), ("arch-clamped-hinged", "GE2"), ("arch-clamped-hinged", "GE4")])
 def test_a_mesh_without_the_limit_points_is_told(name, kind):
-    """One element each side: the load goes up to the end without a limit point. There the load is given, and the displacements tell."""
+    """One element each side: the load goes up to the end without a limit point. There the load is given; what moves tells, and what is unstable."""
     text = remeshed(dr.on_given_mesh(name), kind, 1).replace("*CONTROLS, LOCATE=1E-11\n*ACCURACY, WIDEST=1E9\n", "")
     run = dr.run_deck(text, code=2)
     assert not run.labelled("LP")
-    assert "the mesh is too coarse for what was asked:" in run.results.status and "of EP at point" in run.results.status
+    assert "the mesh is too coarse for the bifurcations of EP at point" in run.results.status
+    end, = run.labelled("EP")
+    assert end.error == 0.0 and any(math.isinf(bar) for bar in end.monitor_errors.values())
 
 
 def test_a_mesh_that_cannot_buckle_is_told():
     """Straight bars of one element of order 2 have exact displacements and forces, and no bifurcation."""
-    text = remeshed(dr.on_given_mesh("three-hinged-arch"), "GE2", 1)
+    text = dr.on_given_mesh("three-hinged-arch").replace("TYPE=GE8", "TYPE=GE2").replace(", 4\n", ", 1\n")
     run = dr.run_deck(text, code=2)
     assert not run.labelled("BP")
     assert "the mesh is too coarse for the bifurcations of LP" in run.results.status

@@ -307,6 +307,9 @@ Free ring under pressure
 *MONITOR, NAME=v
 2, U2
 *STEP
+*ACCURACY
+LOAD
+** EA = 1E8 moves the ring by less than chords of GE4 err by
 *STATIC, METHOD=LOAD
 0.3, 1E-6, 0.3
 {loads}

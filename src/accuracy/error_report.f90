@@ -276,7 +276,8 @@ contains
          return
       end if
       if (.not. (bars%load%told .or. any(bars%monitor%told))) then
-         ! What has no estimate on any mesh is said in the table; changes of contact that have no function are no values of their own.
+         ! What has no estimate on any mesh is said in the table; changes of contact that have no function are no values of their
+         ! own.
          if (.not. (bars%too_coarse .or. (made .and. any(label == ['LP', 'BP', 'EP'])))) return
          accuracy%bar_words = 'whether the errors'//there//' are what was asked for is not known: '//bars%why
          return

@@ -87,7 +87,8 @@ contains
       demand = demand_of(problem, state, wanted, g)
    end subroutine request_mesh
 
-   !> The elements that would do where bars are narrower than allowed. Not allocated: hardly fewer than there are, or it is not known.
+   !> The elements that would do where bars are narrower than allowed. Not allocated: hardly fewer than there are, or it is not
+   !> known.
    subroutine spare_mesh(problem, state, bars, sizes, counted, asked, demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! the point that the bars are of

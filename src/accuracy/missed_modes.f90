@@ -32,25 +32,28 @@ contains
       difference = point%system%negative_pivots - system%negative_pivots
       if (abs(difference) <= allowed .or. size(problem%hinge) > 0) difference = 0
       if (difference == 0) return
-      if (.not. signs_tell(problem, state, system, timers)) difference = 0
+      if (.not. signs_tell(problem, state, system, allowed, timers)) difference = 0
       if (difference == 0) return
-      if (.not. signs_tell(path%problem, point%state, point%system, timers)) difference = 0
+      if (.not. signs_tell(path%problem, point%state, point%system, allowed, timers)) difference = 0
    end function unstable_difference
 
-   !> True where no eigenvalue is zero as far as rounding tells.
-   logical function signs_tell(problem, state, system, timers)
+   !> True where no eigenvalue is zero as far as rounding tells, but those of an event.
+   logical function signs_tell(problem, state, system, zeros, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
+      integer, intent(in) :: zeros               !! eigenvalues of the event
       type(timers_t), intent(inout) :: timers
       type(modes_t) :: modes
       type(error_t), allocatable :: error
       type(zero_t) :: zero
-      call lowest_modes(problem, state, system, 2, modes, error, timers)
-      signs_tell = .not. allocated(error) .and. modes%n > 0
+      integer :: k
+      k = 1 + zeros
+      call lowest_modes(problem, state, system, k + 1, modes, error, timers)
+      signs_tell = .not. allocated(error) .and. modes%n >= k
       if (.not. signs_tell) return
-      zero%modes = modes%x(:, :1)
-      if (modes%n > 1) zero%next = abs(modes%mu(2))
-      signs_tell = abs(modes%mu(1)) > beyond_rounding * mode_rounding(problem, system, zero)
+      zero%modes = modes%x(:, k:k)
+      if (modes%n > k) zero%next = abs(modes%mu(k + 1))
+      signs_tell = abs(modes%mu(k)) > beyond_rounding * mode_rounding(problem, system, zero)
    end function signs_tell
 end module missed_modes

@@ -43,12 +43,17 @@ def is_effectivity(filename: str) -> bool:
     return "maps" in read_toml(read_text(filename), filename)
 
 
-def study_bars(filename: str, folder: RunFolder, jobs: int) -> int:
-    """Makes the runs of all maps, a table of the cases, one of the maps, a picture. 1: there are no cases."""
+def read_maps(filename: str, program: str) -> list[Map]:
+    """`program` reads their decks."""
     content = read_toml(read_text(filename), filename)
     if set(content) - {"title", "maps"}:
         raise ResultsError(f"{filename}: a study of bars has title and maps only")
-    maps = [read_map(os.path.join(os.path.dirname(filename), name)) for name in content["maps"]]
+    return [read_map(os.path.join(os.path.dirname(filename), name), program) for name in content["maps"]]
+
+
+def study_bars(filename: str, folder: RunFolder, jobs: int) -> int:
+    """Makes the runs of all maps, a table of the cases, one of the maps, a picture. 1: there are no cases."""
+    maps = read_maps(filename, folder.program)
     keys = [[folder.key(deck) for deck in each.decks] for each in maps]
     missing = to_do(folder, {key: deck for each, own in zip(maps, keys) for key, deck in zip(own, each.decks)}, retry=False)
     run_pool(folder, missing, jobs, max(each.sweep.timeout or 60.0 for each in maps), Progress(len(missing)))
