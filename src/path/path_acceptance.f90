@@ -15,7 +15,8 @@ module path_acceptance
    use path_control, only: path_length
    use path_continuity, only: heading_t
    use corrector, only: increment_t
-   use path_run, only: run_t, landmark_t, probe_at, keep_landmark, leave_trail
+   use path_run, only: run_t, probe_at, keep_landmark, leave_trail
+   use landmarks, only: landmark_t
    use step_control, only: stop_met
    use path_events, only: probe_t, event_t, new_probe, detect_events, value_events, event_stop, event_bifurcation, event_release, &
       & event_limit, event_contact, event_value_reached, event_turning
@@ -484,10 +485,11 @@ contains
       real(wp) :: travelled
       integer :: j
       is_home = .false.
-      if (.not. allocated(run%home)) return
+      if (.not. associated(run%home)) return
       travelled = run%arc_length - run%left_at + path_length(problem, run%state, place)
-      do j = 1, size(run%home)
-         is_home = is_home .or. path_length(problem, seen_here(run%home(j)), place) <= near * travelled
+      do j = 1, size(run%home%list)
+         if (run%home%list(j)%label /= 'BP') cycle
+         is_home = is_home .or. path_length(problem, seen_here(run%home%list(j)), place) <= near * travelled
       end do
 
    contains
