@@ -5,6 +5,7 @@ module landmarks
    use problem, only: problem_t
    use rod_state, only: state_t
    use path_control, only: control_t
+   use error_bar, only: error_bars_t
    implicit none
    private
    public :: landmark_t, landmarks_t
@@ -17,6 +18,8 @@ module landmarks
       integer :: point = 0                       !! its row in the results of its path, from 1
       integer :: pivots = 0                      !! negative ones on the side that its path comes from
       integer :: multiplicity = 0                !! BP: how many null vectors
+      real(wp) :: scale = 1.0_wp                 !! BP: that of its event
+      type(error_bars_t), allocatable :: bars    !! BP: where the deck wants them
       real(wp) :: arc_length = 0.0_wp
       real(wp), allocatable :: direction(:, :)   !! of its path: displacements
       real(wp) :: direction_load = 0.0_wp        !! and load factor

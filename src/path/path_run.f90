@@ -8,6 +8,7 @@ module path_run
    use state_transfer, only: carried_field
    use mesh_demand, only: demand_t
    use path_control, only: control_t, displacement_between
+   use error_bar, only: error_bars_t
    use landmarks, only: landmark_t, landmarks_t
    use monitor_rows, only: monitor_change
    use path_continuity, only: heading_t, heading_at, goes_back
@@ -128,7 +129,7 @@ contains
    end function turned_round
 
    !> Keeps the critical point recorded last.
-   subroutine keep_landmark(problem, run, label, state, trial, part, arc_length, pivots, multiplicity, free, released)
+   subroutine keep_landmark(problem, run, label, state, trial, part, arc_length, pivots, multiplicity, scale, bars, free, released)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       character(*), intent(in) :: label
@@ -138,6 +139,8 @@ contains
       real(wp), intent(in) :: arc_length
       integer, intent(in) :: pivots              !! negative ones before it
       integer, intent(in) :: multiplicity
+      real(wp), intent(in), optional :: scale    !! see event_t
+      type(error_bars_t), allocatable, intent(in), optional :: bars
       type(problem_t), intent(in), optional :: free  !! what leaves it does so without contacts that carry no force: the problem
       type(state_t), intent(in), optional :: released !! and the state there without them
       type(landmark_t) :: landmark
@@ -153,6 +156,8 @@ contains
       landmark%drift = landmark%direction - part * displacement_between(problem, run%state, trial)
       landmark%direction_load = state%load_factor - run%state%load_factor
       landmark%control = run%control
+      if (present(scale)) landmark%scale = scale
+      if (present(bars)) landmark%bars = bars
       if (present(free)) then
          landmark%direction = carried_field(problem, state, landmark%direction, free, released)
          landmark%drift = carried_field(problem, state, landmark%drift, free, released)

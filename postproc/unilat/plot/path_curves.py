@@ -131,7 +131,7 @@ def bends(results: Path) -> tuple[np.ndarray, np.ndarray]:
     labels = results.path["label"].values if "label" in results.path else np.full(n, "")
     steps = results.path["step"].values if "step" in results.path else np.ones(n, dtype=int)
     ends = np.append(steps[1:] != steps[:-1], False)
-    return ends | np.isin(labels, ("C+", "C-", "BP")), np.isin(labels, ("LP", "TP"))
+    return ends | np.isin(labels, ("C+", "C-")), np.isin(labels, ("LP", "TP"))
 
 
 def draw_marks(axes, results: Path, wanted: list[str], place, colour: str, value_of=None,
