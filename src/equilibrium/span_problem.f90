@@ -53,7 +53,7 @@ contains
       call lay_spans(base, touch, division, problem)
    end function new_span_problem
 
-   !> The problem with the touches and on the mesh of another one, whose stretches are the same: what differs are values in the deck.
+   !> The problem with the touches and on the mesh of another one that has the same stretches: what differs are values in the deck.
    function same_spans(base, like) result(problem)
       type(problem_t), intent(in) :: base            !! on any mesh
       type(problem_t), intent(in) :: like            !! with spans

@@ -301,7 +301,7 @@ contains
       type(profile_t), allocatable :: profile(:)
       integer, allocatable :: element(:)    ! of samples
       real(wp), allocatable :: tau(:), gap(:), at(:)
-      real(wp) :: from, to, low, high, slack, top(2), more(2), place, value
+      real(wp) :: from, to, low, high, nothing, top(2), more(2), place, value
       logical :: zero(2)
       integer :: e, i, first, last, n
       associate (g => state%geometry%element)
@@ -316,7 +316,7 @@ contains
       if (zero(1)) low = max(from, from - more(1) + beside * (to - from + sum(more)))
       if (zero(2)) high = min(to, to + more(2) - beside * (to - from + sum(more)))
       zero = touching([problem%model%mesh%node(1, test%first), problem%model%mesh%node(2, test%last)])
-      slack = rounding_gap(problem)
+      nothing = rounding_gap(problem)
       allocate (profile(test%first:test%last))
       do e = test%first, test%last
          profile(e) = new_profile(problem, state, e)
@@ -341,8 +341,8 @@ contains
          if (2.0_wp * gap(i) - max(gap(i - 1), gap(i + 1)) > test%value) cycle
          call find_minimum(i, value, place)
          ! Next to a touch rounding makes minima, too.
-         top = [merge(maxval(gap(:i)), huge(slack), zero(1)), merge(maxval(gap(i:)), huge(slack), zero(2))]
-         if (minval(top) > slack .or. value < -slack) call take(value, place)
+         top = [merge(maxval(gap(:i)), huge(nothing), zero(1)), merge(maxval(gap(i:)), huge(nothing), zero(2))]
+         if (minval(top) > nothing .or. value < -nothing) call take(value, place)
       end do
       if (test%value >= huge(1.0_wp)) test%value = problem%size
 
