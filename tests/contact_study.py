@@ -90,7 +90,7 @@ def _limits():
 
 def length():
     """Time and memory of the pipe lift."""
-    text = dr.changed(dr.example("pipe-lift"), (", POINTS=ALONG", ""), ("*FIELD OUTPUT, EVERY=5\nDISPLACEMENT, REACTION\n", ""))
+    text = dr.changed(dr.on_given_mesh("pipe-lift"), (", POINTS=ALONG", ""), ("*FIELD OUTPUT, EVERY=5\nDISPLACEMENT, REACTION\n", ""))
     print(f"{'elements':>10}{'s':>9}{'MB':>9}{'points':>8}{'us/(point element)':>20}  exit")
     for elements in (100, 1000, 10000, 100000):
         with tempfile.TemporaryDirectory(prefix="unilat-") as folder:

@@ -19,7 +19,7 @@ STRETCH = 1e-11
 def cantilever(element="GE4", elements=16, load=10, tolerance="1E-12", stiffness="1E12"):
     """Tip values u, w, rotation at a load P L^2/EI; newly run with a firm tolerance."""
     run = dr.run_deck(dr.changed(
-        dr.example("cantilever"), ("TYPE=GE4", f"TYPE={element}"), ("1, 2, 16", f"1, 2, {elements}"),
+        dr.on_given_mesh("cantilever"), ("TYPE=GE4", f"TYPE={element}"), ("1, 2, 16", f"1, 2, {elements}"),
         ("1., 1E-3, 1.\n", f"1., 1E-3, 1.\n*CONTROLS, TOLERANCE={tolerance}\n"), ("ABOVE, 10.", f"ABOVE, {load}"),
         ("1E12, 1.", f"{stiffness}, 1.")))
     return np.array([run.column(name)[-1] for name in ("u", "w", "rotation")])
@@ -35,7 +35,7 @@ def exact(load=10):
 
 def test_cantilever_deck_follows_the_table():
     """GE4, h = 1/16, wave number sqrt(10): (k h)^4/180 is 1e-5, of displacements of order 1."""
-    run, table = dr.run_deck(dr.example("cantilever")), dr.reference("bench_a_cantilever_tip_load")
+    run, table = dr.run_deck(dr.on_given_mesh("cantilever")), dr.reference("bench_a_cantilever_tip_load")
     loads = run.column("load_factor")[1:]
     dr.assert_close(loads, np.arange(1.0, 11.0), relative=1e-14)
     for name, header in (("u", "u"), ("w", "w"), ("rotation", "theta")):
@@ -75,7 +75,7 @@ def test_very_many_elements_do_no_harm():
 def test_rollup_deck():
     """The tip's rotation is exact for elements of any order. Increments are cut to what the tangent of the path may turn, half
     a radian, and are planned to 0.7 of it; no faster than the tip does it turn."""
-    run = dr.run_deck(dr.example("rollup"))
+    run = dr.run_deck(dr.on_given_mesh("rollup"))
     load = run.column("load_factor")
     # TOLERANCE of the moment
     dr.assert_close(run.column("rotation"), 2.0 * np.pi * load, absolute=1e-9 * 4.0 * np.pi)
@@ -94,7 +94,7 @@ def test_rollup_follows_the_table(element):
     table = dr.reference("bench_b_rollup")
     rows = np.flatnonzero((table["ML_over_2piEI"] < 2.0) & (table["ML_over_2piEI"] % 1.0 > 0.0))
     loads = "".join(f"LOAD, {load:.15g}\n" for load in table["ML_over_2piEI"][rows])
-    run = dr.run_deck(dr.changed(dr.example("rollup"), ("TYPE=GE4", f"TYPE={element}"), ("1, 2, 16", "1, 2, 64"),
+    run = dr.run_deck(dr.changed(dr.on_given_mesh("rollup"), ("TYPE=GE4", f"TYPE={element}"), ("1, 2, 16", "1, 2, 64"),
                                  ("*STOP", f"*LOCATE\n{loads}*STOP")))
     points = [c.point - 1 for c in run.labelled("UZ")]
     dr.assert_close(run.column("load_factor")[points], table["ML_over_2piEI"][rows], relative=1e-8)
@@ -111,7 +111,7 @@ def test_section_forces_are_those_of_equilibrium():
 
     Each node's balance is left open by up to 1e-9 P, so sums over 16 elements by 1e-8 P.
     """
-    run = dr.run_deck(dr.example("cantilever"))
+    run = dr.run_deck(dr.on_given_mesh("cantilever"))
     results, point = run.results, run.results.n_points
     u = results.field("displacement", point)
     place = results.mesh.coordinates + u[:, :2]
@@ -128,7 +128,7 @@ def test_section_forces_are_those_of_equilibrium():
 @pytest.mark.parametrize("deck", ["cantilever", "rollup"])
 def test_no_contact_work(deck):
     """No contact group, no columns, no counters of contact, no time spent on it."""
-    run = dr.run_deck(dr.example(deck))
+    run = dr.run_deck(dr.on_given_mesh(deck))
     with h5py.File(os.path.join(run.folder.name, f"{deck}.h5"), "r") as file:
         names = []
         file.visit(names.append)
@@ -146,7 +146,7 @@ def test_no_contact_work(deck):
 
 @pytest.mark.parametrize("deck", ["cantilever", "rollup"])
 def test_the_last_point_is_labelled_as_the_end(deck):
-    run = dr.run_deck(dr.example(deck))
+    run = dr.run_deck(dr.on_given_mesh(deck))
     assert run.results.path["label"].values[-1] == "EP"
     assert run.only("EP").point == run.results.n_points
 
@@ -156,7 +156,7 @@ def test_euler_postbuckling():
     table = dr.reference("bench_c_euler_postbuckling")
     keep = table["alpha_deg"] >= 20
     angles = np.radians(table["alpha_deg"][keep][:6])
-    deck = dr.changed(dr.example("cantilever"), ("METHOD=LOAD\n1., 1E-3, 1.", "METHOD=CYLINDRICAL\n0.1, 1E-9, 0.05"),
+    deck = dr.changed(dr.on_given_mesh("cantilever"), ("METHOD=LOAD\n1., 1E-3, 1.", "METHOD=CYLINDRICAL\n0.1, 1E-9, 0.05"),
                       ("TYPE=GE4", "TYPE=GE6"), ("2, 2, 1.\n*STOP\nLOAD, ABOVE, 10.",
                        "2, 1, -2.4674011002723395\n2, 2, 1E-7\n*LOCATE\n"
                        + "".join(f"rotation, {angle:.15g}\n" for angle in angles) + "*STOP\nrotation, ABOVE, 2.5"))

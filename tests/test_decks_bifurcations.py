@@ -26,7 +26,7 @@ def rod(number, start, end, elements=24, kind="GE8", ends=""):
 
 
 def without_branches(name):
-    text = dr.example(name)
+    text = dr.on_given_mesh(name)
     start = text.index("*BRANCH")
     return text[:start] + text[text.index("*STOP", start):]
 
@@ -245,7 +245,7 @@ def test_shallow_arch_whatever_the_increments(method, data):
 @pytest.mark.parametrize("largest", ["0.003", "0.03"])
 def test_nothing_is_told_twice(name, largest):
     """On the path and on its branches, with short and long increments."""
-    text = dr.example(name)
+    text = dr.on_given_mesh(name)
     line = text.splitlines()[[k for k, line in enumerate(text.splitlines()) if line.startswith("*STATIC")][0] + 1]
     first = line.split(",")[0]
     text = dr.with_static(text, "METHOD=CYLINDRICAL", f"{first}, 1E-12, {largest}")

@@ -19,14 +19,14 @@ def euler(stop="rotation, ABOVE, 3.0543\nrotation, BELOW, -3.0543\n", element="T
     table = dr.reference("bench_c_euler_postbuckling")
     angles = np.radians(table["alpha_deg"])
     asked = "".join(f"rotation, {angle:.15g}, {-angle:.15g}\n" for angle in angles[:-1])
-    text = dr.changed(dr.example("euler"), ("TYPE=GE6", element), ("1, 2, 20", "1, 2, 32"),
+    text = dr.changed(dr.on_given_mesh("euler"), ("TYPE=GE6", element), ("1, 2, 20", "1, 2, 32"),
                       ("*STOP\n", f"*LOCATE\n{asked}*STOP\n"))
     return dr.run_deck(dr.changed(text, ("rotation, ABOVE, 3.0543\nrotation, BELOW, -3.0543\n", stop)))
 
 
 @functools.cache
 def plain(name):
-    return dr.run_deck(dr.example(name))
+    return dr.run_deck(dr.on_given_mesh(name))
 
 
 def sides(run):
@@ -114,7 +114,7 @@ def test_euler_second_bifurcation():
     table = dr.reference("bench_c_euler_postbuckling")
     angles = np.radians(table["alpha_deg"][:4])
     asked = "".join(f"rotation, {angle:.15g}\n" for angle in angles)
-    text = dr.changed(dr.example("euler"), ("TYPE=GE6", "TYPE=GE8"), ("1, 2, 20", "1, 2, 30"),
+    text = dr.changed(dr.on_given_mesh("euler"), ("TYPE=GE6", "TYPE=GE8"), ("1, 2, 20", "1, 2, 30"),
                       ("*BRANCH, NAME=BUCKLED, SIDE=BOTH", "*BRANCH, NAME=BUCKLED, BIFURCATION=2, SIDE=BOTH"),
                       ("*STOP\n", f"*LOCATE\n{asked}*STOP\n"),
                       ("rotation, ABOVE, 3.0543\nrotation, BELOW, -3.0543\n", "rotation, ABOVE, 1.1\nrotation, BELOW, -1.1\n"))
@@ -133,7 +133,7 @@ def with_points(name, table, column, quantity, every, stop=None):
     both = sorted({sign * float(f"{table[column][row]:.15g}") for row in rows for sign in (1, -1)}) \
         if quantity in ("u", "rotation") else [table[column][row] for row in rows]
     asked = "".join(f"{quantity}, {value:.15g}\n" for value in both)
-    text = dr.changed(dr.example(name), ("*STOP\n", f"*LOCATE\n{asked}*STOP\n"),
+    text = dr.changed(dr.on_given_mesh(name), ("*STOP\n", f"*LOCATE\n{asked}*STOP\n"),
                       ("*CLOAD\n", "*CONTROLS, LOCATE=1E-11\n*CLOAD\n"))
     return dr.run_deck(text if stop is None else dr.changed(text, stop))
 
@@ -156,7 +156,7 @@ def test_shallow_arch_branch_follows_the_table():
 @pytest.mark.parametrize("side", ["PLUS", "MINUS"])
 def test_shallow_arch_branch_joins_the_bifurcations(ea, ei, side):
     """It ends at the second bifurcation, where its load is least; beyond, it would be its own mirror image."""
-    text = dr.changed(dr.example("arch-shallow-hinged"), ("LOAD, BELOW, -6.2", "LOAD, ABOVE, -4."), ("SIDE=BOTH", f"SIDE={side}"))
+    text = dr.changed(dr.on_given_mesh("arch-shallow-hinged"), ("LOAD, BELOW, -6.2", "LOAD, ABOVE, -4."), ("SIDE=BOTH", f"SIDE={side}"))
     if ea is not None:
         text = dr.changed(text, ("3600., 1.", f"{ea}, {ei}"))
     run = dr.run_deck(text)
@@ -214,7 +214,7 @@ def test_deep_arch_limit_points_of_the_branch():
 @pytest.mark.parametrize("name", ["euler", "arch-deep-hinged", "arch-shallow-hinged"])
 def test_branches_do_not_change_the_path(name):
     """The step's own path is the same number for number with and without branches."""
-    text = dr.example(name)
+    text = dr.on_given_mesh(name)
     start = text.index("*BRANCH")
     without = text[:start] + text[text.index("*STOP", start):]
     assert "*BRANCH" not in without
@@ -226,9 +226,9 @@ def test_branches_do_not_change_the_path(name):
 
 @pytest.mark.parametrize("method", ["SPHERICAL", "LINEARISED", "MINIMUM RESIDUAL"])
 def test_strategies_follow_the_same_branch(method):
-    deck = dr.with_static(dr.example("arch-shallow-hinged"), f"METHOD={method}", "0.5, 1E-9, 0.005")
+    deck = dr.with_static(dr.on_given_mesh("arch-shallow-hinged"), f"METHOD={method}", "0.5, 1E-9, 0.005")
     runs = [dr.run_deck(dr.changed(text, ("*STOP\n", "*LOCATE\nLOAD, 8., -2.\n*STOP\n")))
-            for text in (deck, dr.example("arch-shallow-hinged"))]
+            for text in (deck, dr.on_given_mesh("arch-shallow-hinged"))]
     for one, two in zip(sides(runs[0]), sides(runs[1])):
         assert [c.label for c in one.critical] == [c.label for c in two.critical]
         dr.assert_close([c.load_factor for c in one.critical], [c.load_factor for c in two.critical], relative=1e-7)

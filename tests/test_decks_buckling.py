@@ -212,7 +212,7 @@ def test_long_rail_on_springs_at_nodes():
 
 def test_example_of_the_rail():
     """The numbers of the deck's comments: 3, 4, 5 and 2 half waves."""
-    run = dr.run_deck(dr.example("rail-buckling"))
+    run = dr.run_deck(dr.on_given_mesh("rail-buckling"))
     dr.assert_close(run.results.buckling["HEAT"].load_factor, [201.405, 221.240, 287.268, 292.781], relative=2e-5)
     assert np.all(run.column("active_contacts")[1:] == 64)   # elements
     x = run.results.mesh.coordinates[:, 0]
@@ -239,7 +239,7 @@ def test_ring_in_its_cavity():
     """The limit point of the paper's ring from states on the path: the nearer, the better, and right in the limit."""
     estimates, loads = [], (70.0, 80.0, 81.5)
     for load in loads:
-        text = dr.changed(dr.example("ring"), ("0., 160, 6.", "0., 160"), ("LOAD, 34., 57., 62., 28.\n", f"LOAD, {load}\n"),
+        text = dr.changed(dr.on_given_mesh("ring"), ("0., 160, 6.", "0., 160"), ("LOAD, 34., 57., 62., 28.\n", f"LOAD, {load}\n"),
                           ("v, ABOVE, 0.6", f"LOAD, ABOVE, {load}"))
         found = factors(text + buckle(3, "*DLOAD\nRING, PY, -1.\n"))
         estimates.append(load + np.min(found[found > 0.0]))

@@ -145,7 +145,7 @@ def test_contact_is_lost_where_the_last_node_lets_go():
 
 @functools.cache
 def ring(element, elements, points, code, stiffness="120000.", last=0.06):
-    return dr.run_deck(dr.changed(dr.example("ring"), ("0., 0., 160, 6.", f"0., 0., {elements}"), ("TYPE=GE4", f"TYPE={element}"),
+    return dr.run_deck(dr.changed(dr.on_given_mesh("ring"), ("0., 0., 160, 6.", f"0., 0., {elements}"), ("TYPE=GE4", f"TYPE={element}"),
                                   ("POINTS=ALONG", f"POINTS={points}"), ("ABOVE, 0.6", f"ABOVE, {last}"),
                                   ("*LOCATE\nLOAD, 34., 57., 62., 28.\n", ""), ("120000.,", f"{stiffness},")), code=code)
 
@@ -263,7 +263,7 @@ def test_a_start_that_is_rounding_ends_at_once():
 
 def test_column_in_a_tiny_unit_of_length():
     """input/column.inp, lengths times 1e-10: EI/L is 1e-20 of EA, yet all is as it was."""
-    one = dr.run_deck(dr.example("column"))
+    one = dr.run_deck(dr.on_given_mesh("column"))
     text = """*HEADING
 column, L = 1e-10
 *NODE

@@ -23,7 +23,7 @@ FOURTH_ORDER = 2e-6
 
 @functools.cache
 def column(elements=40, kind="GE6"):
-    return dr.run_deck(dr.changed(dr.example("column"), ("1, 2, 40", f"1, 2, {elements}"),
+    return dr.run_deck(dr.changed(dr.on_given_mesh("column"), ("1, 2, 40", f"1, 2, {elements}"),
                                   ("2, 3, 40", f"2, 3, {elements}"), ("TYPE=GE6", f"TYPE={kind}")))
 
 
@@ -63,7 +63,7 @@ def at_table_rows(phase):
     rows = rows[(table()["shortening_over_L"][rows] < 0.049) & (table()["P_over_Pcr"][rows] < 0.98 * EVENTS[1][1])]
     values, shortening = table()[header][rows], table()["shortening_over_L"][rows]
     cards = "".join(f"{monitor}, {value:.12g}\n" for value in values)
-    run = dr.run_deck(dr.changed(dr.example("column"), ("*STOP", f"*LOCATE\n{cards}*STOP")))
+    run = dr.run_deck(dr.changed(dr.on_given_mesh("column"), ("*STOP", f"*LOCATE\n{cards}*STOP")))
     inside = np.arange(run.results.n_points)[phases(run)[phase]]
     found = [c for c in run.labelled("UZ") if c.point - 1 in inside]
     points = []
@@ -76,7 +76,7 @@ def at_table_rows(phase):
 
 
 def test_a_value_just_behind_first_contact_is_located():
-    run = dr.run_deck(dr.changed(dr.example("column"), ("*STOP", "*LOCATE\nLOAD, 0.9306\n*STOP"),
+    run = dr.run_deck(dr.changed(dr.on_given_mesh("column"), ("*STOP", "*LOCATE\nLOAD, 0.9306\n*STOP"),
                                  ("ABOVE, 0.05", "ABOVE, 0.0012")))
     dr.assert_close(run.load("UZ"), 0.9306, relative=LOCATE)
 
@@ -251,7 +251,7 @@ def test_accuracy_block():
 
 def test_contact_at_nodes_finds_the_same_loads_at_second_order():
     """Without the sliding point the contact is at one of two nodes, at most h/2 away: loads off by some h^2."""
-    run = dr.run_deck(dr.changed(dr.example("column"), (", POINTS=ALONG", "")))
+    run = dr.run_deck(dr.changed(dr.on_given_mesh("column"), (", POINTS=ALONG", "")))
     first = [c for c in run.results.critical if c.label == "C+"][0].load_factor
     dr.assert_close(first, EVENTS[0][1], relative=1e-3)
     dr.assert_close(np.max(run.column("load_factor")), EVENTS[1][1], relative=5e-3)
@@ -259,7 +259,7 @@ def test_contact_at_nodes_finds_the_same_loads_at_second_order():
 
 def test_a_contact_that_is_gained_has_its_place():
     """It carries no force yet, but stands where the exact column touches."""
-    run = dr.run_deck(dr.example("column"))
+    run = dr.run_deck(dr.on_given_mesh("column"))
     row = run.only("C+").point - 1
     contact = run.results.contact
     assert contact.count[row] == 1 and contact.count[row - 1] == 0

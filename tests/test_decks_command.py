@@ -41,7 +41,7 @@ def without_job(text):
 
 
 def test_0_complete():
-    run = dr.run_deck(dr.example("cantilever"), code=0)
+    run = dr.run_deck(dr.on_given_mesh("cantilever"), code=0)
     assert run.results.status == "complete" and run.results.complete
     assert run.stderr == ""
 
@@ -55,7 +55,7 @@ def test_1_error_in_the_deck():
 @pytest.mark.parametrize("options", [["--wrong"], ["-o"], ["no-such-file.inp"], ["a.inp", "b.inp"],
                                      ["--check", "-o", "x.h5"]])
 def test_1_error_in_the_command(options):
-    run = dr.run_deck(dr.example("cantilever"), *options, code=1, name=None)
+    run = dr.run_deck(dr.on_given_mesh("cantilever"), *options, code=1, name=None)
     assert run.files == [] and run.stdout == "" and run.stderr.startswith("unilat: ")
 
 
@@ -82,63 +82,63 @@ def test_load_control_ends_next_to_the_limit_point():
 
 
 def test_2_points_used_up():
-    run = dr.run_deck(dr.changed(dr.example("cantilever"), ("*CLOAD", "*CONTROLS, POINTS=3\n*CLOAD")), code=2)
+    run = dr.run_deck(dr.changed(dr.on_given_mesh("cantilever"), ("*CLOAD", "*CONTROLS, POINTS=3\n*CLOAD")), code=2)
     assert run.results.status.startswith("stopped: ")
     assert run.results.n_points == 4     # the start and three more
 
 
 def test_2_nothing_holds_the_structure():
-    run = dr.run_deck(dr.changed(dr.example("cantilever"), ("1, ENCASTRE", "1, PINNED"), ("1E12, 1.", "1E4, 1.")),
+    run = dr.run_deck(dr.changed(dr.on_given_mesh("cantilever"), ("1, ENCASTRE", "1, PINNED"), ("1E12, 1.", "1E4, 1.")),
                       code=2)
     assert "hold" in run.results.status
 
 
 def test_3_results_cannot_be_written():
-    run = dr.run_deck(dr.example("cantilever"), "-o", os.path.join("no", "such", "folder.h5"), code=3)
+    run = dr.run_deck(dr.on_given_mesh("cantilever"), "-o", os.path.join("no", "such", "folder.h5"), code=3)
     assert run.files == ["deck.inp"] and "no/such/folder.h5" in run.stderr
 
 
 def test_name_from_option():
-    assert dr.run_deck(dr.example("cantilever"), "-o", "other.h5").files == ["deck.inp", "other.h5"]
+    assert dr.run_deck(dr.on_given_mesh("cantilever"), "-o", "other.h5").files == ["deck.inp", "other.h5"]
 
 
 def test_name_from_job():
-    assert dr.run_deck(dr.example("cantilever")).files == ["cantilever.h5", "deck.inp"]
+    assert dr.run_deck(dr.on_given_mesh("cantilever")).files == ["cantilever.h5", "deck.inp"]
 
 
 def test_name_from_deck():
-    run = dr.run_deck(without_job(dr.example("cantilever")), name="some.deck.inp")
+    run = dr.run_deck(without_job(dr.on_given_mesh("cantilever")), name="some.deck.inp")
     assert run.files == ["some.deck.h5", "some.deck.inp"]
 
 
 def test_standard_input():
-    run = dr.run_deck(dr.example("cantilever"), name=None)
+    run = dr.run_deck(dr.on_given_mesh("cantilever"), name=None)
     assert run.files == ["cantilever.h5"]
-    same = dr.run_deck(dr.example("cantilever"))
+    same = dr.run_deck(dr.on_given_mesh("cantilever"))
     assert np.array_equal(run.column("w"), same.column("w"))
 
 
 def test_standard_input_without_a_job():
-    assert dr.run_deck(without_job(dr.example("cantilever")), name=None).files == ["unilat.h5"]
+    assert dr.run_deck(without_job(dr.on_given_mesh("cantilever")), name=None).files == ["unilat.h5"]
 
 
 def test_check_computes_nothing():
-    run = dr.run_deck(dr.example("ring"), "--check", "--", name=None)
+    run = dr.run_deck(dr.on_given_mesh("ring"), "--check", "--", name=None)
     assert run.files == [] and run.stderr == ""
     assert "160 GE4" in run.stdout and "LP" not in run.stdout.split()
 
 
 def test_check_of_a_deck_without_steps():
-    model = dr.example("cantilever").split("*STEP")[0]
+    model = dr.on_given_mesh("cantilever").split("*STEP")[0]
     assert dr.run_deck(model, "--check").files == ["deck.inp"]
     dr.run_deck(model, code=1)
 
 
 def test_quiet():
-    run = dr.run_deck(dr.example("cantilever"), "--quiet")
+    run = dr.run_deck(dr.on_given_mesh("cantilever"), "--quiet")
     assert run.stdout == "" and run.stderr == ""
     assert run.results.n_points == 11
-    quiet_check = dr.run_deck(dr.example("cantilever"), "--quiet", "--check")
+    quiet_check = dr.run_deck(dr.on_given_mesh("cantilever"), "--quiet", "--check")
     assert quiet_check.stdout == "" and quiet_check.files == ["deck.inp"]
 
 
@@ -150,23 +150,23 @@ def test_information(option, words):
 
 
 def test_an_older_result_file_is_replaced():
-    run = dr.run_deck(dr.example("cantilever"))
+    run = dr.run_deck(dr.on_given_mesh("cantilever"))
     again = subprocess.run([os.environ["UNILAT"], "--quiet", "deck.inp"], cwd=run.folder.name, check=False)
     assert again.returncode == 0 and run.files == ["cantilever.h5", "deck.inp"]
     assert run.results.n_points == 11
 
 
 def test_the_file_holds_its_deck_and_where_it_comes_from():
-    run = dr.run_deck(dr.example("cantilever"))
+    run = dr.run_deck(dr.on_given_mesh("cantilever"))
     results = run.results
-    assert results.deck.strip() == dr.example("cantilever").strip()
+    assert results.deck.strip() == dr.on_given_mesh("cantilever").strip()
     assert results.title == "Cantilever under a dead tip load" and results.program == "unilat"
     version = dr.run_deck("", "--version", name=None).stdout.split("\n")[0]
     assert version == f"unilat {results.version}"
 
 
 def test_every_dataset_tells_its_units():
-    run = dr.run_deck(dr.changed(dr.example("ring"), ("ABOVE, 0.6", "ABOVE, 0.002")))
+    run = dr.run_deck(dr.changed(dr.on_given_mesh("ring"), ("ABOVE, 0.6", "ABOVE, 0.002")))
     with h5py.File(pathlib.Path(run.folder.name) / "ring.h5", "r") as file:
         bare = []
         file.visititems(lambda name, item: bare.append(name) if isinstance(item, h5py.Dataset)
@@ -176,7 +176,7 @@ def test_every_dataset_tells_its_units():
 
 def test_listing_and_file_agree():
     """Every point of the file has its row in the listing, with the same load."""
-    run = dr.run_deck(dr.example("column"))
+    run = dr.run_deck(dr.on_given_mesh("column"))
     rows = {}
     for line in run.stdout.split("Critical points")[0].splitlines():
         words = line.split()

@@ -45,10 +45,14 @@ def euler_load():
     return 0.1 * 0.5 * (1.0 - math.sqrt(1.0 - 4.0 * 4.0 * math.pi**2 / 1e5)) * 1e5
 
 
+# These do not have the bifurcation before the end, and elements of one order more do: the run says so.
+MISSED = {("euler", "GE2", 3)}
+
+
 @functools.cache
 def critical(name, kind, n):
-    text = euler(kind, n) if name == "euler" else remeshed(dr.example(name), kind, n)
-    run = dr.run_deck(text + ("*END STEP\n" if name == "euler" else ""))
+    text = euler(kind, n) if name == "euler" else remeshed(dr.on_given_mesh(name), kind, n)
+    run = dr.run_deck(text + ("*END STEP\n" if name == "euler" else ""), code=2 if (name, kind, n) in MISSED else 0)
     return run.results.critical
 
 
@@ -127,7 +131,7 @@ def test_estimates_fall_as_the_errors_do():
 def test_every_point_of_a_path():
     """POINTS=ALL: the frame's load at given v, by two elements of order 4 for each half of it, and by twelve of order 8."""
     def frame(kind, n):
-        text = dr.changed(remeshed(dr.example("lee-frame"), kind, n), ("WIDEST=1E9", "WIDEST=1E9, POINTS=ALL"),
+        text = dr.changed(remeshed(dr.on_given_mesh("lee-frame"), kind, n), ("WIDEST=1E9", "WIDEST=1E9, POINTS=ALL"),
                           ("METHOD=CYLINDRICAL\n0.3, 1E-9, 0.02", "METHOD=DISPLACEMENT, MONITOR=v\n0.02, 0.02, 0.02"),
                           ("LOAD, ABOVE, 40.", "v, ABOVE, 0.36"))
         return dr.run_deck(text).results
@@ -163,7 +167,7 @@ def test_sums_of_contact_forces():
     """What the cavity pushes the half ring with, normal, in x and in y, at given loads; in y it is the ring's own weight."""
     def ring(kind, n):
         watched = "".join(f"*MONITOR, NAME={q}, OBSTACLE=CAVITY\n{q}\n" for q in ("RN", "RF1", "RF2"))
-        text = remeshed(dr.example("ring"), kind, n).replace("*STEP\n", watched + "*STEP\n", 1)
+        text = remeshed(dr.on_given_mesh("ring"), kind, n).replace("*STEP\n", watched + "*STEP\n", 1)
         return dr.run_deck(text).labelled("UZ")
     fine = ring("GE8", 40)
     for kind, n in (("GE4", 5), ("GE6", 5)):
@@ -181,7 +185,7 @@ def test_nothing_is_told_without_reason():
     """UL2 elements, contact at nodes, foundations: no estimate, and the listing says why."""
     for name, why in (("ring-ul2", "the nodes of the mesh"), ("arch-soil", "a foundation may end inside"),
                       ("winkler-point", "a foundation may end inside")):
-        run = dr.run_deck(dr.example(name))
+        run = dr.run_deck(dr.on_given_mesh(name))
         assert run.results.critical
         assert all(math.isnan(c.error) and math.isnan(c.corrected) for c in run.results.critical)
         assert "no estimate" in run.stdout and why in run.stdout
@@ -189,7 +193,7 @@ def test_nothing_is_told_without_reason():
 
 def test_too_wide_a_bar_fails_the_run():
     """Code 2, and the status says which load; the path is there to its end. With a wider WIDEST all is well."""
-    text = remeshed(dr.example("lee-frame"), "GE4", 2)
+    text = remeshed(dr.on_given_mesh("lee-frame"), "GE4", 2)
     wide = dr.run_deck(text.replace("WIDEST=1E9", "WIDEST=0.001"), code=2)
     good = dr.run_deck(text)
     assert "the mesh is too coarse for what was asked: the load factor of LP at point" in wide.results.status
@@ -200,7 +204,25 @@ def test_too_wide_a_bar_fails_the_run():
 
 
 def test_no_bars_when_none_are_wanted():
-    text = dr.changed(dr.example("lee-frame"), ("*STEP\n", "*STEP\n*ACCURACY, POINTS=NONE\n"))
+    text = dr.changed(dr.on_given_mesh("lee-frame"), ("*STEP\n", "*STEP\n*ACCURACY, POINTS=NONE\n"))
     run = dr.run_deck(text)
     assert "+-" not in run.stdout and "error bars" not in run.stdout
     assert all(math.isnan(c.error) for c in run.results.critical)
+
+
+@pytest.mark.parametrize("name, kind", [("arch-deep-hinged", "GE2"), ("arch-clamped-hinged", "GE2"), ("arch-clamped-hinged", "GE4")])
+def test_a_mesh_without_the_limit_points_is_told(name, kind):
+    """One element each side: the load goes up to the end without a limit point. There the load is given, and the displacements tell."""
+    text = remeshed(dr.on_given_mesh(name), kind, 1).replace("*CONTROLS, LOCATE=1E-11\n*ACCURACY, WIDEST=1E9\n", "")
+    run = dr.run_deck(text, code=2)
+    assert not run.labelled("LP")
+    assert "the mesh is too coarse for what was asked:" in run.results.status and "of EP at point" in run.results.status
+
+
+def test_a_mesh_that_cannot_buckle_is_told():
+    """Straight bars of one element of order 2 have exact displacements and forces, and no bifurcation."""
+    text = remeshed(dr.on_given_mesh("three-hinged-arch"), "GE2", 1)
+    run = dr.run_deck(text, code=2)
+    assert not run.labelled("BP")
+    assert "the mesh is too coarse for the bifurcations of LP" in run.results.status
+    assert "2 more unstable directions" in run.results.status

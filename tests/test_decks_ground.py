@@ -16,7 +16,7 @@ import deck_runner as dr
 
 @functools.cache
 def point_load(elements, load="1e-5", points="ALONG"):
-    return dr.run_deck(dr.changed(dr.example("winkler-point"), ("1, 2, 60", f"1, 2, {elements}"), ("-1e-5", f"-{load}"),
+    return dr.run_deck(dr.changed(dr.on_given_mesh("winkler-point"), ("1, 2, 60", f"1, 2, {elements}"), ("-1e-5", f"-{load}"),
                                   ("NSET=BEAM\n*MONITOR", f"NSET=BEAM, POINTS={points}\n*MONITOR")))
 
 
@@ -64,7 +64,7 @@ def test_contact_length_is_independent_of_the_load(load):
 
 @functools.cache
 def heavy_beam(elements, points="ALONG"):
-    return dr.run_deck(dr.changed(dr.example("winkler-weight"), ("1, 2, 80", f"1, 2, {elements}"),
+    return dr.run_deck(dr.changed(dr.on_given_mesh("winkler-weight"), ("1, 2, 80", f"1, 2, {elements}"),
                                   ("NSET=BEAM\n*MONITOR", f"NSET=BEAM, POINTS={points}\n*MONITOR")))
 
 
@@ -124,7 +124,7 @@ def test_no_lift_off_below_and_two_regions_above():
 
 @functools.cache
 def lifted(elements, kind="GE4", ea="1e8"):
-    return dr.run_deck(dr.changed(dr.example("pipe-lift"), ("1, 2, 60", f"1, 2, {elements}"), ("TYPE=GE4", f"TYPE={kind}"),
+    return dr.run_deck(dr.changed(dr.on_given_mesh("pipe-lift"), ("1, 2, 60", f"1, 2, {elements}"), ("TYPE=GE4", f"TYPE={kind}"),
                                   ("1e8, 1.", f"{ea}, 1."), ("1e-7, 0.05\n", "1e-7, 0.05\n*CONTROLS, LOCATE=1e-12\n")))
 
 
@@ -158,7 +158,7 @@ def test_lifted_pipe_converges_at_fourth_order(quantity):
 def test_lifted_pipe_of_many_elements():
     """The path is that of few elements, point by point; what lies on the seabed has no more elements than it needs, and what is
     lifted no more than rounding allows."""
-    few, many = (dr.run_deck(dr.changed(dr.example("pipe-lift"), ("1, 2, 60", f"1, 2, {n}")))
+    few, many = (dr.run_deck(dr.changed(dr.on_given_mesh("pipe-lift"), ("1, 2, 60", f"1, 2, {n}")))
                  for n in (300, 20000))
     assert "do not get on" not in many.stdout
     assert abs(many.results.n_points - few.results.n_points) <= 1
@@ -196,7 +196,7 @@ GLOCK = 12.0 * 50.0**3 / 100.0**2.2
 
 
 def liner(force="0.001", times=1):
-    text = dr.changed(dr.example("liner"), ("1, 2, -0.001", f"1, 2, -{force}"), ("0., 80", f"0., {80 * times}"),
+    text = dr.changed(dr.on_given_mesh("liner"), ("1, 2, -0.001", f"1, 2, -{force}"), ("0., 80", f"0., {80 * times}"),
                       ("0., 60", f"0., {60 * times}"), ("v, ABOVE, 0.4", "v, ABOVE, 0.07"))
     return dr.run_deck(text).labelled("LP")[0].load_factor
 
@@ -215,8 +215,8 @@ def test_liner_on_a_finer_mesh():
 def test_liner_lifts_off_smoothly():
     """The end of contact travels over elements of two lengths; the deck against a mesh twice as fine and shorter increments, between
     which the cubic errs less. In the fine part to a millionth of a radian, in the coarse one to a thousandth of an element."""
-    deck = dr.run_deck(dr.example("liner"))
-    fine = dr.run_deck(dr.changed(dr.example("liner"), ("0., 80", "0., 160"), ("0., 60", "0., 120"), ("1E-9, 0.01", "1E-9, 0.002")))
+    deck = dr.run_deck(dr.on_given_mesh("liner"))
+    fine = dr.run_deck(dr.changed(dr.on_given_mesh("liner"), ("0., 80", "0., 160"), ("0., 60", "0., 120"), ("1E-9, 0.01", "1E-9, 0.002")))
     v, angle = deck.column("v")[2:-1], dr.regions(deck, "angle_start")[2:-1]
     at, other = fine.column("v")[2:], dr.regions(fine, "angle_start")[2:]
     inside = v > at[0]
@@ -233,7 +233,7 @@ def test_liner_lifts_off_smoothly():
 
 def test_end_of_contact_beside_a_short_span():
     """The pipe just lifted, free over up to three elements: the end moves inwards steadily, never to the next node."""
-    text = dr.changed(dr.example("pipe-lift"), ("1, 2, 60", "1, 2, 30"), ("2, 2, 2, 2.2830889633098", "2, 2, 2, 0.02"),
+    text = dr.changed(dr.on_given_mesh("pipe-lift"), ("1, 2, 60", "1, 2, 30"), ("2, 2, 2, 2.2830889633098", "2, 2, 2, 0.02"),
                       ("height, 0.041582882044509, 0.59486643521603, 1.7463390451712", "height, 0.003425"))
     end = dr.regions(dr.run_deck(text), "end")[1:]
     assert len(end) > 10

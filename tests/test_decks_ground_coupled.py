@@ -153,7 +153,7 @@ def test_lift_off_from_a_pasternak_foundation(g):
 
 def test_half_length_on_a_pasternak_foundation_is_one_half():
     dr.assert_close(gr.pasternak_lift_off(K, G, 1.0)[0], 0.5, absolute=1e-7)
-    run = dr.run_deck(dr.example("pasternak-point"))
+    run = dr.run_deck(dr.on_given_mesh("pasternak-point"))
     middle = 2.0
     loaded = run.column("load_factor") > 0.0
     dr.assert_close(dr.regions(run, "end")[loaded] - middle, np.full(np.sum(loaded), 0.5), absolute=5e-4)
@@ -198,12 +198,12 @@ def test_contact_is_independent_of_the_load(ground, force):
 
 def test_a_graded_mesh():
     """Elements from 1 to 20: the same answer to the second order of the longest, 0.09, at the force 0.005."""
-    deck = dr.changed(dr.example("pasternak-point"), ("1, 2, 80\n", "1, 2, 80, 0.05\n"), ("2, 3, 80\n", "2, 3, 80, 20\n"))
+    deck = dr.changed(dr.on_given_mesh("pasternak-point"), ("1, 2, 80\n", "1, 2, 80, 0.05\n"), ("2, 3, 80\n", "2, 3, 80, 20\n"))
     run = dr.run_deck(deck)
     dr.assert_close(run.column("sinking")[-1], 1.12749245e-6, relative=1e-3)
     sound(run)
-    strip = dr.changed(dr.example("half-space-strip"), ("1, 2, 50\n", "1, 2, 50, 0.05\n"), ("2, 3, 50\n", "2, 3, 50, 20\n"))
-    even, graded = dr.run_deck(dr.example("half-space-strip")), dr.run_deck(strip)
+    strip = dr.changed(dr.on_given_mesh("half-space-strip"), ("1, 2, 50\n", "1, 2, 50, 0.05\n"), ("2, 3, 50\n", "2, 3, 50, 20\n"))
+    even, graded = dr.run_deck(dr.on_given_mesh("half-space-strip")), dr.run_deck(strip)
     dr.assert_close(graded.column("sinking")[-1], even.column("sinking")[-1], relative=3e-3)
     sound(graded)
 
@@ -221,7 +221,7 @@ def test_touching_without_force_is_no_contact_to_lose(ground):
 # A strip ----------------------------------------------------------------------------------------------------------------
 
 def test_strip_on_the_half_space():
-    run = dr.run_deck(dr.example("half-space-strip"))
+    run = dr.run_deck(dr.on_given_mesh("half-space-strip"))
     step, load = run.column("step"), run.column("load_factor")
     length = dr.regions(run, "end") - dr.regions(run, "start")
     # Under its weight, and under 100 kN, the whole strip presses; from 200 kN on ever less of it.
@@ -540,7 +540,7 @@ def test_invariance(ground, options):
 def test_limit_curve_over_the_modulus_of_a_pasternak_foundation():
     """A shallow arch on a bed that holds it: the points of the curve are limit points of ordinary runs."""
     def deck(modulus, curve=""):
-        arch = dr.changed(dr.example("arch-shallow-hinged"), ("*ARC, ELSET=ARCH,", "*ARC, ELSET=ARCH, NSET=ARCH,"),
+        arch = dr.changed(dr.on_given_mesh("arch-shallow-hinged"), ("*ARC, ELSET=ARCH,", "*ARC, ELSET=ARCH, NSET=ARCH,"),
                           ("*BRANCH, NAME=SWAY, SIDE=BOTH, INCREMENT=0.002\nLOAD, BELOW, -6.2\n", ""),
                           ("*CLOAD", "*CONTROLS, LOCATE=1e-8\n*CLOAD"), ("*STOP", f"{curve}*STOP"))
         head, tail = arch.split("*MONITOR, NAME=v\n")

@@ -248,7 +248,7 @@ E = 0.05
 def test_similar_column_beside_a_wall():
     """The column of input/column.inp, heated before it is loaded, against the larger cold one: critical loads, and where
     it touches. Discretised alike, but for which node slides, they agree far below the error of 80 GE4 elements."""
-    text = dr.example("column")
+    text = dr.on_given_mesh("column")
     hot = dr.run_deck(dr.changed(text, ("480000., 1.", "480000., 1., , , 1e-3"), ("*STEP\n", f"""*STEP
 *STATIC, METHOD=LOAD
 1
@@ -333,7 +333,7 @@ ARCH, {E * 1e3}
 
 def test_constant_heat_as_the_second_parameter():
     """The limit point of a heated arch over the heat: the curve ends where a run with that heat has its limit point."""
-    text = dr.changed(dr.example("arch-shallow-hinged"), ("*STEP\n", """*STEP
+    text = dr.changed(dr.on_given_mesh("arch-shallow-hinged"), ("*STEP\n", """*STEP
 *STATIC, METHOD=LOAD
 1
 *TEMPERATURE

@@ -45,7 +45,7 @@ def limit_load(text, which=0):
 
 @functools.cache
 def ring_critical():
-    return dr.run_deck(dr.example("ring-critical"))
+    return dr.run_deck(dr.on_given_mesh("ring-critical"))
 
 
 def test_ring_over_the_modulus():
@@ -73,7 +73,7 @@ def test_points_of_the_ring_are_limit_points():
 
 def plain_ring(modulus, gap=0.0):
     """A coarse one."""
-    return dr.changed(dr.example("ring-winkler"),
+    return dr.changed(dr.on_given_mesh("ring-winkler"),
                       ("1, 2, 0., 0., 32", "1, 2, 0., 0., 8"), ("2, 3, 0., 0., 256", "2, 3, 0., 0., 32"),
                       ("3, 4, 0., 0., 64", "3, 4, 0., 0., 16"), ("MODULUS=3.6E6", f"MODULUS={modulus!r}"),
                       ("OBSTACLE=MEDIUM, NSET=RING", f"OBSTACLE=MEDIUM, NSET=RING, GAP={gap!r}"),
@@ -148,7 +148,7 @@ def test_gap_of_a_rigid_host():
 
 def arch(ea=3600.0, ei=1.0, bent=None, constant=None, moment=0.0):
     """The shallow arch on its symmetric path up to its limit point; bent: amplitude of half a sine; constant: P before."""
-    text = dr.example("arch-shallow-hinged")
+    text = dr.on_given_mesh("arch-shallow-hinged")
     start = text.index("*BRANCH")
     text = text[:start] + text[text.index("*STOP", start):]
     text = dr.changed(text, ("3600., 1.\n", f"{ea!r}, {ei!r}\n"), ("v, ABOVE, 0.25", "v, ABOVE, 0.1"),

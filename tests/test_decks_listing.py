@@ -15,7 +15,7 @@ def critical_rows(stdout, label):
 
 def test_table_2_in_the_listing():
     """The angles of separation of the paper's Table 2 stand beside its loads, as in the result file and near the exact ones."""
-    run = dr.run_deck(dr.example("ring"))
+    run = dr.run_deck(dr.on_given_mesh("ring"))
     exact = dr.reference("ring_angles")
     assert "start angle, CAVITY" in run.stdout
     rows = critical_rows(run.stdout, "UZ")
@@ -76,7 +76,7 @@ LOAD, ABOVE, 0.4
 def test_progress_on_a_terminal_only():
     """A line that comes and goes where standard error is a terminal; nothing where it is not."""
     program = os.environ["UNILAT"]
-    text = dr.changed(dr.example("ring"), ("160, 6.", "1600, 6."))
+    text = dr.changed(dr.on_given_mesh("ring"), ("160, 6.", "1600, 6."))
     reader, terminal = pty.openpty()
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.Popen([program, "-o", "a.h5"], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=terminal,

@@ -38,7 +38,7 @@ def same_path(run, quiet, names):
 
 
 def quiet_deck(name):
-    return without(dr.example(name), "*LOCATE", "*FIELD OUTPUT")
+    return without(dr.on_given_mesh(name), "*LOCATE", "*FIELD OUTPUT")
 
 
 @functools.cache
@@ -130,7 +130,7 @@ def test_a_monitor_at_the_contact_point_makes_no_bifurcation():
 def field_at(elements, element="GE4", load=57.0):
     """The ring on equal elements at a load before the limit point: outward and forward displacement, rotation (nodes, 3) along the
     arc; and the largest change of curvature per length."""
-    text = dr.changed(without(dr.example("ring"), "*LOCATE"), ("0., 0., 160, 6.", f"0., 0., {elements}"),
+    text = dr.changed(without(dr.on_given_mesh("ring"), "*LOCATE"), ("0., 0., 160, 6.", f"0., 0., {elements}"),
                       ("TYPE=GE4", f"TYPE={element}"), ("v, ABOVE, 0.6", f"LOAD, ABOVE, {load}"), ("DISPLACEMENT, REACTION", "DISPLACEMENT, SECTION FORCES"))
     run = dr.run_deck(text)
     results = run.results
@@ -162,7 +162,7 @@ def test_displacement_is_smooth_along_the_rod():
     derivative over 24 times the product of the distances, where the displacement's fourth derivative is the curvature's change,
     and by what the profile misses at all five (weights 1, 1/6, 2/3, 2/3, 1/6). Its elements: equal parts of the free span, as many
     as the deck had where contact was found; they grow with the span, while the deck's stay at 0.45 degrees at the apex."""
-    run = dr.run_deck(dr.changed(dr.example("ring"), ("DISPLACEMENT, REACTION", "DISPLACEMENT, SECTION FORCES")))
+    run = dr.run_deck(dr.changed(dr.on_given_mesh("ring"), ("DISPLACEMENT, REACTION", "DISPLACEMENT, SECTION FORCES")))
     results = run.results
     x = results.mesh.coordinates
     order = np.argsort(-x[:, 1])

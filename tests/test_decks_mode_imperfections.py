@@ -16,7 +16,7 @@ PI2 = np.pi**2
 
 def arch(*steps, mode="1", data="0.5, 1E-9, 0.005", stop="v, ABOVE, 0.08", more=""):
     """The shallow arch: its modes, then one step for each list of (mode, amplitude) lines."""
-    text = dr.example("arch-shallow-hinged")
+    text = dr.on_given_mesh("arch-shallow-hinged")
     load = "*CLOAD\n2, 2, -1.\n"
     out = text[:text.index("*STEP")] + f"*STEP, NAME=MODES\n*BUCKLE\n3\n{load}*END STEP\n"
     for lines in steps:
@@ -207,7 +207,7 @@ def test_behind_an_obstacle(foundation, points):
 
 def test_example():
     """What the comments of the deck say: limit loads over six decades of the amplitude, the largest a tenth of the rise."""
-    run = dr.run_deck(dr.example("arch-imperfect"))
+    run = dr.run_deck(dr.on_given_mesh("arch-imperfect"))
     smaller, larger = (run.results.limit_curves[name] for name in ("SMALLER", "LARGER"))
     assert (smaller.parameter, smaller.of, smaller.step) == ("IMPERFECTION", "ARCH", 3)
     loads = {round(np.log10(value)): load for value, load, label in

@@ -19,7 +19,7 @@ STRETCH = 1e-6      # of everything in the decks indenter and cradle: forces up 
 
 def on_an_obstacle(obstacle, elements=20):
     """The column of column.inp beside another wall."""
-    text = dr.example("column")
+    text = dr.on_given_mesh("column")
     text = text[:text.index("*OBSTACLE")] + obstacle + text[text.index("*CONTACT"):]
     return dr.changed(text, ("1, 2, 40", f"1, 2, {elements}"), ("2, 3, 40", f"2, 3, {elements}"))
 
@@ -78,10 +78,10 @@ def test_polyline_with_corners_out_of_reach_is_a_line():
 
 
 def test_contact_angles_on_an_arc():
-    run = dr.run_deck(dr.changed(dr.example("ring"), ("RING, NSET=RING, TYPE=GE4", "RING, NSET=RING, TYPE=GE4"),
+    run = dr.run_deck(dr.changed(dr.on_given_mesh("ring"), ("RING, NSET=RING, TYPE=GE4", "RING, NSET=RING, TYPE=GE4"),
                                  ("TYPE=CIRCLE, SIDE=INSIDE, REFERENCE=90.", "TYPE=ARC, REFERENCE=90."),
                                  ("0., 0., 1.\n*CONTACT", "0., 0., 1., 90., 270.\n*CONTACT"), ("0., 160, 6.", "0., 40")))
-    circle = dr.run_deck(dr.changed(dr.example("ring"), ("0., 160, 6.", "0., 40")))
+    circle = dr.run_deck(dr.changed(dr.on_given_mesh("ring"), ("0., 160, 6.", "0., 40")))
     dr.assert_close(run.load("LP"), circle.load("LP"), relative=1e-7)
     rows = run.labelled("LP")[0].point - 1, circle.labelled("LP")[0].point - 1
     dr.assert_close(dr.regions(run, "angle_start")[rows[0]], dr.regions(circle, "angle_start")[rows[1]], absolute=1e-4)
@@ -130,7 +130,7 @@ def roller_at(deflection):
 
 @functools.cache
 def indenter(elements, locate="w, 0.001, 0.225, 0.235"):
-    return dr.run_deck(dr.changed(dr.example("indenter"), ("1, 2, 40", f"1, 2, {elements}"), ("force, 5., 15.", locate)))
+    return dr.run_deck(dr.changed(dr.on_given_mesh("indenter"), ("1, 2, 40", f"1, 2, {elements}"), ("force, 5., 15.", locate)))
 
 
 def located(run, monitor, value):
@@ -168,16 +168,16 @@ def test_force_of_the_indenter_is_located():
 
 
 def test_path_may_stop_at_a_force():
-    run = dr.run_deck(dr.changed(dr.example("indenter"), ("*FIELD", "*STOP\nforce, ABOVE, 10.\n*FIELD")))
+    run = dr.run_deck(dr.changed(dr.on_given_mesh("indenter"), ("*FIELD", "*STOP\nforce, ABOVE, 10.\n*FIELD")))
     dr.assert_close(run.only("EP").monitors["force"], 10.0, relative=1e-7)
     assert run.results.column("force").values[-1] == run.only("EP").monitors["force"]
 
 
 def test_moving_the_supports_instead():
     """The roller stays and the beam comes: the same forces at the same distance."""
-    still = dr.changed(dr.example("indenter"), ("*OBSTACLE MOTION\nROLLER, 0., -0.25", "*BOUNDARY\n2, 2, 2, 0.25"),
+    still = dr.changed(dr.on_given_mesh("indenter"), ("*OBSTACLE MOTION\nROLLER, 0., -0.25", "*BOUNDARY\n2, 2, 2, 0.25"),
                        ("force, 5., 15.", "LOAD, 0.3, 0.95"))
-    moved = dr.run_deck(dr.changed(dr.example("indenter"), ("force, 5., 15.", "LOAD, 0.3, 0.95")))
+    moved = dr.run_deck(dr.changed(dr.on_given_mesh("indenter"), ("force, 5., 15.", "LOAD, 0.3, 0.95")))
     still = dr.run_deck(still)
     for k in range(2):
         dr.assert_close(still.labelled("UZ")[k].monitors["force"], moved.labelled("UZ")[k].monitors["force"], relative=1e-8)
@@ -188,7 +188,7 @@ def test_moving_the_supports_instead():
                                           ("DISPLACEMENT, MONITOR=w", "0.01, 1e-7, 0.02")])
 @pytest.mark.parametrize("foundation", ["", ", FOUNDATION=WINKLER, MODULUS=1e5"])
 def test_strategies_follow_a_moving_roller(method, data, foundation):
-    text = dr.changed(dr.example("indenter"), ("force, 5., 15.", "LOAD, 0.3, 0.6"), ("REFERENCE=-90.", "REFERENCE=-90." + foundation),
+    text = dr.changed(dr.on_given_mesh("indenter"), ("force, 5., 15.", "LOAD, 0.3, 0.6"), ("REFERENCE=-90.", "REFERENCE=-90." + foundation),
                       ("POINTS=ALONG", "POINTS=AUTO"))
     loads = dr.run_deck(text).labelled("UZ")
     others = dr.run_deck(dr.with_static(dr.changed(text, ("*FIELD", "*STOP\nLOAD, ABOVE, 0.7\n*FIELD")), f"METHOD={method}",
@@ -199,7 +199,7 @@ def test_strategies_follow_a_moving_roller(method, data, foundation):
 def test_motions_of_steps_add_up():
     """Down in one step, a load in the next while the roller stays, then up again: the beam is free and straight. With contact
     at nodes: spans find no way on behind the point where the beam slides along the roller and lifts off."""
-    text = dr.example("indenter").replace("POINTS=ALONG", "POINTS=NODES")
+    text = dr.on_given_mesh("indenter").replace("POINTS=ALONG", "POINTS=NODES")
     text = text[:text.index("*LOCATE")].replace("ROLLER, 0., -0.25", "ROLLER, 0., -0.1") + "*END STEP\n"
     text += "*STEP\n*STATIC, METHOD=LOAD\n0.5\n*CLOAD\n2, 6, 0.1\n*END STEP\n"
     text += "*STEP\n*STATIC, METHOD=LOAD\n0.1\n*OBSTACLE MOTION\nROLLER, 0., 0.15\nROLLER, 0.05, 0.\n*CLOAD\n2, 6, -0.1\n*END STEP\n"
@@ -217,7 +217,7 @@ def test_motions_of_steps_add_up():
 
 def test_roller_that_comes_from_afar():
     """Nothing happens until it touches, which is found where it must be."""
-    run = dr.run_deck(dr.changed(dr.example("indenter"), ("0., 0.4, 0.4", "0., 0.5, 0.4"),
+    run = dr.run_deck(dr.changed(dr.on_given_mesh("indenter"), ("0., 0.4, 0.4", "0., 0.5, 0.4"),
                                  ("force, 5., 15.", "w, 0.1"), ("*LOCATE", "*CONTROLS, LOCATE=1e-9\n*LOCATE")))
     dr.assert_close(run.only("C+").load_factor, 0.1 / 0.25, relative=1e-8)
     dr.assert_close(located(run, "w", 0.1).load_factor, 0.2 / 0.25, relative=1e-8)
@@ -236,7 +236,7 @@ def cradle(angle, radius=1.0, own=0.5, half=0.6):
 @pytest.mark.parametrize("force", [3.0, 4.0])
 def test_contact_spreads_in_a_cradle(force):
     angle = secant(lambda phi: cradle(phi) - force, 0.2, 0.25)
-    run = dr.run_deck(dr.example("cradle"))
+    run = dr.run_deck(dr.on_given_mesh("cradle"))
     point = located_load(run, force)
     region, = run.results.contact.regions(point.point)
     dr.assert_close([np.radians(region.angle_end), region.end], [angle, angle], relative=2e-6)
@@ -253,7 +253,7 @@ def located_load(run, value):
 
 @functools.cache
 def pipe(elements):
-    return dr.run_deck(dr.changed(dr.example("pipe-humps"), ("1, 2, 80", f"1, 2, {elements}")))
+    return dr.run_deck(dr.changed(dr.on_given_mesh("pipe-humps"), ("1, 2, 80", f"1, 2, {elements}")))
 
 
 def test_ground_carries_the_pipe():
@@ -278,7 +278,7 @@ def test_valley_load_on_any_mesh(elements, error):
 
 
 def test_whole_pipe_is_symmetric():
-    text = dr.example("pipe-humps")
+    text = dr.on_given_mesh("pipe-humps")
     lines = [line for line in text.splitlines() if line.startswith(("1, 0.,", "2, 4.,"))]
     top = lines[0].split(",")[2]
     whole = dr.run_deck(dr.changed(

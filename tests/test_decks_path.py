@@ -80,7 +80,7 @@ stretched rod
 @pytest.mark.parametrize("first", ["10.", "100."])
 def test_a_first_increment_far_beyond_buckling(first):
     """10 and 100 Euler loads: the path is that of the deck's own 0.1."""
-    run = dr.run_deck(dr.with_static(dr.example("column"), "METHOD=CYLINDRICAL", f"{first}, 1E-12, 0.003"))
+    run = dr.run_deck(dr.with_static(dr.on_given_mesh("column"), "METHOD=CYLINDRICAL", f"{first}, 1E-12, 0.003"))
     assert [c.label for c in run.results.critical] == ["C+", "LP", "C-", "LP", "EP"]
     dr.assert_close([c.load_factor for c in run.labelled("LP")], [2.484036097, 1.025646944], relative=1e-7)
     assert_forward(run)
@@ -89,7 +89,7 @@ def test_a_first_increment_far_beyond_buckling(first):
 @pytest.mark.parametrize("first", ["1E3", "1E6"])
 def test_a_first_increment_far_beyond_the_limit_load(first):
     """160 equal GE4: their critical load errs by 4E-6."""
-    run = dr.run_deck(dr.changed(dr.example("ring"), ("0., 0., 160, 6.", "0., 0., 160"),
+    run = dr.run_deck(dr.changed(dr.on_given_mesh("ring"), ("0., 0., 160, 6.", "0., 0., 160"),
                                  ("\n1., 1E-9, 0.02", f"\n{first}, 1E-9, 0.02"),
                                  ("*LOCATE\nLOAD, 34., 57., 62., 28.\n", ""), ("ABOVE, 0.6", "ABOVE, 0.05")))
     dr.assert_close(run.load("LP"), 81.557427564661, relative=1e-5)

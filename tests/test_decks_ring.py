@@ -25,28 +25,28 @@ ANGLES = dr.reference("ring_angles")
 
 @functools.cache
 def ring():
-    return dr.run_deck(dr.example("ring"))
+    return dr.run_deck(dr.on_given_mesh("ring"))
 
 
 @functools.cache
 def full():
-    return dr.run_deck(dr.example("ring-full"))
+    return dr.run_deck(dr.on_given_mesh("ring-full"))
 
 
 @functools.cache
 def winkler():
-    return dr.run_deck(dr.example("ring-winkler"))
+    return dr.run_deck(dr.on_given_mesh("ring-winkler"))
 
 
 @functools.cache
 def ul2():
-    return dr.run_deck(dr.example("ring-ul2"))
+    return dr.run_deck(dr.on_given_mesh("ring-ul2"))
 
 
 @functools.cache
 def critical(elements, element="GE4", points="ALONG", code=0):
     """Limit point on a uniform mesh; the path ends soon after it."""
-    run = dr.run_deck(dr.changed(dr.example("ring"), (GRADED, f"0., 0., {elements}"), ("TYPE=GE4", f"TYPE={element}"),
+    run = dr.run_deck(dr.changed(dr.on_given_mesh("ring"), (GRADED, f"0., 0., {elements}"), ("TYPE=GE4", f"TYPE={element}"),
                                  ("POINTS=ALONG", f"POINTS={points}"), ("ABOVE, 0.6", "ABOVE, 0.045")), code=code)
     return run.only("LP")
 
@@ -104,10 +104,10 @@ def test_limit_point_is_the_highest_of_the_path():
 @pytest.mark.parametrize("load", [81.5, 81.55])
 def test_a_load_just_below_the_limit_is_met_on_both_sides(load):
     """However long the increments: that one passes it on the way up and on the way back."""
-    run = dr.run_deck(dr.changed(dr.example("ring"), ("LOAD, 34., 57., 62., 28.", f"LOAD, {load}"), ("ABOVE, 0.6", "ABOVE, 0.045")))
+    run = dr.run_deck(dr.changed(dr.on_given_mesh("ring"), ("LOAD, 34., 57., 62., 28.", f"LOAD, {load}"), ("ABOVE, 0.6", "ABOVE, 0.045")))
     limit = run.only("LP").point
     assert [c.point < limit for c in run.labelled("UZ")] == [True, False]
-    stopped = dr.run_deck(dr.changed(dr.example("ring"), ("v, ABOVE, 0.6", f"LOAD, ABOVE, {load}")))
+    stopped = dr.run_deck(dr.changed(dr.on_given_mesh("ring"), ("v, ABOVE, 0.6", f"LOAD, ABOVE, {load}")))
     dr.assert_close(stopped.load("EP"), load, relative=LOCATE)
     assert not stopped.labelled("LP")
 
@@ -120,7 +120,7 @@ def test_limit_point_is_the_vertex_of_its_neighbourhood():
     """
     v = CRITICAL_V
     locate = ", ".join(f"{v + dv:.10f}" for dv in (-1e-3, -5e-4, 5e-4, 1e-3))
-    run = dr.run_deck(dr.changed(dr.example("ring"), ("LOAD, 34., 57., 62., 28.", f"v, {locate}"),
+    run = dr.run_deck(dr.changed(dr.on_given_mesh("ring"), ("LOAD, 34., 57., 62., 28.", f"v, {locate}"),
                                  ("ABOVE, 0.6", "ABOVE, 0.045")))
     near = run.labelled("UZ")
     assert len(near) == 4
@@ -253,7 +253,7 @@ POINT = "3, -0.5, 0.86602540378443864676\n4, -0.90630778703664996324, 0.42261826
 def pieces(loaded=False):
     """Three arcs with elements of their own; the lift-off point, from 58 to 24 degrees and back, passes 30. With a load, as good
     as none, the node there keeps its place."""
-    text = dr.changed(dr.example("ring"), ("2, 0., -1.\n", "2, 0., -1.\n" + POINT),
+    text = dr.changed(dr.on_given_mesh("ring"), ("2, 0., -1.\n", "2, 0., -1.\n" + POINT),
                       ("1, 2, " + GRADED, "1, 3, 0., 0., 45\n3, 4, 0., 0., 60\n4, 2, 0., 0., 55"))
     if loaded:
         text = dr.changed(text, ("*LOCATE", "*CLOAD\n3, 2, 1E-15\n*LOCATE"))
@@ -273,7 +273,7 @@ def test_contact_slides_on_from_arc_to_arc():
 def test_arcs_of_one_mesh_are_one_arc():
     """Cut in two or not, the same nodes."""
     whole = critical(80)
-    text = dr.changed(dr.example("ring"), ("2, 0., -1.\n", "2, 0., -1.\n3, -0.70710678118654752440, 0.70710678118654752440\n"),
+    text = dr.changed(dr.on_given_mesh("ring"), ("2, 0., -1.\n", "2, 0., -1.\n3, -0.70710678118654752440, 0.70710678118654752440\n"),
                       ("1, 2, " + GRADED, "1, 3, 0., 0., 20\n3, 2, 0., 0., 60"), ("ABOVE, 0.6", "ABOVE, 0.045"))
     cut = dr.run_deck(text).only("LP")
     dr.assert_close([cut.load_factor, cut.monitors["v"]], [whole.load_factor, whole.monitors["v"]], relative=1e-9)
@@ -293,7 +293,7 @@ def test_contact_passes_a_node_that_stays():
 
 def test_contact_slides_past_the_seam_of_a_ring():
     """A whole ring whose first and last node is the one at 30 degrees: the same to the left and to the right."""
-    text = dr.example("ring-full")
+    text = dr.on_given_mesh("ring-full")
     start, end = text.index("*NODE"), text.index("*BEAM SECTION")
     apex, bottom = 1 + 220, 1 + 100        # 1.5 degrees a label, anticlockwise from 30 degrees
     text = text[:start] + "*NODE\n1, -0.5, 0.86602540378443864676\n*RING, ELSET=RING, NSET=RING\n1, 0., 0., 240\n" + text[end:]
@@ -438,6 +438,6 @@ def test_full_ring_has_the_angles_of_the_half_ring():
 
 
 def test_full_ring_needs_nothing_at_its_tangential_support():
-    run = dr.run_deck(dr.changed(dr.example("ring-full"), ("*STEP", "*MONITOR, NAME=held\n2, RF1\n*STEP"),
+    run = dr.run_deck(dr.changed(dr.on_given_mesh("ring-full"), ("*STEP", "*MONITOR, NAME=held\n2, RF1\n*STEP"),
                                  ("ABOVE, 0.6", "ABOVE, 0.045")))
     assert np.max(np.abs(run.column("held"))) < 1e-6 * CRITICAL_LOAD

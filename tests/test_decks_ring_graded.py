@@ -20,7 +20,7 @@ AT_50 = "-0.76604444311897804, 0.64278760968653933"
 @functools.cache
 def rigid(fine, coarse, stop="0.6"):
     """`fine` elements up to 45 degrees from the apex, `coarse` beyond."""
-    return dr.run_deck(dr.changed(dr.example("ring"), ("2, 0., -1.", f"3, {AT_45}\n2, 0., -1."),
+    return dr.run_deck(dr.changed(dr.on_given_mesh("ring"), ("2, 0., -1.", f"3, {AT_45}\n2, 0., -1."),
                                   ("1, 2, 0., 0., 160, 6.", f"1, 3, 0., 0., {fine}\n3, 2, 0., 0., {coarse}"),
                                   ("v, ABOVE, 0.6", f"v, ABOVE, {stop}")))
 
@@ -28,7 +28,7 @@ def rigid(fine, coarse, stop="0.6"):
 @functools.cache
 def soft(modulus, factor=1.0, kind="GE4", counts=(16, 110, 34), stop="0.6"):
     """Elements up to 12 degrees, up to 50 degrees and beyond."""
-    deck = dr.changed(dr.example("ring"), ("2, 0., -1.", f"3, {AT_12}\n4, {AT_50}\n2, 0., -1."),
+    deck = dr.changed(dr.on_given_mesh("ring"), ("2, 0., -1.", f"3, {AT_12}\n4, {AT_50}\n2, 0., -1."),
                       ("1, 2, 0., 0., 160, 6.", "\n".join(f"{a}, {b}, 0., 0., {int(factor * n)}" for (a, b), n in
                                                       zip(((1, 3), (3, 4), (4, 2)), counts))),
                       ("SIDE=INSIDE, REFERENCE=90.", f"SIDE=INSIDE, REFERENCE=90., FOUNDATION=WINKLER, MODULUS={modulus}"),
@@ -85,7 +85,7 @@ def test_split_of_the_contact_on_very_stiff_ground():
     """Behind the end of contact the ring lifts off once more; located alike by all strategies, with the order s + 1 that the rod
     has between its nodes: the third with GE4, the fourth with GE6. The error jumps with the place in the element."""
     def split(static, factor=1, element="GE4"):
-        deck = dr.changed(dr.example("ring-stiffness"), ("METHOD=CYLINDRICAL\n1., 1E-9, 0.02", static),
+        deck = dr.changed(dr.on_given_mesh("ring-stiffness"), ("METHOD=CYLINDRICAL\n1., 1E-9, 0.02", static),
                           ("v, ABOVE, 0.6", "v, ABOVE, 0.16"), ("TYPE=GE4", f"TYPE={element}"), *((f"{line}, 0., 0., {n}\n", f"{line}, 0., 0., {n * factor}\n")
                                                                  for line, n in (("1, 2", 16), ("2, 3", 160), ("3, 4", 64))))
         return dr.run_deck(deck).labelled("C-")[0].load_factor

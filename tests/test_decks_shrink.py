@@ -131,7 +131,7 @@ def least_lobe(unknown):
 
 
 def shrink(elements, heat, kind="GE4"):
-    text = dr.changed(dr.example("ring-shrink"), ("1, 2, 0., 0., 40", f"1, 2, 0., 0., {elements}"), ("TYPE=GE8", f"TYPE={kind}"),
+    text = dr.changed(dr.on_given_mesh("ring-shrink"), ("1, 2, 0., 0., 40", f"1, 2, 0., 0., {elements}"), ("TYPE=GE8", f"TYPE={kind}"),
                       ("v, BELOW, 0.04", "v, BELOW, 0.07\n*ACCURACY, WIDEST=0.1"))
     if heat:
         text = dr.changed(text, ("120000., 1.", "120000., 1., , , 1."), ("*CONTACT INTERFERENCE\nCAVITY, 1E-5", "*TEMPERATURE\nRING, 1E-5"),
@@ -176,7 +176,7 @@ def test_least_lobe_is_near_that_of_a_shallow_one():
 @pytest.mark.parametrize("expansion", [8.31e-9, 7.6e-9])
 def test_a_contact_that_is_lost_before_nothing_moves_any_more_is_told(expansion, count):
     """The jack goes down and leaves the pipe on the way: where that happens the pipe stands for the rest of the step."""
-    run = dr.run_deck(dr.changed(dr.example("pipe-heat"), ("1E8, 1., , , 1E-8", f"8.72e7, 0.995, , , {expansion}"),
+    run = dr.run_deck(dr.changed(dr.on_given_mesh("pipe-heat"), ("1E8, 1., , , 1E-8", f"8.72e7, 0.995, , , {expansion}"),
                                  ("1, 2, 100", f"1, 2, {count}")))
     results = run.results
     lost, = [c for c in results.critical if c.label == "C-" and c.step == 4]
@@ -189,7 +189,7 @@ def test_a_contact_that_is_lost_before_nothing_moves_any_more_is_told(expansion,
 
 def test_upheaval_of_a_heated_pipe():
     """All of the path without the jack against the closed form, see input/pipe-heat.inp. Slopes reach 5e-3."""
-    run = dr.run_deck(dr.example("pipe-heat"))
+    run = dr.run_deck(dr.on_given_mesh("pipe-heat"))
     b, ea, half, q = 4.493409457909064, 1e8, 5.0, 0.1
     each = run.results.contact.obstacle_force    # GROUND, JACK; half the pipe weighs 0.5
     dr.assert_close(each[:, 1, 1], run.column("jack"), absolute=1e-12)

@@ -52,7 +52,7 @@ ALL = SCENES | {"arch-deep-hinged": DEEP}
 
 @functools.cache
 def plain(name):
-    return dr.run_deck(dr.example(name))
+    return dr.run_deck(dr.on_given_mesh(name))
 
 
 def assert_special_points(run, scene, load_limit=1e-6):
@@ -96,7 +96,7 @@ def test_order_of_the_limit_loads(element, order, elements):
     """Newton's tolerance is firm, so that the error is that of the mesh alone, down to 5e-10 of 33.9."""
     errors = []
     for n in elements:
-        run = dr.run_deck(dr.changed(dr.example("williams-toggle"), ("TYPE=GE6", f"TYPE={element}"),
+        run = dr.run_deck(dr.changed(dr.on_given_mesh("williams-toggle"), ("TYPE=GE6", f"TYPE={element}"),
                                      ("1, 2, 8\n2, 3, 8\n", f"1, 2, {n}\n2, 3, {n}\n"),
                                      ("*CLOAD\n", "*CONTROLS, TOLERANCE=1E-12\n*ACCURACY, WIDEST=0.1\n*CLOAD\n")))
         errors.append([c.load_factor - load for c, (load, _) in zip(run.labelled("LP"), SCENES["williams-toggle"].limits)])
@@ -123,7 +123,7 @@ def test_path_follows_the_table(name, every):
     scene = ALL[name]
     table, names, rows, best = rows_of(scene, every)
     asked = "".join(f"{quantity}, {table[names[quantity]][row]:.15g}\n" for quantity, row in zip(best, rows))
-    run = dr.run_deck(dr.changed(dr.example(name), ("*STOP\n", f"*LOCATE\n{asked}*STOP\n"),
+    run = dr.run_deck(dr.changed(dr.on_given_mesh(name), ("*STOP\n", f"*LOCATE\n{asked}*STOP\n"),
                                  ("*CLOAD\n", "*CONTROLS, LOCATE=1E-11\n*CLOAD\n")))
     found = run.labelled("UZ")
     values = np.array([[c.load_factor] + [c.monitors[monitor] for monitor in scene.columns] for c in found])
@@ -139,7 +139,7 @@ def test_path_follows_the_table(name, every):
 def strategy(name, method):
     """The scene's own path by another strategy, with loads located on the way."""
     scene = ALL[name]
-    text = re.sub(r"^\*BRANCH.*\n([^*].*\n)*", "", dr.example(name), flags=re.MULTILINE)
+    text = re.sub(r"^\*BRANCH.*\n([^*].*\n)*", "", dr.on_given_mesh(name), flags=re.MULTILINE)
     own = re.search(r"^\*STATIC.*\n(.*)\n", text, re.MULTILINE).group(1)
     asked = "".join(f"LOAD, {share * load:.15g}\n" for load, _ in scene.limits for share in (0.3, 0.8))
     text = dr.changed(text, ("*STOP\n", f"*LOCATE\n{asked}*STOP\n"))
@@ -172,7 +172,7 @@ def test_load_control_stops_below_the_limit_point(name):
     """Exit code 2, the last load below the limit load by no more than Newton's trouble there: a few smallest increments."""
     scene = ALL[name]
     data, least = scene.load_control
-    run = dr.run_deck(dr.with_static(dr.example(name), "METHOD=LOAD", data), code=2)
+    run = dr.run_deck(dr.with_static(dr.on_given_mesh(name), "METHOD=LOAD", data), code=2)
     limit, loads = scene.limits[0][0], run.column("load_factor")
     assert run.results.status.startswith("stopped: ")
     dr.assert_monotone(loads, rising=True)
@@ -194,6 +194,6 @@ def test_euler_straight():
 
 def test_euler_of_a_soft_rod():
     """EA L^2/EI = 1E3 moves the bifurcations by 2.5e-3 and 2.3e-2: far more than the limit asked for."""
-    run = dr.run_deck(dr.changed(dr.example("euler"), ("1E9, 1.", "1E3, 1.")))
+    run = dr.run_deck(dr.changed(dr.on_given_mesh("euler"), ("1E9, 1.", "1E3, 1.")))
     expected = [2.0 * n / (1.0 + np.sqrt(1.0 - 4.0 * n * 2.4674011002723395 / 1e3)) for n in (1, 9)]
     dr.assert_close([c.load_factor for c in run.labelled("BP")], expected, relative=2e-7)

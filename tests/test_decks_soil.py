@@ -22,14 +22,14 @@ def test_short_beam_stays_on_the_ground(half):
     """Shorter than pi/lambda it never lets go: Hetenyi's finite beam with free ends on a bilateral foundation."""
     length = 2.0 * half
     exact = 2.0 / 8.0 * (math.cosh(length) + math.cos(length) + 2.0) / (math.sinh(length) + math.sin(length))
-    run = dr.run_deck(dr.changed(dr.example("winkler-point"), ("half = 3", f"half = {half}"), ("1, 2, 60", "1, 2, 40")))
+    run = dr.run_deck(dr.changed(dr.on_given_mesh("winkler-point"), ("half = 3", f"half = {half}"), ("1, 2, 60", "1, 2, 40")))
     dr.assert_close(run.column("sinking")[-1] / 1e-5, exact, relative=1e-7)
     dr.assert_close(half_length(run), half, absolute=1e-12)
 
 
 @pytest.mark.parametrize("half", [1.6, 2.0, 6.0])
 def test_long_beam_lets_go_where_an_infinite_one_does(half):
-    run = dr.run_deck(dr.changed(dr.example("winkler-point"), ("half = 3", f"half = {half}"), ("1, 2, 60", "1, 2, 80")))
+    run = dr.run_deck(dr.changed(dr.on_given_mesh("winkler-point"), ("half = 3", f"half = {half}"), ("1, 2, 60", "1, 2, 80")))
     dr.assert_close(half_length(run), math.pi / 2, absolute=1e-6 * max(half, 1.0) ** 4)
     dr.assert_close(run.column("sinking")[-1] / 1e-5, SINKING, relative=1e-6)
 
@@ -62,7 +62,7 @@ def arch(elements, scale=1e4):
     """The deck with 1e4 times the radius and a 1e-4 of the force: small rotations."""
     radius, phi, force = 20.0 * scale, 0.3 / scale, 0.5 / scale
     return dr.run_deck(dr.changed(
-        dr.example("arch-soil"), ("2, 5.9104041332267907, 0.89327021748788035",
+        dr.on_given_mesh("arch-soil"), ("2, 5.9104041332267907, 0.89327021748788035",
                                   f"2, {radius * math.sin(phi):.17g}, {2.0 * radius * math.sin(0.5 * phi)**2:.17g}"),
         ("1, 2, 0., 20., 60", f"1, 2, 0., {radius}, {elements}"), ("1, 2, -0.5", f"1, 2, {-force}"),
         ("0.01, , 0.01", f"0.01, , {0.01 / scale}")))
@@ -91,7 +91,7 @@ def test_arch_converges_at_fourth_order():
 def liner(modulus, factor=1):
     """Pressure takes all of it off its host at first, but for a spot below."""
     return dr.run_deck(dr.changed(
-        dr.example("liner"), ("REFERENCE=90.", f"REFERENCE=90., FOUNDATION=WINKLER, MODULUS={modulus}"),
+        dr.on_given_mesh("liner"), ("REFERENCE=90.", f"REFERENCE=90., FOUNDATION=WINKLER, MODULUS={modulus}"),
         (", POINTS=ALONG", ""), ("0., 0., 80", f"0., 0., {80 * factor}"), ("0., 0., 60", f"0., 0., {60 * factor}"),
         ("v, ABOVE, 0.4", "v, ABOVE, 0.06")))
 

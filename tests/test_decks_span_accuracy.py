@@ -327,6 +327,17 @@ def test_half_of_a_strip():
         exact = 1.0 - 2.0 * cases.clamped_strip(load).end(1).x
         dr.assert_close(located(run, "LOAD", load).monitors["d"], float(exact), relative=1e-7)
     assert not [c for c in run.labelled("BP") + run.labelled("LP") if c.load_factor > 45.0]
+    assert list(run.column("negative_pivots")) == [0] * run.results.n_points
+
+
+def test_half_of_a_strip_to_and_fro():
+    """The line shrinks to a point, and that opens, where both came: stable all the way, no bifurcation. At the point itself, which
+    is as flat as the wall, the free span is neutral and pivots have the sign of rounding."""
+    back = "*STEP\n*STATIC\n-0.1\n*CLOAD\n2, 1, -240.\n*STOP\nLOAD, BELOW, -0.95\n*END STEP\n"
+    run = dr.run_deck(STRIP.format(kind="GE8", elements=12) + back)
+    assert list(run.column("negative_pivots")) == [0] * run.results.n_points
+    assert not [c for c in run.labelled("BP") + run.labelled("LP") if c.load_factor > 45.0 or c.step == 2]
+    assert [c.label for c in run.results.critical if c.step == 2] == ["C-", "EP"]
 
 
 # Liners ---------------------------------------------------------------------------------------------------------------------
@@ -449,7 +460,7 @@ def test_order_of_the_tube(kind):
 def halves(name, elements, kind, *changes):
     """An example of one *LINE or *ARC with other elements."""
     line = {"pipe-lift": "1, 2, 60", "cradle": "0., 0.5, 40", "indenter": "1, 2, 40"}[name]
-    return dr.run_deck(dr.changed(dr.example(name), (line, line[:-2] + str(elements)), ("TYPE=GE4", f"TYPE={kind}"),
+    return dr.run_deck(dr.changed(dr.on_given_mesh(name), (line, line[:-2] + str(elements)), ("TYPE=GE4", f"TYPE={kind}"),
                                   (", POINTS=ALONG", ""), *changes))
 
 

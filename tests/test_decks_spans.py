@@ -96,7 +96,7 @@ def test_tube_between_plates():
 
 
 def test_ring_of_2560_elements():
-    run = dr.run_deck(dr.changed(dr.example("ring"), ("0., 0., 160, 6.", "0., 0., 2560"), ("ABOVE, 0.6", "ABOVE, 0.05")))
+    run = dr.run_deck(dr.changed(dr.on_given_mesh("ring"), ("0., 0., 160, 6.", "0., 0., 2560"), ("ABOVE, 0.6", "ABOVE, 0.05")))
     dr.assert_close(run.load("LP"), 81.557427564661, relative=1e-8)
 
 
@@ -185,7 +185,7 @@ def test_spans_beside_a_foundation():
 
 def test_a_stop_inside_a_line_contact():
     """A strip pressed on a table, with a stop beside it that is never reached: nothing changes."""
-    text = dr.example("pipe-lift")
+    text = dr.on_given_mesh("pipe-lift")
     alone = dr.run_deck(text)
     stopped = dr.run_deck(dr.changed(text, ("*MONITOR, NAME=height", "*GAP, NAME=LID, DIRECTION=-90\n1, 100.\n*MONITOR, NAME=height")))
     assert "do not get on" not in stopped.stdout

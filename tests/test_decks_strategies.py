@@ -17,7 +17,7 @@ PLACES = (0.01, 0.03, 0.05, 0.08)
 @functools.cache
 def ring(static="METHOD=CYLINDRICAL", data="1., 1E-9, 0.02", points="NODES", element="GE4", elements=60, code=0,
          stop="v, ABOVE, 0.1"):
-    text = dr.example("ring").replace("POINTS=ALONG", f"POINTS={points}")
+    text = dr.on_given_mesh("ring").replace("POINTS=ALONG", f"POINTS={points}")
     return dr.run_deck(dr.changed(
         dr.with_static(text, static, data), ("1, 2, 0., 0., 160, 6.", f"1, 2, 0., 0., {elements}"),
         ("TYPE=GE4", f"TYPE={element}"),
@@ -90,7 +90,7 @@ def test_load_control_stops_at_the_limit_point(loop, contact):
 
 def test_load_control_unloads_along_the_same_path():
     """Up to 70 and back to 20: without friction, and before the limit point, the way back is the way there."""
-    up = dr.with_static(dr.example("ring").replace("POINTS=ALONG", "POINTS=NODES"), "METHOD=LOAD", "5., 1E-6, 5.")
+    up = dr.with_static(dr.on_given_mesh("ring").replace("POINTS=ALONG", "POINTS=NODES"), "METHOD=LOAD", "5., 1E-6, 5.")
     down = dr.changed(up, ("LOAD, 34., 57., 62., 28.", "LOAD, 20.25"), ("v, ABOVE, 0.6", "LOAD, ABOVE, 70."),
                       ("*END STEP", "*END STEP\n*STEP\n*STATIC, METHOD=LOAD\n-5., 1E-6, 5.\n*DLOAD\nRING, PY, -1.\n"
                        "*LOCATE\nLOAD, -49.75\n*STOP\nLOAD, BELOW, -50.\n*END STEP"))
@@ -103,7 +103,7 @@ def test_load_control_unloads_along_the_same_path():
                                           ("METHOD=CYLINDRICAL, LOOP=PAPER", "0.1, 1E-9, 0.02"),
                                           ("METHOD=CYLINDRICAL, NEWTON=MODIFIED", "0.1, 1E-9, 0.02")])
 def test_column_beside_the_wall(static, data):
-    plain = dr.example("column")
+    plain = dr.on_given_mesh("column")
     if "PAPER" in static:
         plain = plain.replace("POINTS=ALONG", "POINTS=NODES")
     deck = dr.with_static(plain, static, data)

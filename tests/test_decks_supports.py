@@ -13,7 +13,7 @@ import deck_runner as dr
 
 def test_beam_on_rollers():
     """The two spans of input/beam-rollers.inp, q = 1e-3; slopes reach 1e-3, their square is the error."""
-    run = dr.run_deck(dr.example("beam-rollers"))
+    run = dr.run_deck(dr.on_given_mesh("beam-rollers"))
     q = 1e-3
     force = np.where(run.column("step") == 1, 0.0, run.column("load_factor"))[1:]
     first, second, last, rise = (run.column(name)[1:] for name in ("first", "second", "last", "rise"))
@@ -38,7 +38,7 @@ def test_beam_on_rollers():
 
 def test_beam_between_buffers():
     """The tip of input/beam-buffers.inp is a spring of stiffness 3, its deflection to 3e-3: the square is the error."""
-    run = dr.run_deck(dr.example("beam-buffers"))
+    run = dr.run_deck(dr.on_given_mesh("beam-buffers"))
     applied = np.where(run.column("step") == 1, -0.01 * run.column("load_factor"), -0.01 + 0.043 * run.column("load_factor"))
     w = np.interp(applied, [-0.01, -0.006, 0.003, 0.012, 0.033], [-0.002, -0.002, 0.001, 0.002, 0.003])
     dr.assert_close(run.column("tip"), w, absolute=3e-3 * 1e-5)
@@ -218,7 +218,7 @@ def test_obstacles_hand_a_node_over():
 
 def test_limit_point_over_the_stiffness_of_a_stop():
     """The stop's modulus as second parameter: the curve ends where a run with that stiffness has its limit point."""
-    text = dr.changed(dr.example("arch-shallow-hinged"), ("*MONITOR, NAME=v\n", "*GAP, NAME=PROP, STIFFNESS={k}\n2, 0.02\n*MONITOR, NAME=v\n"))
+    text = dr.changed(dr.on_given_mesh("arch-shallow-hinged"), ("*MONITOR, NAME=v\n", "*GAP, NAME=PROP, STIFFNESS={k}\n2, 0.02\n*MONITOR, NAME=v\n"))
     text = text[:text.index("*BRANCH")] + "*STOP\nv, ABOVE, 0.08\n"
     curve = dr.run_deck(text.format(k=10) + "*LIMIT CURVE, PARAMETER=MODULUS, OBSTACLE=PROP\n5, 40.\n*END STEP\n")
     load = curve.results.limit_curves["Curve-1"].column("load_factor").values

@@ -9,6 +9,7 @@ import functools
 import math
 import re
 
+import numpy as np
 import pytest
 
 import deck_runner as dr
@@ -89,9 +90,8 @@ def test_bifurcation_of_a_clamped_column(tolerance):
 
 def test_a_given_number_stays_and_its_bar_tells():
     """Two elements of order 4 for the frame's lines: far from 1e-6, which the run says."""
-    text = re.sub(r"TYPE=GE\d", "TYPE=GE4", dr.example("lee-frame"))
-    text = re.sub(r"(\d, \d), \d+\n", r"\1, 2\n", text)
-    text = re.sub(r"\*ACCURACY[^\n]*\n", "", text).replace("*STEP\n", "*STEP\n*ACCURACY, TOLERANCE=1E-6\n")
+    text = re.sub(r"TYPE=GE\d", "TYPE=GE4", dr.on_given_mesh("lee-frame"))
+    text = re.sub(r"(\d, \d), \d+\n", r"\1, 2\n", text).replace("*STEP\n", "*STEP\n*ACCURACY, TOLERANCE=1E-6\n")
     run = dr.run_deck(text, code=2)
     assert "1E-06" in run.stderr and "WIDEST" in run.stderr
 
@@ -105,3 +105,45 @@ def test_without_the_card_a_millionth_is_asked_for():
 def test_an_error_that_rounding_does_not_allow_is_said():
     run = dr.run_deck(asking("arch-deep-hinged", "1E-15"), code=2)
     assert "the errors asked for are not reached" in run.stderr
+
+
+@pytest.mark.parametrize("name", sorted(dr.MESHES))
+def test_shipped_decks_keep_what_they_ask_for(name):
+    """Code 0, and every bar of a critical load within the tolerance of the largest load of its step so far."""
+    run = dr.run_deck(dr.example(name))
+    largest = {}
+    for c in run.results.critical:
+        largest[c.step] = max(largest.get(c.step, 0.0), float(np.max(np.abs(run.column("load_factor")[
+            (run.column("step") == c.step) & (np.arange(1, len(run.column("step")) + 1) <= c.point)]))))
+        if c.label in ("LP", "BP", "EP") and not math.isnan(c.error):
+            assert c.error <= 1e-6 * largest[c.step] * (1.0 + 1e-9), c
+
+
+def test_shipped_decks_are_right():
+    """Exact values of the decks' comments, to the digits that are asked for."""
+    for name, label, exact in (("ring", "LP", [RING_100]), ("lee-frame", "LP", [18.5567275376, -9.4144315556]),
+                               ("arch-deep-hinged", "BP", [3.2762821980, -13.205837158]), ("column", "LP", [2.484036097, 1.025646944])):
+        found = loads(dr.run_deck(dr.example(name)), label)
+        assert len(found) == len(exact), name
+        for load, value in zip(found, exact):
+            assert abs(load - value) <= 1e-6 * max(abs(one) for one in exact), name
+
+
+def counted(run, name):
+    """A counter at the end of the listing."""
+    return int(re.search(rf"^   {name} +(\d+)$", run.stdout, re.MULTILINE)[1])
+
+
+def test_what_a_scene_does_not_need_is_left_out():
+    """Work follows the tolerance: the ring's meshes and iterations for 1e-3 and for 1e-9."""
+    coarse, fine = (dr.run_deck(asking("ring", tolerance)) for tolerance in (1e-3, 1e-9))
+    assert counted(coarse, "elements at the most") <= 5 < counted(fine, "elements at the most") <= 24
+    assert 3 * counted(coarse, "elements evaluated") < counted(fine, "elements evaluated")
+    assert counted(coarse, "Newton iterations") < 0.8 * counted(fine, "Newton iterations")
+
+
+def test_meshes_become_coarser_where_less_is_needed():
+    """Beyond the deep arch's second bifurcation few elements do: the last of the path has fewer than the largest."""
+    run = dr.run_deck(asking("arch-deep-hinged", 1e-6, ("*FIELD OUTPUT, EVERY=5", "*FIELD OUTPUT, EVERY=1")))
+    most = counted(run, "elements at the most")
+    assert counted(run, "elements evaluated") < 0.6 * most * counted(run, "factorisations")

@@ -27,8 +27,8 @@ def extremum(s, x, k, points=7):
 
 def test_lee_frame_against_a_fine_path():
     """v and then u turn back between the limit points."""
-    run = with_turning(dr.example("lee-frame"), "v, u")
-    fine = dr.run_deck(dr.changed(dr.with_static(dr.example("lee-frame"), "METHOD=CYLINDRICAL", "0.01, 1E-9, 0.001"),
+    run = with_turning(dr.on_given_mesh("lee-frame"), "v, u")
+    fine = dr.run_deck(dr.changed(dr.with_static(dr.on_given_mesh("lee-frame"), "METHOD=CYLINDRICAL", "0.01, 1E-9, 0.001"),
                                   ("*CLOAD\n", "*CONTROLS, POINTS=5000\n*CLOAD\n")))
     length = fine.column("arc_length")
     expected = []
@@ -45,7 +45,7 @@ def test_lee_frame_against_a_fine_path():
 
 @pytest.mark.parametrize("data", ["0.3, 1E-9, 0.005", "0.3, 1E-9, 0.05", "1., 1E-9, 0.1"])
 def test_whatever_the_increments(data):
-    plain, run = (with_turning(dr.example("lee-frame"), "v, u", d) for d in (None, data))
+    plain, run = (with_turning(dr.on_given_mesh("lee-frame"), "v, u", d) for d in (None, data))
     assert [c.note for c in run.results.critical] == [c.note for c in plain.results.critical]
     for one, two in zip(run.labelled("TP"), plain.labelled("TP"), strict=True):
         name = one.note.split()[-1]
@@ -55,7 +55,7 @@ def test_whatever_the_increments(data):
 
 def test_extremum_of_the_path():
     """No point of the path is beyond a turning point before the next one."""
-    run = with_turning(dr.example("lee-frame"), "v")
+    run = with_turning(dr.on_given_mesh("lee-frame"), "v")
     v, ends = run.column("v"), [c.point - 1 for c in run.labelled("TP")]
     for a, b in zip([0, *ends], [*ends, len(v) - 1]):
         dr.assert_monotone(v[a:b + 1], rising=v[b] > v[a])
@@ -64,7 +64,7 @@ def test_extremum_of_the_path():
 def test_turning_points_of_a_branch():
     """The deep arch sways out to u = 0.85 and back: exact table of its branch."""
     table = dr.reference("arch_deep_hinged_branch")
-    run = with_turning(dr.example("arch-deep-hinged"), "u, v")
+    run = with_turning(dr.on_given_mesh("arch-deep-hinged"), "u, v")
     branch, = run.results.branches.values()
     found = [c for c in branch.critical if c.label == "TP"]
     u = np.abs(table["u"])
@@ -77,7 +77,7 @@ def test_turning_points_of_a_branch():
 
 def test_support_reaction():
     """The thrust of the shallow arch grows, and falls again."""
-    text = dr.changed(dr.example("arch-shallow-hinged"), ("*STEP\n", "*MONITOR, NAME=THRUST\n1, RF1\n*STEP\n"))
+    text = dr.changed(dr.on_given_mesh("arch-shallow-hinged"), ("*STEP\n", "*MONITOR, NAME=THRUST\n1, RF1\n*STEP\n"))
     start = text.index("*BRANCH")
     text = text[:start] + text[text.index("*STOP", start):]
     run = with_turning(text, "THRUST")
@@ -90,14 +90,14 @@ def test_support_reaction():
 
 def test_monotone_monitor_has_none():
     """The apex of the shallow arch goes down all the way."""
-    run = with_turning(dr.example("arch-shallow-hinged"), "v")
+    run = with_turning(dr.on_given_mesh("arch-shallow-hinged"), "v")
     assert not run.labelled("TP")
     for branch in run.results.branches.values():
         assert not [c for c in branch.critical if c.label == "TP"]
 
 
 def test_turning_points_do_not_change_the_path():
-    plain, run = dr.run_deck(dr.example("lee-frame")), with_turning(dr.example("lee-frame"), "v, u")
+    plain, run = dr.run_deck(dr.on_given_mesh("lee-frame")), with_turning(dr.on_given_mesh("lee-frame"), "v, u")
     taken = [k for k in range(run.results.n_points) if k + 1 not in [c.point for c in run.labelled("TP")]]
     for name in ("load_factor", "v", "u"):
         assert np.array_equal(plain.column(name), run.column(name)[taken])

@@ -32,7 +32,7 @@ def arch(length, force):
 
 def rail(length, force):
     """The example deck in other units."""
-    text = dr.example("rail-buckling")
+    text = dr.on_given_mesh("rail-buckling")
     return dr.changed(text, ("2, 1., 0.", f"2, {length!r}, 0."), ("1E6, 1.\n", f"{1e6 * force!r}, {force * length**2!r}\n"),
                       ("MODULUS=1E4", f"MODULUS={1e4 * force / length**2!r}"), ("0., 0., 1., 0.", f"0., 0., {length!r}, 0."),
                       ("RAIL, PY, -0.01", f"RAIL, PY, {-0.01 * force / length!r}"), ("2, 1, -1.\n", f"2, 1, {-force!r}\n"))
@@ -111,7 +111,7 @@ def column(length, force):
     """The example deck in other units."""
     def n(*values):
         return ", ".join(repr(float(value)) for value in values)
-    return dr.changed(dr.example("column"), ("2, 0.5, 0.\n3, 1., 0.", f"2, {n(0.5 * length, 0)}\n3, {n(length, 0)}"),
+    return dr.changed(dr.on_given_mesh("column"), ("2, 0.5, 0.\n3, 1., 0.", f"2, {n(0.5 * length, 0)}\n3, {n(length, 0)}"),
                       ("0.0014, 0.00105", n(0.0014 * length, 0.00105 * length)), ("480000., 1.", n(480000 * force, force * length**2)),
                       ("1., 0.02, 0., 0.02", n(length, 0.02 * length, 0, 0.02 * length)),
                       ("2, U2, 200., 0.28", f"2, U2, {200 / length!r}, 0.28"),

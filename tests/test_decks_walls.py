@@ -21,7 +21,7 @@ LOADS = (4.2, 5.0, 7.0, 9.0, 12.0, 15.0, 19.0)
 def hinged(elements=40, imperfection="1e-8, 1", stop="LOAD, ABOVE, 20.", locate="1.5, 3.5, 9.", branch=True,
            code=0):
     """The deck with other meshes (elements of a half), imperfections and ends."""
-    text = dr.changed(dr.example("column-walls"), ("1, 2, 40", f"1, 2, {elements}"), ("2, 3, 40", f"2, 3, {elements}"),
+    text = dr.changed(dr.on_given_mesh("column-walls"), ("1, 2, 40", f"1, 2, {elements}"), ("2, 3, 40", f"2, 3, {elements}"),
                       ("1e-8, 1\n", f"{imperfection}\n"), ("LOAD, ABOVE, 20.", stop), ("1.5, 3.5, 9.", locate))
     if not branch:
         text = dr.changed(text, ("*BRANCH, NAME=HUMP, SIDE=MINUS\nmidspan, BELOW, -0.00009\n", ""))
@@ -206,7 +206,7 @@ def test_an_imperfect_column_jumps(amplitude):
 
 def test_a_point_divides_where_a_support_holds_its_rotation():
     """By symmetry nothing changes; but there the rod has a breakpoint, and each point leaves it on its own side."""
-    text = dr.changed(dr.example("column-walls"), ("1, 2, 40", "1, 2, 10"), ("2, 3, 40", "2, 3, 10"), ("TYPE=GE4", "TYPE=GE8"),
+    text = dr.changed(dr.on_given_mesh("column-walls"), ("1, 2, 40", "1, 2, 10"), ("2, 3, 40", "2, 3, 10"), ("TYPE=GE4", "TYPE=GE8"),
                       ("1e-8, 1\n", "1e-8, 1\n1e-7, 3\n"), ("LOAD, ABOVE, 20.", "midspan, BELOW, -0.00009"),
                       ("*BRANCH, NAME=HUMP, SIDE=MINUS\nmidspan, BELOW, -0.00009\n", ""))
     free, held = dr.run_deck(text), dr.run_deck(dr.changed(text, ("1, PINNED", "1, PINNED\n2, 6")))
@@ -226,7 +226,7 @@ def test_what_is_lost_goes_with_the_root_of_the_imperfection():
 @functools.cache
 def clamped(elements, points="NODES", most=4.01):
     """P/Pcr with Pcr = 4 pi^2 EI/L^2."""
-    text = dr.example("column-walls").replace("POINTS=ALONG", f"POINTS={points}")
+    text = dr.on_given_mesh("column-walls").replace("POINTS=ALONG", f"POINTS={points}")
     return dr.run_deck(dr.changed(
         text, ("1, 2, 40", f"1, 2, {elements}"), ("2, 3, 40", f"2, 3, {elements}"), ("SHAPE=SINE\n1e-8, 1", "SHAPE=CLAMPED\n1e-7"),
         ("1, PINNED\n3, 2", "1, ENCASTRE\n3, YSYMM"), ("-9.869604401089358", "-39.478417604357434"), ("1.5, 3.5, 9.", "1.5, 3.5"),

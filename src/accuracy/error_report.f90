@@ -16,13 +16,14 @@ module error_report
    use path_errors, only: point_errors, event_errors
    use located_zero, only: zero_t, new_zero
    use mesh_request, only: excess
+   use told_error, only: bar_text
    use run_accuracy, only: accuracy_t, place_t, note_worst
    use path_record, only: buckling_t, limit_point_t
    use columns, only: whole, brief, scientific
    use timing, only: timers_t, timing_start, timing_stop, phase_accuracy
    implicit none
    private
-   public :: bars_at_event, bars_at_point, bars_at_touch, note_load, note_bar, note_buckling_bars, &
+   public :: bars_at_event, bars_at_point, bars_at_touch, note_load, asked_at, note_buckling_bars, &
       & note_curve_bar, bars_on_curve, note_error
 
    character(*), parameter :: inside_elements = 'contact at nodes and with foundations begins and ends inside elements'
@@ -192,21 +193,7 @@ contains
       accuracy%load = max(accuracy%load, abs(load_factor))
    end subroutine note_load
 
-   !> Keeps the widest bar of a critical load, and words where one is wider than the deck allows.
-   subroutine note_bar(bars, label, at, widest, accuracy)
-      type(error_bars_t), intent(in) :: bars
-      character(*), intent(in) :: label
-      type(place_t), intent(in) :: at
-      real(wp), intent(in) :: widest             !! over the load
-      type(accuracy_t), intent(inout) :: accuracy
-      ! What is only looked for decides nothing.
-      if (any(label == ['UZ', 'TP'])) return
-      if (.not. bars%load%told .or. .not. accuracy%load > 0.0_wp) return
-      call note_ratio(bars%load, bars%load%bar / accuracy%load, 'the load factor of '//label//' at point '//whole(at%point)// &
-         & ' is '//brief(at%load_factor), at, widest, accuracy)
-   end subroutine note_bar
-
-   !> The same of the load factors of a buckling step.
+   !> Keeps the widest bar of the load factors of a buckling step, and words where one is wider than the deck allows.
    subroutine note_buckling_bars(buckling, widest, accuracy)
       type(buckling_t), intent(in) :: buckling   !! with bars
       real(wp), intent(in) :: widest             !! over the load factor
@@ -243,13 +230,23 @@ contains
       type(accuracy_t), intent(inout) :: accuracy
       call note_worst(accuracy%error_bar, ratio, at)
       if (ratio <= widest .or. allocated(accuracy%bar_words)) return
-      accuracy%bar_words = 'the mesh is too coarse for what was asked: '//what//trim(merge(' +- ', ', > ', bar%bounded))//' '// &
-         & scientific(bar%bar, 2)//', and WIDEST on *ACCURACY allows '//brief(widest)// &
-         & ' of it; give more elements or a higher order'
+      accuracy%bar_words = coarse_words(what//' '//bar_text(bar), brief(widest)//' of it')
    end subroutine note_ratio
 
-   !> Words where a mesh that was made for a tolerance does not keep it, or it is not known whether it does: at critical points
-   !> and at those between.
+   !> What is said of a mesh that is given.
+   pure function coarse_words(what, allowed) result(words)
+      character(*), intent(in) :: what           !! the number with its bar
+      character(*), intent(in) :: allowed
+      character(:), allocatable :: words
+      words = 'the mesh is too coarse for what was asked: '//what//', and WIDEST on *ACCURACY allows '//allowed// &
+         & '; give more elements or a higher order'
+   end function coarse_words
+
+   !> Keeps the widest bar of a critical load, and words where the numbers of a point are not known as well as the deck asks, or
+   !> it is not known whether they are: of a mesh made for a tolerance at all points, of a given one the loads of critical points
+   !> and all at the end.
+   !>
+   !> At the end the load factor is mostly what the deck gave, and only monitors tell that a mesh is too coarse for the way there.
    subroutine note_error(problem, step, bars, sizes, label, at, accuracy)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -261,28 +258,58 @@ contains
       character(:), allocatable :: what, there
       type(error_bar_t) :: widest
       real(wp) :: ratio, asked
+      integer, allocatable :: counted(:)
       integer :: which
-      if (allocated(accuracy%bar_words) .or. .not. any(problem%layout%stretch%placed)) return
+      logical :: made
+      ! What is only looked for decides nothing.
       if (any(label == ['UZ', 'TP'])) return
+      if (label /= '' .and. bars%load%told .and. accuracy%load > 0.0_wp) &
+         & call note_worst(accuracy%error_bar, bars%load%bar / accuracy%load, at)
+      made = any(problem%layout%stretch%placed)
+      if (allocated(accuracy%bar_words) .or. .not. (made .or. label /= '')) return
       there = ' at point '//whole(at%point)//' (load factor '//brief(at%load_factor)//')'
       if (label /= '') there = ' of '//label//there
+      if (bars%missed /= 0) then
+         accuracy%bar_words = 'the mesh is too coarse for the bifurcations'//there//': elements of a higher order have '// &
+            & whole(abs(bars%missed))//trim(merge(' more ', ' fewer', bars%missed > 0))// &
+            & ' unstable directions there; give more elements or a higher order'
+         return
+      end if
       if (.not. (bars%load%told .or. any(bars%monitor%told))) then
-         ! Changes of contact that have no function are no values of their own.
-         if (all(label /= ['LP', 'BP', 'EP']) .and. .not. bars%too_coarse) return
+         ! What has no estimate on any mesh is said in the table; changes of contact that have no function are no values of their own.
+         if (.not. (bars%too_coarse .or. (made .and. any(label == ['LP', 'BP', 'EP'])))) return
          accuracy%bar_words = 'whether the errors'//there//' are what was asked for is not known: '//bars%why
          return
       end if
-      asked = step%asked_of_path
-      if (label /= '') asked = max(step%asked, step%widest_bar)
-      call excess(bars, sizes, step%asked_of, asked, ratio, which)
+      asked = asked_at(problem, step, label)
+      counted = step%asked_of
+      ! At critical points of a given mesh it is the load that is looked for.
+      if (.not. made .and. label /= 'EP') counted = pack(counted, counted == 0)
+      call excess(bars, sizes, counted, asked, ratio, which)
       if (ratio <= 1.0_wp) return
       what = 'the load factor'
       if (which > 0) what = trim(problem%deck%monitor(which)%name)
-      accuracy%bar_words = 'the errors asked for are not reached: the error bar of '//what//there//' is '// &
-         & scientific(ratio * asked, 2)//' of its size, TOLERANCE on *ACCURACY allows '//brief(asked)
       widest = bar_of(bars, which)
-      if (2.0_wp * widest%rounding > widest%bar) accuracy%bar_words = accuracy%bar_words//', and rounding does not allow more'
+      if (made) then
+         accuracy%bar_words = 'the errors asked for are not reached: the error bar of '//what//there//' is '// &
+            & scientific(ratio * asked, 2)//' of its size, TOLERANCE on *ACCURACY allows '//brief(asked)
+         if (2.0_wp * widest%rounding > widest%bar) accuracy%bar_words = accuracy%bar_words//', and rounding does not allow more'
+      else
+         accuracy%bar_words = coarse_words(what//there//' has the error bar '//bar_text(widest), brief(asked)//' of '// &
+            & brief(sizes(1 + which)))
+      end if
    end subroutine note_error
+
+   !> The relative error that decides at a point: what a mesh is made for, or the widest bar that is allowed.
+   pure real(wp) function asked_at(problem, step, label) result(asked)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      character(*), intent(in) :: label          !! '': none
+      asked = step%widest_bar
+      if (.not. any(problem%layout%stretch%placed)) return
+      asked = max(step%asked, step%widest_bar)
+      if (label == '') asked = step%asked_of_path
+   end function asked_at
 
    !> The bar of a number: 0 the load factor, else a monitor.
    pure function bar_of(bars, which) result(bar)

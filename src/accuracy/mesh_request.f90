@@ -14,13 +14,16 @@ module mesh_request
    use error_bar, only: error_bars_t
    implicit none
    private
-   public :: request_mesh, motion_sizes, value_sizes, excess
+   public :: request_mesh, spare_mesh, motion_sizes, value_sizes, excess
 
    real(wp), parameter :: part_of_asked = 0.5_wp !! of what is asked that a new mesh is to need: its bar is a forecast
    real(wp), parameter :: part_of_iteration = 0.1_wp !! of what is asked
    real(wp), parameter :: of_rest = 1.4_wp       !! times what the iteration has left is its part of a bar, see error_bar
+   real(wp), parameter :: most_spared = 0.7_wp   !! of the elements: a mesh that is hardly coarser is not worth its change
    integer, parameter :: most_unbounded = 2      !! meshes for a bar that is narrow enough, but has no bounds
    integer, parameter :: most_unknown = 5        !! and for one that has none at all
+   !> Nothing is asked of what rounding leaves of a place, over the size: in runs of a prototype it was up to this.
+   real(wp), parameter :: place_rounding = 3.0e-14_wp
    real(wp), parameter :: enough_progress = 0.7_wp !! of the error, by a mesh that is at least finer by `least`
    real(wp), parameter :: most = 4.0_wp          !! times as many elements at once: farther the forecast does not reach
    real(wp), parameter :: least = 1.25_wp        !! times as many where a mesh of the right number was not good enough
@@ -44,30 +47,17 @@ contains
       logical, intent(out) :: unsettled          !! the iteration has left more than its part: it is to go on first
       type(demand_t), allocatable, intent(out) :: demand(:) !! (stretches)
       real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio
-      logical :: free(problem%model%mesh%n_elements), known
-      integer :: k, s, now
+      logical :: free(problem%model%mesh%n_elements), known, bounded
+      integer :: now
       free = problem%layout%stretch(problem%stretch)%placed
       now = count(free)
       unsettled = .false.
       if (now == 0 .or. problem%sampled) return
-      indicator = 0.0_wp
-      ratio = 0.0_wp
-      known = .not. bars%too_coarse
+      call indicate(bars, sizes, counted, asked, critical .and. tries < most_unbounded, can_settle, indicator, ratio, &
+         & known, bounded, unsettled)
       if (known .and. .not. allocated(bars%share)) return
-      do k = 1, size(counted)
-         if (.not. known) exit
-         associate (bar => bars%load)
-            if (counted(k) == 0) call add(bar%told, bar%bounded, bar%bar, bar%rounding, 1)
-         end associate
-         if (counted(k) == 0) cycle
-         associate (bar => bars%monitor(counted(k)))
-            call add(bar%told, bar%bounded, bar%bar, bar%rounding, 1 + counted(k))
-         end associate
-      end do
-      if ((known .and. ratio <= 1.0_wp) .or. unsettled) return
-      s = minval(problem%model%mesh%stages, mask=free)
-      g = 0.0_wp
-      where (free .and. indicator > 0.0_wp) g = indicator**(1.0_wp / (2 * problem%model%mesh%stages + 1))
+      if ((known .and. bounded .and. ratio <= 1.0_wp) .or. unsettled) return
+      g = elements_share(problem, free, indicator)
       whole = sum(g)
       if (.not. whole > 0.0_wp) then
          if (known) return
@@ -80,30 +70,81 @@ contains
          last = ratio
          ! What the given elements contribute no other mesh takes away.
          if (2.0_wp * sum(indicator, mask=free) < sum(indicator)) return
-         wanted = exp(((2 * s + 1) * log(whole) - log(part_of_asked * asked)) / (2 * s))
-         if (tries > 0) wanted = max(wanted, least * now)
+         wanted = number_for(problem, free, whole, part_of_asked * asked)
+         if (tries > 0 .or. .not. bounded) wanted = max(wanted, least * now)
          wanted = min(wanted, most * now)
          g = g / whole
       else
          if (tries > most_unknown) return
          last = huge(last)
          wanted = 2.0_wp * now
+      end if
+      if (.not. (known .and. bounded)) then
          ! Shares tell little: nowhere fewer than there are.
-         g = merge(max(g / whole, 1.0_wp / now), 0.0_wp, free)
+         g = merge(max(g / max(sum(g), tiny(g)), 1.0_wp / now), 0.0_wp, free)
          g = g / sum(g)
       end if
-      demand = present_demand(problem, state)
-      do k = 1, size(demand)
-         if (.not. problem%layout%stretch(k)%placed) cycle
-         demand(k)%elements = wanted * g(problem%along(problem%element_first(k):problem%element_last(k)))
-         demand(k) = with_smooth_density(demand(k))
+      demand = demand_of(problem, state, wanted, g)
+   end subroutine request_mesh
+
+   !> The elements that would do where bars are narrower than allowed. Not allocated: hardly fewer than there are, or it is not known.
+   subroutine spare_mesh(problem, state, bars, sizes, counted, asked, demand)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state         !! the point that the bars are of
+      type(error_bars_t), intent(in) :: bars
+      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) what errors are measured against
+      integer, intent(in) :: counted(:)          !! monitors, 0: the load factor
+      real(wp), intent(in) :: asked              !! relative error
+      type(demand_t), allocatable, intent(out) :: demand(:) !! (stretches)
+      real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio
+      logical :: free(problem%model%mesh%n_elements), known, bounded, unsettled
+      free = problem%layout%stretch(problem%stretch)%placed
+      if (.not. any(free) .or. problem%sampled .or. .not. allocated(bars%share)) return
+      call indicate(bars, sizes, counted, asked, .true., .false., indicator, ratio, known, bounded, unsettled)
+      if (.not. (known .and. bounded) .or. ratio > 1.0_wp) return
+      g = elements_share(problem, free, indicator)
+      whole = sum(g)
+      if (.not. whole > 0.0_wp) return
+      wanted = number_for(problem, free, whole, part_of_asked * asked)
+      if (wanted > most_spared * count(free)) return
+      demand = demand_of(problem, state, wanted, g / whole)
+   end subroutine spare_mesh
+
+   !> What elements contribute to the errors of the numbers that count, as parts of the bars that they make.
+   subroutine indicate(bars, sizes, counted, asked, bounds, can_settle, indicator, ratio, known, bounded, unsettled)
+      type(error_bars_t), intent(in) :: bars
+      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) what errors are measured against
+      integer, intent(in) :: counted(:)          !! monitors, 0: the load factor
+      real(wp), intent(in) :: asked              !! relative error
+      logical, intent(in) :: bounds              !! a load's bar without bounds does not do, however narrow
+      logical, intent(in) :: can_settle          !! the iteration can go on
+      real(wp), intent(out) :: indicator(:)      !! (elements) over the sizes
+      real(wp), intent(out) :: ratio             !! of the widest bar, without rounding, to what is allowed
+      logical, intent(out) :: known              !! the bars tell something
+      logical, intent(out) :: bounded            !! and those that count have bounds
+      logical, intent(out) :: unsettled          !! the iteration has left more than its part: it is to go on first
+      integer :: k
+      indicator = 0.0_wp
+      ratio = 0.0_wp
+      unsettled = .false.
+      bounded = .true.
+      known = .not. bars%too_coarse .and. bars%missed == 0
+      if (.not. known .or. .not. allocated(bars%share)) return
+      do k = 1, size(counted)
+         associate (bar => bars%load)
+            if (counted(k) == 0) call add(bar%told, bar%bounded, bar%bar, bar%rounding, 1)
+         end associate
+         if (counted(k) == 0) cycle
+         associate (bar => bars%monitor(counted(k)))
+            call add(bar%told, bar%bounded, bar%bar, bar%rounding, 1 + counted(k))
+         end associate
       end do
 
    contains
 
       !> One number's part of the indicators: shares as parts of the bar that they make.
-      subroutine add(told, bounded, bar, rounding, row)
-         logical, intent(in) :: told, bounded
+      subroutine add(told, has_bounds, bar, rounding, row)
+         logical, intent(in) :: told, has_bounds
          real(wp), intent(in) :: bar, rounding
          integer, intent(in) :: row
          real(wp) :: allowed, of_mesh
@@ -114,12 +155,49 @@ contains
          of_mesh = of_mesh - of_rest * abs(bars%rest(row))
          ! Rounding that is wider than what is asked for is told at the end.
          if (rounding >= allowed .or. .not. of_mesh > 0.0_wp) return
-         if (of_mesh > allowed - rounding .or. (critical .and. row == 1 .and. tries < most_unbounded)) known = known .and. bounded
+         if (of_mesh > allowed - rounding .or. (bounds .and. row == 1)) bounded = bounded .and. has_bounds
          ratio = max(ratio, of_mesh / (allowed - rounding))
          if (.not. sum(bars%share(row, :)) > 0.0_wp) return
          indicator = max(indicator, bars%share(row, :) * of_mesh / (sum(bars%share(row, :)) * sizes(row)))
       end subroutine add
-   end subroutine request_mesh
+   end subroutine indicate
+
+   !> Of the elements that may be placed: share^(1/(2s + 1)), which equal parts of a good mesh have.
+   pure function elements_share(problem, free, indicator) result(g)
+      type(problem_t), intent(in) :: problem
+      logical, intent(in) :: free(:)             !! (elements) the mesh's nodes are the program's there
+      real(wp), intent(in) :: indicator(:)       !! (elements)
+      real(wp) :: g(size(indicator))
+      g = 0.0_wp
+      where (free .and. indicator > 0.0_wp) g = indicator**(1.0_wp / (2 * problem%model%mesh%stages + 1))
+   end function elements_share
+
+   !> How many elements make an error, when each contributes as much.
+   pure real(wp) function number_for(problem, free, whole, error) result(n)
+      type(problem_t), intent(in) :: problem
+      logical, intent(in) :: free(:)
+      real(wp), intent(in) :: whole              !! sum of elements_share
+      real(wp), intent(in) :: error              !! relative
+      integer :: s
+      s = minval(problem%model%mesh%stages, mask=free)
+      n = exp(((2 * s + 1) * log(whole) - log(error)) / (2 * s))
+   end function number_for
+
+   !> So many elements in parts of the present mesh.
+   function demand_of(problem, state, wanted, g) result(demand)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: wanted             !! elements
+      real(wp), intent(in) :: g(:)               !! (elements of the present mesh) their parts
+      type(demand_t) :: demand(size(problem%layout%stretch))
+      integer :: k
+      demand = present_demand(problem, state)
+      do k = 1, size(demand)
+         if (.not. problem%layout%stretch(k)%placed) cycle
+         demand(k)%elements = wanted * g(problem%along(problem%element_first(k):problem%element_last(k)))
+         demand(k) = with_smooth_density(demand(k))
+      end do
+   end function demand_of
 
    !> The largest displacement and rotation of a state.
    pure function motion_sizes(problem, state) result(sizes)
@@ -132,18 +210,20 @@ contains
    end function motion_sizes
 
    !> What errors of the load factor and of the monitors are measured against: the largest of their kind.
-   pure function value_sizes(problem, system, load, motion) result(sizes)
+   pure function value_sizes(problem, system, load, motion, asked) result(sizes)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: load               !! the largest load factor
       real(wp), intent(in) :: motion(2)          !! and displacement and rotation
+      real(wp), intent(in) :: asked              !! relative error
       real(wp) :: sizes(1 + size(problem%deck%monitor))
       integer :: m
       sizes(1) = load
       do m = 1, size(problem%deck%monitor)
          associate (monitor => problem%deck%monitor(m))
             if (monitor%quantity == quantity_displacement) then
-               sizes(1 + m) = motion(merge(2, 1, monitor%component == 3))
+               sizes(1 + m) = max(motion(merge(2, 1, monitor%component == 3)), place_rounding / asked * &
+                  & merge(1.0_wp, problem%size, monitor%component == 3))
             else
                sizes(1 + m) = system%force_scale * merge(problem%size, 1.0_wp, monitor%component == 3 .and. &
                   & monitor%obstacle == 0)

@@ -16,6 +16,7 @@ module path_errors
    use accuracy_limits, only: why_not_told
    use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point
    use element_shares, only: shares_t, find_shares
+   use missed_modes, only: unstable_difference
    use located_zero, only: zero_t, zero_value, mode_rounding
    use timing, only: timers_t
    implicit none
@@ -23,6 +24,7 @@ module path_errors
    public :: point_errors, event_errors
 
    real(wp), parameter :: small_part = 1.0e-3_wp !! of an increment, over which slopes along the path are taken
+   real(wp), parameter :: least_bend = 0.1_wp     !! of a slope's change: what is left there is more than the way, and no bar holds
    real(wp), parameter :: no_modes(0, 0) = reshape([real(wp) ::], [0, 0])
    character(*), parameter :: no_convergence = 'elements of a higher order do not converge from here', &
       & no_function = 'what is zero at this point is not to be had from elements of a higher order', &
@@ -54,6 +56,7 @@ contains
          bars%too_coarse = .true.
          return
       end if
+      bars%missed = unstable_difference(problem, state, system, path, point, 0, timers)
       unseen = point%value - value - shares%sum
       call set_bars(shares, value, point%value - value, unseen, shares%size, shares%rounding, bars)
       ! What is held is what it is held at.
@@ -78,7 +81,7 @@ contains
       type(finer_point_t) :: first, ahead, near
       type(shares_t) :: shares
       real(wp), allocatable :: modes(:, :), value(:), rate(:), final(:), unseen(:), sizes(:), rounding(:)
-      real(wp) :: f, f_ahead, slope, way, more, reach
+      real(wp) :: f, f_ahead, slope, way, more, reach, bend
       bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state))
       if (bars%why /= '') return
       if (.not. metric(problem, heading%u, heading%u) > 0.0_wp .or. .not. (length > 0.0_wp .or. abs(rise) > 0.0_wp)) then
@@ -100,16 +103,19 @@ contains
          bars%too_coarse = .true.
          return
       end if
+      bars%missed = unstable_difference(problem, state, system, path, first, max(1, size(modes, 2)), timers)
       f = value_at(first)
       f_ahead = value_at(ahead)
       if (.not. (ieee_is_finite(f) .and. ieee_is_finite(f_ahead))) then
          bars%why = no_function
+         bars%too_coarse = size(modes, 2) > 0
          return
       end if
       slope = (f_ahead - f) / (small_part * reach)
       rate = (ahead%value - first%value) / (small_part * reach)
       if (.not. abs(slope) > 0.0_wp) then
          bars%why = no_function
+         bars%too_coarse = size(modes, 2) > 0
          return
       end if
       way = -f / slope
@@ -124,9 +130,14 @@ contains
       more = value_at(near)
       if (.not. ieee_is_finite(more)) then
          bars%why = no_function
+         bars%too_coarse = size(modes, 2) > 0
          return
       end if
-      more = -more / slope
+      ! Over a way that counts the function's slope changes, and tells where it has no zero after all, or another one nearby. The
+      ! way was that of the first slope, so that the slope at its end is 1 - 2 more / f of it.
+      bend = 1.0_wp
+      if (abs(way) > small_part * reach) bend = 1.0_wp - 2.0_wp * more / f
+      more = -more / (slope * max(bend, least_bend))
       rate(1) = near%heading%load / (metric(problem, control%tangent, near%heading%u) + &
          & control%load_scale**2 * control%tangent_load * near%heading%load)
       final = near%value + more * rate

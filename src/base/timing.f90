@@ -13,7 +13,8 @@ module timing
    public :: phase_solution, phase_contact, phase_path, phase_accuracy, phase_output
    public :: counter_points, counter_newton, counter_factorisation, counter_solution, counter_lcp
    public :: counter_lcp_pivots, counter_lcp_failed, counter_set_changes, counter_rejected, counter_cut
-   public :: counter_located, counter_remeshed
+   public :: counter_located, counter_remeshed, counter_evaluated, counter_largest
+   public :: count_largest
 
    enum, bind(c)
       enumerator :: phase_reading = 1 !! reading and checking the deck
@@ -44,12 +45,14 @@ module timing
       enumerator :: counter_cut           !! increments shortened before another try
       enumerator :: counter_located       !! critical and user points located
       enumerator :: counter_remeshed      !! meshes made anew for the sake of errors
+      enumerator :: counter_evaluated     !! elements evaluated, with their tangents
+      enumerator :: counter_largest       !! elements of the largest mesh that points stand on
    end enum
-   integer, parameter :: n_counters = counter_remeshed
+   integer, parameter :: n_counters = counter_largest
    character(*), parameter :: counter_name(n_counters) = [character(23) :: 'accepted points', &
       & 'Newton iterations', 'factorisations', 'solutions', 'LCPs', 'LCP pivots', 'LCPs without a solution', &
       & 'contact set changes', 'rejected increments', 'shortened increments', 'located points', &
-      & 'meshes made anew']
+      & 'meshes made anew', 'elements evaluated', 'elements at the most']
 
    type :: timers_t
       private
@@ -131,6 +134,14 @@ contains
          timers%counter(counter) = timers%counter(counter) + 1
       end if
    end subroutine count_up
+
+   !> Keeps the largest of the values of a counter.
+   pure subroutine count_largest(timers, counter, value)
+      type(timers_t), intent(inout) :: timers
+      integer, intent(in) :: counter           !! counter_...
+      integer, intent(in) :: value
+      timers%counter(counter) = max(timers%counter(counter), int(value, i8))
+   end subroutine count_largest
 
    !> The value of a counter.
    pure function counted(timers, counter) result(value)

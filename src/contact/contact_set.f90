@@ -12,9 +12,10 @@
 !> candidate changes the reactions of all active ones (coupled_answer): these are loads of the columns.
 module contact_set
    use kinds, only: wp
-   use problem, only: problem_t, dof
+   use problem, only: problem_t
    use rod_state, only: state_t, parallel
    use linear_system, only: system_t, to_global, row_times, contact_reaction, turn_pair
+   use tied_nodes, only: spread_force
    use bordered_system, only: solve_bordered
    use active_coupling, only: coupled_answer, add_forces
    use lemke, only: solve_lcp, outcome_name, lcp_solved
@@ -439,8 +440,8 @@ contains
          else
             if (problem%coupling%entry(candidate) > 0) call coupled_load(candidate, rhs)
             if (problem%coupling%entry(candidate) == 0 .or. .not. state%active(candidate)) then
-               d = dof(problem, problem%candidates%node(candidate), 1)
-               rhs(d:d + 1) = rhs(d:d + 1) + column_force(candidate)
+               call spread_force(problem, system%tie_block, problem%candidates%node(candidate), &
+                  & [column_force(candidate), 0.0_wp], rhs)
             end if
          end if
          call solve_bordered(system, rhs, prescribed, 0.0_wp, column, border, solved, timers)

@@ -378,8 +378,9 @@ contains
          unit='force/length or moment/radian', bound=positive)
 
       call card(t, 'MPC', in_model, 'Nodes that follow another one. PIN: in x and y, like a pin through both; TIE: in x, y and '// &
-         'rotation; BEAM: as if a rigid bar went from it to them, however far it turns.')
-      call param(t, 'TYPE', kind_word, 'what follows', words='PIN|TIE|BEAM')
+         'rotation; BEAM: as if a rigid bar went from it to them, however far it turns; LINK: in distance, as if a rigid bar '// &
+         'with a pin at each end joined them.')
+      call param(t, 'TYPE', kind_word, 'what follows', words='PIN|TIE|BEAM|LINK')
       call lines(t)
       call field(t, 'node or set', kind_label_or_set, 'what follows')
       call field(t, 'node', kind_label, 'what is followed')

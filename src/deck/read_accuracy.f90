@@ -14,6 +14,10 @@ module read_accuracy
    public :: read_accuracy_cards, check_placed
 
    real(wp), parameter :: widest = 0.01_wp       !! bar over load, where nothing is asked for
+   ! Parts of the error asked for. Of the residual a tenth of what the last correction leaves, see corrector; where it turns out to
+   ! be too much the iteration goes on.
+   real(wp), parameter :: part_of_residual = 1.0e-3_wp, part_of_place = 0.01_wp
+   real(wp), parameter :: coarsest = 1.0e-5_wp   !! a tenth of what checks of balance allow
 
 contains
 
@@ -39,7 +43,28 @@ contains
          if (deck%card(card)%step == 0) cycle
          call read_card(deck, names, diagnostics, card, makes_mesh, model%step(deck%card(card)%step))
       end do
+      if (makes_mesh) call balance_iteration(deck, model)
    end subroutine read_accuracy_cards
+
+   !> A mesh for 1e-3 needs no iteration to 1e-9: what Newton's method and the location of events leave is a small part of what is
+   !> asked for. What the deck says itself stays.
+   subroutine balance_iteration(deck, model)
+      type(deck_t), intent(in) :: deck
+      type(model_t), intent(inout) :: model
+      logical :: locate_given(size(model%step))
+      integer :: card, s
+      locate_given = .false.
+      do card = 1, deck%n_cards
+         if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'CONTROLS' .or. deck%card(card)%step == 0) cycle
+         locate_given(deck%card(card)%step) = given(deck, card, 'LOCATE')
+      end do
+      do s = 1, size(model%step)
+         associate (step => model%step(s), finest => min(model%step(s)%asked, model%step(s)%asked_of_path))
+            if (.not. step%tolerance_given) step%tolerance = max(step%tolerance, min(part_of_residual * finest, coarsest))
+            if (.not. locate_given(s)) step%locate_tolerance = max(step%locate_tolerance, min(part_of_place * finest, coarsest))
+         end associate
+      end do
+   end subroutine balance_iteration
 
    !> One card.
    subroutine read_card(deck, names, diagnostics, card, makes_mesh, step)

@@ -62,16 +62,22 @@ contains
       end do
    end subroutine read_contact_cards
 
-   !> Some nodes, and those of ends that are released at them.
+   !> Some nodes, and those of ends that are released at them where the rod beyond is among them, too.
    pure function with_released(model, nodes) result(more)
       type(model_t), intent(in) :: model
       integer, intent(in) :: nodes(:)
       integer, allocatable :: more(:)
-      integer :: i
+      integer :: i, e
       more = nodes
       do i = 1, size(model%release)
-         if (any(nodes == model%release(i)%node) .and. .not. any(nodes == model%release(i)%own)) &
-            more = [more, model%release(i)%own]
+         associate (release => model%release(i))
+            if (.not. any(nodes == release%node) .or. any(nodes == release%own)) cycle
+            do e = 1, model%mesh%n_elements
+               if (any(model%mesh%node(:, e) == release%own) .and. (any(nodes == model%mesh%node(1, e)) .or. &
+                  any(nodes == model%mesh%node(2, e)))) exit
+            end do
+            if (e <= model%mesh%n_elements) more = [more, release%own]
+         end associate
       end do
    end function with_released
 

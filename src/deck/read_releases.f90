@@ -3,11 +3,12 @@
 module read_releases
    use kinds, only: wp
    use text, only: to_text
-   use model, only: model_t, mesh_t, release_t, tie_t, joint_spring_t, complete_joints
+   use model, only: model_t, release_t, tie_t, joint_spring_t, complete_joints
    use diagnostics, only: diagnostics_t
    use deck_cards, only: deck_t, complain
    use card_values, only: given, parameter_text, field_given, field_integer, field_real, field_place
    use deck_names, only: deck_names_t, find_nodes, find_elements, take_node_sets
+   use copied_nodes, only: copy_node
    use read_supports, only: dof_number
    implicit none
    private
@@ -156,20 +157,4 @@ contains
          string = to_text(model%mesh%node_label(node))
       end function label
    end subroutine read_release_cards
-
-   !> A new node at the place of another one, with the next label.
-   subroutine copy_node(names, mesh, node)
-      type(deck_names_t), intent(inout) :: names
-      type(mesh_t), intent(inout) :: mesh
-      integer, intent(in) :: node
-      integer :: n
-      n = mesh%n_nodes
-      mesh%x = reshape([mesh%x(:, :n), mesh%x(:, node)], [2, n + 1])
-      mesh%x_nominal = reshape([mesh%x_nominal(:, :n), mesh%x_nominal(:, node)], [2, n + 1])
-      names%greatest_node = names%greatest_node + 1
-      mesh%node_label = [mesh%node_label(:n), names%greatest_node]
-      mesh%n_nodes = n + 1
-      names%connected = [names%connected(:n), .true.]
-      call names%node%add(names%greatest_node, n + 1)
-   end subroutine copy_node
 end module read_releases

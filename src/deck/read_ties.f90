@@ -7,6 +7,7 @@ module read_ties
    use deck_cards, only: deck_t, complain
    use card_values, only: parameter_word, field_integer, field_real, field_place
    use deck_names, only: deck_names_t, find_nodes
+   use copied_nodes, only: copy_node
    use read_supports, only: dof_number
    implicit none
    private
@@ -49,12 +50,12 @@ contains
          character(*), intent(in) :: kind
          integer, allocatable :: nodes(:), of(:)
          type(tie_t) :: tie
-         integer :: i, k
+         integer :: i, k, lead
          call find_nodes(deck, names, diagnostics, line, 1, nodes)
          call find_nodes(deck, names, diagnostics, line, 2, of)
          if (size(of) == 0) return
-         ! What carries rigid bars, and what follows in all, need no elements.
-         if (kind == 'BEAM') names%connected(of(1)) = .true.
+         ! What carries rigid bars or links, and what follows them or in all, need no elements.
+         if (kind == 'BEAM' .or. kind == 'LINK') names%connected(of(1)) = .true.
          if (kind /= 'PIN') names%connected(nodes) = .true.
          do i = 1, size(nodes)
             if (nodes(i) == of(1)) then
@@ -63,21 +64,41 @@ contains
             end if
             if (.not. is_there(card, line, 1, nodes(i))) return
             if (.not. is_there(card, line, 2, of(1))) return
-            do k = 1, merge(2, 3, kind == 'PIN')
-               tie = tie_t()
-               tie%node = nodes(i)
-               tie%component = k
-               tie%of = [of(1)]
-               tie%part = [k]
-               tie%factor = [1.0_wp]
-               if (kind == 'BEAM' .and. k < 3) then
-                  tie%turner = of(1)
-                  tie%arm = model%mesh%x(:, nodes(i)) - model%mesh%x(:, of(1))
+            lead = of(1)
+            if (kind == 'LINK') then
+               if (norm2(model%mesh%x(:, nodes(i)) - model%mesh%x(:, lead)) <= 0.0_wp) then
+                  call complain(deck, diagnostics, card, field_place(deck, line, 2), 'nodes '//label(nodes(i))//' and '// &
+                     label(lead)//' are at the same place, and a link between them has no length; TYPE=PIN joins them')
+                  return
+               end if
+               ! A pin that turns on its own carries the link as a rigid bar.
+               call copy_node(names, model%mesh, lead)
+               do k = 1, 2
+                  tie = follower(model%mesh%n_nodes, k, lead)
+                  call add(card, line, tie)
+               end do
+               lead = model%mesh%n_nodes
+            end if
+            do k = 1, merge(2, 3, kind == 'PIN' .or. kind == 'LINK')
+               tie = follower(nodes(i), k, lead)
+               if ((kind == 'BEAM' .or. kind == 'LINK') .and. k < 3) then
+                  tie%turner = lead
+                  tie%arm = model%mesh%x(:, nodes(i)) - model%mesh%x(:, lead)
                end if
                call add(card, line, tie)
             end do
          end do
       end subroutine read_pair
+
+      !> A tie of a component to the same one of another node.
+      pure type(tie_t) function follower(node, component, of) result(tie)
+         integer, intent(in) :: node, component, of
+         tie%node = node
+         tie%component = component
+         tie%of = [of]
+         tie%part = [component]
+         tie%factor = [1.0_wp]
+      end function follower
 
       !> A card of *EQUATION: its first term follows the others.
       subroutine read_equation(card)

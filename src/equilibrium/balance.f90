@@ -116,6 +116,8 @@ contains
          do i = size(problem%model%tie), 1, -1
             associate (tie => problem%model%tie(i))
                push = left(tie%component, tie%node)
+               ! Links may carry what no section feels.
+               if (tie%component < 3) scale = max(scale, abs(push))
                call act(tie%node, tie%component, push)
                do k = 1, size(tie%of)
                   call act(tie%of(k), tie%part(k), -tie%factor(k) * push)

@@ -46,7 +46,7 @@ contains
       call solve_constrained(system, system%load, system%rate, system%tangent, timers)
       system%tangent_stretch = 0.0_wp
       call take_back_stretches(system, 1.0_wp, system%tangent_stretch, system%tangent, timers)
-      system%negative_pivots = system%factor%negative_pivots + system%coupling%negative_pivots
+      system%negative_pivots = system%factor%negative_pivots + system%coupling%negative_pivots - system%hinges
    end subroutine factor_system
 
    !> Response to forces at a fixed load factor; constraints hold.

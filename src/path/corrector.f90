@@ -35,6 +35,7 @@ module corrector
    real(wp), parameter :: far_from_balance = 0.1_wp !! and above this residual
    integer, parameter :: settling_iterations = 5 !! until then the last correction must be small, too
    real(wp), parameter :: large_correction = 1.0e-4_wp !! of the increment
+   real(wp), parameter :: of_root = 0.3_wp      !! times the root of the error asked for: what is left is a tenth of that
    integer, parameter :: max_contact_loops = 12 !! outer loops of the paper's scheme
 
 contains
@@ -125,7 +126,7 @@ contains
       type(control_t) :: control
       type(contact_step_t) :: step
       real(wp), allocatable :: spring(:)
-      real(wp) :: rhs, tolerance, sharper, at_length, best, travelled, last_residual, second_order
+      real(wp) :: rhs, tolerance, sharper, at_length, best, travelled, last_residual, second_order, large
       real(wp) :: correction                   ! of the displacements by the last step, squared, on the nodes of that step
       real(wp) :: previous                     ! residual that the next step starts from
       logical :: refactor, settled, searching
@@ -137,6 +138,10 @@ contains
 
       tolerance = problem%model%step(problem%step)%tolerance
       sharper = problem%model%step(problem%step)%sharper
+      large = large_correction
+      associate (step => problem%model%step(problem%step))
+         if (.not. step%tolerance_given) large = max(large, of_root * sqrt(min(step%asked, step%asked_of_path)))
+      end associate
       origin = start
       control = given
       rhs = first_rhs
@@ -189,7 +194,7 @@ contains
          travelled = metric(problem, state%u - origin%u, state%u - origin%u)
          if (iteration == 1) second_order = maxval(abs(state%u(3, :) - origin%u(3, :)))**2 / &
             & (minval(problem%compliance%axial + problem%compliance%give) * system%force_scale)
-         settled = correction <= (large_correction**2) * travelled .or. report%residual <= 1.0e-3_wp * tolerance
+         settled = correction <= (large**2) * travelled .or. report%residual <= 1.0e-3_wp * tolerance
          if (.not. step%flipped .and. (settled .or. iteration > settling_iterations) .and. &
             & (report%residual <= max(sharper * tolerance, system%round_off) .or. (iteration > 1 .and. report%residual <= &
             & tolerance .and. report%residual > 0.1_wp * last_residual)) .and. &

@@ -14,7 +14,7 @@ module path_acceptance
    use path_control, only: path_length
    use path_continuity, only: heading_t
    use corrector, only: increment_t
-   use path_run, only: run_t, probe_at, keep_landmark, leave_trail
+   use path_run, only: run_t, probe_at, keep_landmark, leave_trail, rest_of_mesh
    use homecoming, only: is_home, see_home
    use step_control, only: stop_met
    use path_events, only: probe_t, event_t, new_probe, detect_events, value_events, event_stop, event_bifurcation, event_release, &
@@ -23,12 +23,12 @@ module path_acceptance
    use event_location, only: locate
    use point_report, only: report_point
    use error_bar, only: error_bars_t
-   use error_report, only: bars_at_event, bars_at_point, note_load, note_bar, note_error
-   use mesh_request, only: request_mesh, motion_sizes, value_sizes
+   use error_report, only: bars_at_event, bars_at_point, note_load, note_error, asked_at
+   use mesh_request, only: request_mesh, spare_mesh, motion_sizes, value_sizes
    use point_checks, only: check_point
    use path_record, only: recorder_t, point_t, critical_t
    use run_accuracy, only: accuracy_t, place_t
-   use timing, only: timers_t, count_up, counter_points, counter_located
+   use timing, only: timers_t, count_up, count_largest, counter_points, counter_located, counter_largest
    implicit none
    private
    public :: accept, wants_another, record, note_trouble, outcome_t
@@ -126,19 +126,26 @@ contains
          if (present(tries)) call ask_for_mesh(problem, step, run, trial, shown_bars, label /= '' .or. stops, tries, outcome)
          if (wants_another(run)) return
          if (.not. (label /= '' .or. stops)) call note_error(problem, step, shown_bars, sizes_there(problem, step, run, trial, &
-            & outcome), '', place_t(run%branch, problem%step, run%points + 1, trial%load_factor), outcome%accuracy)
+            & asked_at(problem, step, ''), outcome), '', place_t(run%branch, problem%step, run%points + 1, trial%load_factor), &
+            & outcome%accuracy)
+         if (present(tries) .and. .not. (label /= '' .or. stops .or. any(seen%located))) &
+            & call ask_for_less(problem, step, run, trial, shown_bars, tries, outcome)
          if (.not. (label /= '' .or. stops .or. step%bars_everywhere)) deallocate (shown_bars)
       end if
       order = by_fraction(seen%fraction)
       do i = 1, size(seen)
          associate (sighting => seen(order(i)))
             if (told(order(i)) .or. .not. sighting%located) cycle
-            call record_event(problem, step, run, trial, sighting, count_before(run, seen, told, order(i)), recorder, finished, &
-               & outcome, timers)
+            call record_event(problem, step, run, trial, sighting, count_before(run, seen, told, sighting%fraction), recorder, &
+               & finished, outcome, timers)
          end associate
          if (finished .or. allocated(outcome%why)) return
       end do
       if (allocated(at_trial)) run%system = at_trial
+      ! Where contact changes the tangent may be singular: a point as flat as its wall beside a neutral span.
+      if (present(changes)) then
+         if (changes) run%system%negative_pivots = count_before(run, seen, told, 1.0_wp)
+      end if
       finished = stops
       call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers, touching, &
          & shown_bars)
@@ -193,16 +200,33 @@ contains
       asked = merge(step%asked, step%asked_of_path, critical)
       if (.not. allocated(bars) .or. .not. asked > 0.0_wp .or. tries > most_meshes) return
       can_settle = .not. step%tolerance_given .and. problem%model%step(problem%step)%sharper > most_sharp
-      call request_mesh(problem, place, bars, sizes_there(problem, step, run, place, outcome), step%asked_of, asked, critical, &
-         & tries, can_settle, run%excess, run%unsettled, run%wanted)
+      call request_mesh(problem, place, bars, sizes_there(problem, step, run, place, asked, outcome), step%asked_of, asked, &
+         & critical, tries, can_settle, run%excess, run%unsettled, run%wanted)
    end subroutine ask_for_mesh
 
+   !> Asks for a coarser mesh where that of a point is much better than it has to be.
+   subroutine ask_for_less(problem, step, run, place, bars, tries, outcome)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run          !! its system is factored there
+      type(state_t), intent(in) :: place
+      type(error_bars_t), intent(in) :: bars
+      integer, intent(in) :: tries               !! meshes that the point has had
+      type(outcome_t), intent(in) :: outcome
+      if (tries > 0) run%kept_meshes = rest_of_mesh
+      run%kept_meshes = max(run%kept_meshes - 1, 0)
+      if (run%kept_meshes > 0 .or. .not. step%asked_of_path > 0.0_wp) return
+      call spare_mesh(problem, place, bars, sizes_there(problem, step, run, place, step%asked_of_path, outcome), step%asked_of, &
+         & step%asked_of_path, run%spare)
+   end subroutine ask_for_less
+
    !> What the errors of a point are measured against.
-   function sizes_there(problem, step, run, place, outcome) result(sizes)
+   function sizes_there(problem, step, run, place, asked, outcome) result(sizes)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(in) :: run
       type(state_t), intent(in) :: place
+      real(wp), intent(in) :: asked              !! relative error
       type(outcome_t), intent(in) :: outcome
       real(wp) :: sizes(1 + size(problem%deck%monitor))
       real(wp) :: load
@@ -210,7 +234,7 @@ contains
       if (outcome%accuracy%load_step == problem%step) load = max(load, outcome%accuracy%load)
       ! A first point may be as good as unloaded.
       if (step%method /= method_displacement) load = max(load, abs(step%increment))
-      sizes = value_sizes(problem, run%system, load, max(run%motion, motion_sizes(problem, place)))
+      sizes = value_sizes(problem, run%system, load, max(run%motion, motion_sizes(problem, place)), asked)
    end function sizes_there
 
    !> The run moves to a point whose probe is known.
@@ -364,19 +388,19 @@ contains
          & modulo(probe%negative_pivots - run%probe%negative_pivots, 2) == 0
    end function one_sided
 
-   !> Negative pivots on the side of a located event that the path comes from: where an eigenvalue is zero the factors have
-   !> the sign of rounding.
-   pure integer function count_before(run, seen, told, which) result(pivots)
+   !> Negative pivots on the side of a place that the path comes from: where an eigenvalue is zero the factors have the sign of
+   !> rounding.
+   pure integer function count_before(run, seen, told, fraction) result(pivots)
       type(run_t), intent(in) :: run
       type(sighting_t), intent(in) :: seen(:)
       logical, intent(in) :: told(:)
-      integer, intent(in) :: which               !! of those seen
+      real(wp), intent(in) :: fraction           !! of the increment: the place, as of those seen
       integer :: i
       pivots = run%probe%negative_pivots
       do i = 1, size(seen)
          if (seen(i)%event%kind /= event_bifurcation .or. .not. seen(i)%located) cycle
          if (told(i) .and. seen(i)%fraction <= same_place) cycle
-         if (seen(i)%fraction < seen(which)%fraction - same_place) pivots = pivots + nint(sign(1.0_wp, seen(i)%event%before))
+         if (seen(i)%fraction < fraction - same_place) pivots = pivots + nint(sign(1.0_wp, seen(i)%event%before))
       end do
    end function count_before
 
@@ -505,9 +529,8 @@ contains
       if (allocated(full%bars)) then
          at = place_t(run%branch, problem%step, run%points, state%load_factor)
          associate (step => problem%model%step(problem%step))
-            call note_bar(full%bars, full%label, at, step%widest_bar, outcome%accuracy)
-            call note_error(problem, step, full%bars, sizes_there(problem, step, run, state, outcome), full%label, at, &
-               & outcome%accuracy)
+            call note_error(problem, step, full%bars, sizes_there(problem, step, run, state, asked_at(problem, step, full%label), &
+               & outcome), full%label, at, outcome%accuracy)
          end associate
       end if
       call recorder%critical(full, timers, error)
@@ -578,7 +601,6 @@ contains
       point%lcp_pivots = report%lcp_pivots
       point%arc_length = run%arc_length + path_length(problem, run%state, state)
       call count_released(problem, state, run%system, point%free_pivots, weak, timers)
-      point%free_pivots = point%free_pivots - size(problem%hinge)
       ! At the stress-free start there is no force to measure a residual against.
       if (is_stress_free(state)) point%residual = 0.0_wp
       run%points = run%points + 1
@@ -587,6 +609,7 @@ contains
          & outcome%accuracy)
       call note_load(problem%step, state%load_factor, outcome%accuracy)
       call count_up(timers, counter_points)
+      if (.not. problem%sampled) call count_largest(timers, counter_largest, problem%model%mesh%n_elements)
       call recorder%point(point, timers, error)
       if (allocated(error)) outcome%why = error%message
    end subroutine record

@@ -15,7 +15,7 @@ module path_follower
    use contact_corner, only: find_corner, leave_corner
    use contact_regions, only: find_regions
    use span_changes, only: pass_change
-   use span_mesh, only: renew_mesh, refine_mesh, ask_for_twice
+   use span_mesh, only: renew_mesh, refine_mesh, coarsen_mesh, ask_for_twice
    use span_start, only: enter_spans
    use dead_end, only: why_stuck
    use path_record, only: recorder_t
@@ -165,6 +165,7 @@ contains
          end if
          searches = 0
          call renew_mesh(problem, run, timers)
+         if (allocated(run%spare)) call coarsen_mesh(problem, run, timers)
          if (is_arc_length(step%method) .and. .not. is_arc_length(run%control%method)) then
             call begin_arc_length(step, run, scaled)
             if (.not. scaled) outcome%why = 'the first increment moved nothing: the arc length has no scale'

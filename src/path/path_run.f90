@@ -16,7 +16,9 @@ module path_run
    use path_events, only: probe_t, new_probe
    implicit none
    private
-   public :: run_t, heading_of, probe_at, keep_landmark, leave_trail, turned_round, forget_mesh
+   public :: run_t, heading_of, probe_at, keep_landmark, leave_trail, turned_round, forget_mesh, rest_of_mesh
+
+   integer, parameter :: rest_of_mesh = 10       !! points after one that took a finer mesh, for which no coarser one is tried
 
    !> A stretch of the path between two neighbouring points, with the tangents at its ends.
    type :: stretch_t
@@ -46,6 +48,8 @@ module path_run
       logical :: unsettled = .false.             !! the last trial wants smaller residuals, and nothing was recorded
       type(demand_t), allocatable :: wanted(:)   !! (stretches) the mesh that the last trial asks for, of which nothing was
       !! recorded; not allocated: it is as good as the deck asks
+      type(demand_t), allocatable :: spare(:)    !! (stretches) a coarser mesh that would have done for the last point
+      integer :: kept_meshes = 0                 !! points for which the mesh does not become coarser
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! of the last increment: arc length, load factor
       type(stretch_t), allocatable :: trail(:)   !! the way up to the last accepted point, the latest first
       type(heading_t) :: heading                 !! tangent at the last accepted point, in the sense of the run

@@ -33,8 +33,7 @@ contains
          point%step = problem%step
          point%label = label
          point%load_factor = state%load_factor
-         ! Each hinge that stands for a clamp has one of its own.
-         point%negative_pivots = system%negative_pivots - size(problem%hinge)
+         point%negative_pivots = system%negative_pivots
          point%active_contacts = count(state%active) + count(state%grounded)
          point%monitor = monitor_values(problem, state, system)
          if (size(problem%model%contact) > 0) then

@@ -207,10 +207,10 @@ contains
       end do
    end subroutine follow_through_zero
 
-   !> Negative eigenvalues of the tangent, by their refined values where these are known.
+   !> Negative eigenvalues as events count them, by their refined values where these are known.
    pure integer function negative_count(modes)
       type(modes_t), intent(in) :: modes
-      negative_count = modes%pivots - count(modes%was_negative) + count(modes%mu < 0.0_wp)
+      negative_count = modes%pivots - modes%hinges - count(modes%was_negative) + count(modes%mu < 0.0_wp)
    end function negative_count
 
    !> Weights of the polynomial through samples, for its value and its derivative.

@@ -202,7 +202,11 @@ contains
          problem = kept
          run = kept_run
       end do
-      if (.not. allocated(run%stuck)) return
+      if (.not. allocated(run%stuck)) then
+         ! A point that a line has shrunk to may leave a span neutral there; the line's pivots are definite.
+         if (test%kind == test_length) run%probe%negative_pivots = kept_run%probe%negative_pivots
+         return
+      end if
       ! Back to where it was still right.
       why = run%stuck
       problem = kept

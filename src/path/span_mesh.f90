@@ -14,12 +14,12 @@ module span_mesh
    use path_control, only: control_t
    use path_continuity, only: heading_t, heading_at
    use path_events, only: probe_t, new_probe
-   use path_run, only: run_t, forget_mesh
+   use path_run, only: run_t, forget_mesh, rest_of_mesh
    use corrector, only: increment_t, correct
    use timing, only: timers_t, count_up, counter_remeshed
    implicit none
    private
-   public :: prepare_mesh, renew_mesh, refine_mesh, ask_for_twice, take_touches
+   public :: prepare_mesh, renew_mesh, refine_mesh, coarsen_mesh, ask_for_twice, take_touches
 
 contains
 
@@ -86,6 +86,27 @@ contains
       end if
       if (done) call count_up(timers, counter_remeshed)
    end subroutine refine_mesh
+
+   !> The coarser mesh that the run's last point would have done with, if it has fewer elements and an equilibrium there. Whether
+   !> it is good enough the next trial tells.
+   subroutine coarsen_mesh(problem, run, timers)
+      type(problem_t), intent(inout) :: problem
+      type(run_t), intent(inout) :: run
+      type(timers_t), intent(inout) :: timers
+      type(problem_t) :: asked
+      logical :: done
+      asked = problem
+      asked%demand = run%spare
+      deallocate (run%spare)
+      asked = new_span_problem(asked, present_touches(problem, run%state), run%state)
+      if (asked%model%mesh%n_elements >= problem%model%mesh%n_elements) then
+         ! Spans have their least.
+         run%kept_meshes = rest_of_mesh
+         return
+      end if
+      call stand_on(asked, problem, run, done, timers)
+      if (done) call count_up(timers, counter_remeshed)
+   end subroutine coarsen_mesh
 
    !> Asks for twice as many elements everywhere.
    subroutine ask_for_twice(problem, run, asked)

@@ -79,7 +79,7 @@ contains
          return
       end if
       ! Where eigenvalues can be counted, it is made sure that these are the first ones.
-      if (system%negative_pivots == 0) call check_by_counting(operator, n_modes, spectrum, error)
+      if (system%negative_pivots + system%hinges == 0) call check_by_counting(operator, n_modes, spectrum, error)
       if (allocated(error)) return
       buckling%step = problem%step
       allocate (buckling%load_factor(spectrum%n), buckling%residual(spectrum%n))

@@ -29,6 +29,7 @@ module tangent_modes
    type :: modes_t
       integer :: n = 0                       !! how many
       integer :: pivots = 0                  !! c as the factors have it
+      integer :: hinges = 0                  !! of these, those that events do not count (system_t)
       logical, allocatable :: was_negative(:) !! (n) sign of each as the iteration has it
       real(wp), allocatable :: mu(:)
       real(wp), allocatable :: x(:, :)       !! (unknowns, n) node axes, <x, x> = 1 in the metric
@@ -73,7 +74,8 @@ contains
       operator%timers => timers
       call largest_eigenvalues(operator, wanted, mode_tolerance, spectrum, error)
       modes%n = spectrum%n
-      modes%pivots = system%negative_pivots
+      modes%pivots = system%negative_pivots + system%hinges
+      modes%hinges = system%hinges
       modes%was_negative = spectrum%value < 0.0_wp
       allocate (modes%mu(modes%n))
       modes%x = spectrum%vector
@@ -293,8 +295,8 @@ contains
    !> there follows from the counts at both ends of the stretch of path in question.
    pure real(wp) function numbered_eigenvalue(modes, number, least, most) result(mu)
       type(modes_t), intent(in) :: modes
-      integer, intent(in) :: number
-      integer, intent(in) :: least, most    !! c is between these
+      integer, intent(in) :: number         !! as events count, without hinges
+      integer, intent(in) :: least, most    !! c is between these, without hinges
       real(wp), parameter :: next_to_zero = 1.0e-3_wp
       integer :: i, left, negative_count, tiny_ones, counted
       logical :: negative
@@ -304,10 +306,12 @@ contains
       end do
       ! Without those: negative ones among the others, found here or not.
       counted = modes%pivots - count(modes%was_negative(:tiny_ones))
-      if (tiny_ones > 0 .and. tiny_ones <= most - least) counted = min(max(counted, least), most - tiny_ones)
+      if (tiny_ones > 0 .and. tiny_ones <= most - least) counted = min(max(counted, least + modes%hinges), &
+         & most + modes%hinges - tiny_ones)
       counted = max(counted, count(modes%was_negative(tiny_ones + 1:)))
       negative_count = counted + count(modes%mu(:tiny_ones) < 0.0_wp) + count(modes%mu(tiny_ones + 1:) < 0.0_wp) - &
          & count(modes%was_negative(tiny_ones + 1:))
+      negative_count = negative_count - modes%hinges
       negative = number <= negative_count
       left = merge(negative_count - number, number - negative_count - 1, negative)
       mu = merge(-1.0_wp, 1.0_wp, negative) * maxval(abs(modes%mu))

@@ -67,11 +67,20 @@ def _read(file: h5py.File, filename: str) -> Results:
     return Results(
         **_path(file, filename, mesh, obstacles), program=program, title=text(file.attrs.get("title", "")),
         version=text(file.attrs.get("version", "")), created=text(file.attrs.get("created", "")),
-        status=text(file.attrs.get("status", "")), deck=text(deck), branches=dict(sorted(branches.items())),
+        status=text(file.attrs.get("status", "")), deck=text(deck), parameters=_parameters(file),
+        branches=dict(sorted(branches.items())),
         buckling={name: _buckling(name, item, filename) for name, item in file.get("buckling", {}).items()},
         limit_curves={name: _limit_curve(name, item, filename) for name, item in file.get("limit_curve", {}).items()},
         performance={name: _column(item).values.tolist() for name, item in file.get("performance", {}).items()},
         accuracy={name: scalar(item[()]) for name, item in file.get("accuracy", {}).items()})
+
+
+def _parameters(file) -> dict:
+    """Values of *PARAMETER."""
+    if "parameters" not in file:
+        return {}
+    attrs = file["parameters"].attrs
+    return {name: text(value) if isinstance(value, (bytes, str)) else scalar(value) for name, value in attrs.items()}
 
 
 def _path(group: h5py.Group, filename: str, mesh: Mesh, obstacles: dict[str, Obstacle]) -> dict:
@@ -192,8 +201,8 @@ def _critical(path_group: h5py.Group, path: dict[str, Column], monitors: dict[st
     columns = {name: group[name][()] for name in ("label", "load_factor", "point", "step", "located", "note",
                                                   "multiplicity", "error", "corrected") if name in group}
     values = {name: item[()] for name, item in group.get("monitor", {}).items()}
-    errors = {name: item[()] for name, item in group.get("monitor_error", {}).items()}
-    n = min(len(item) for item in (*columns.values(), *values.values(), *errors.values()))
+    errors, corrected = ({name: item[()] for name, item in group.get(what, {}).items()} for what in ("monitor_error", "monitor_corrected"))
+    n = min(len(item) for item in (*columns.values(), *values.values(), *errors.values(), *corrected.values()))
     return [Critical(text(columns["label"][k]), float(columns["load_factor"][k]), int(columns["point"][k]),
                      int(columns["step"][k]) if "step" in columns else 0,
                      bool(columns["located"][k]) if "located" in columns else True,
@@ -201,7 +210,7 @@ def _critical(path_group: h5py.Group, path: dict[str, Column], monitors: dict[st
                      {name: float(item[k]) for name, item in values.items()},
                      int(columns["multiplicity"][k]) if "multiplicity" in columns else 0, k + 1,
                      *(float(columns[name][k]) if name in columns else float("nan") for name in ("error", "corrected")),
-                     {name: float(item[k]) for name, item in errors.items()}) for k in range(n)]
+                     *({name: float(item[k]) for name, item in each.items()} for each in (errors, corrected))) for k in range(n)]
 
 
 def _obstacle(name: str, item: h5py.Group | h5py.Dataset) -> Obstacle:

@@ -79,6 +79,7 @@ class Critical:
     error: float = float("nan")      # error bar of the load factor; NaN: no estimate, inf: the mesh is too coarse to tell
     corrected: float = float("nan")  # load factor less its estimated error
     monitor_errors: dict[str, float] = field(default_factory=dict)
+    monitor_corrected: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -268,6 +269,7 @@ class Results(Path):
     limit_curves: dict[str, LimitCurve] = field(default_factory=dict)
     performance: dict[str, list] = field(default_factory=dict)     # phase, seconds, calls; counter, value
     accuracy: dict[str, float] = field(default_factory=dict)       # worst values over all points
+    parameters: dict[str, float | str] = field(default_factory=dict)    # values of *PARAMETER
 
     @property
     def complete(self) -> bool:

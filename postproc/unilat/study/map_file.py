@@ -6,9 +6,8 @@ import os
 from dataclasses import dataclass
 
 from ..results import ResultsError
-from ..sweep.run_deck import RunDeck
-from ..sweep.sweep_file import Sweep, read_sweep, read_text
-from .deck_text import filled, parameters
+from ..sweep.run_deck import RunDeck, read_decks
+from ..sweep.sweep_file import Sweep, read_sweep
 from .exact_table import ExactTable
 from .verdict import Check, read_checks
 
@@ -25,14 +24,10 @@ class Map:
     look: dict              # x, y: parameters; x_label, y_label
 
 
-def read_map(filename: str) -> Map:
-    """`exact` names the table of exact values, [[check]] what is compared, [map] the axes of the picture."""
+def read_map(filename: str, program: str) -> Map:
+    """`exact` names the table of exact values, [[check]] what is compared, [map] the axes of the picture.
+    `program` reads the deck."""
     sweep = read_sweep(filename, KEYS)
-    deck = read_text(sweep.deck_path)
-    unused = set(sweep.values[0]) - parameters(deck)
-    if unused:
-        raise ResultsError(f"{filename}: parameter '{min(unused)}' is not in {sweep.deck_path}: no ${{{min(unused)}}}")
-    decks = [RunDeck(filled(deck, values, sweep.deck_path), ()) for values in sweep.values]
     table = ExactTable(os.path.join(os.path.dirname(filename), sweep.more["exact"])) if "exact" in sweep.more else None
     known = [{**({} if table is None else table.row(values)), **values} for values in sweep.values]
     look = sweep.more.get("map", {})
@@ -41,4 +36,4 @@ def read_map(filename: str) -> Map:
     for axis in "xy":
         if look[axis] not in sweep.values[0]:
             raise ResultsError(f"{filename}: [map]: no parameter '{look[axis]}' (known: {', '.join(sweep.values[0])})")
-    return Map(sweep, decks, read_checks(sweep.more.get("check", []), filename), known, look)
+    return Map(sweep, read_decks(program, sweep.deck_path, sweep.settings), read_checks(sweep.more.get("check", []), filename), known, look)

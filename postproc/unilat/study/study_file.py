@@ -6,9 +6,8 @@ import os
 from dataclasses import dataclass
 
 from ..results import ResultsError
-from ..sweep.run_deck import RunDeck
-from ..sweep.sweep_file import read_text, read_toml
-from .deck_text import filled, parameters
+from ..sweep.run_deck import RunDeck, read_decks
+from ..sweep.sweep_file import read_text, read_toml, settings_of
 from .verdict import Check, read_checks
 
 KNOWN = {"title", "deck", "repeats", "timeout", "fixed", "check", "curve"}
@@ -24,27 +23,27 @@ class Study:
     runs: list[tuple[str, dict, RunDeck]]       # name of the curve, parameters, deck
 
 
-def read_study(filename: str) -> Study:
-    """[fixed]: parameters of all runs; [[curve]]: name, and parameters of its own, lists of which make its runs, side by side."""
+def read_study(filename: str, program: str) -> Study:
+    """`program` reads the decks. [fixed]: parameters of all runs; [[curve]]: name, and parameters of its own, lists of which make its runs, side by side."""
     content = read_toml(read_text(filename), filename)
     if set(content) - KNOWN:
         raise ResultsError(f"{filename}: '{min(set(content) - KNOWN)}' is not known (known: {', '.join(sorted(KNOWN))})")
     if "deck" not in content or not content.get("curve"):
         raise ResultsError(f"{filename}: deck and [[curve]] are needed")
     deck_name = os.path.join(os.path.dirname(filename), content["deck"])
-    deck = read_text(deck_name)
     runs = []
     for curve in content["curve"]:
         values = {**content.get("fixed", {}), **curve}
         name = str(values.pop("name", f"curve {len(runs) + 1}"))
-        unused = set(values) - parameters(deck)
-        if unused:
-            raise ResultsError(f"{filename}: {name}: parameter '{min(unused)}' is not in {deck_name}")
         lengths = {len(value) for value in values.values() if isinstance(value, list)}
         if len(lengths) > 1:
             raise ResultsError(f"{filename}: {name}: lists must have the same length")
-        for k in range(max(lengths, default=1)):
-            chosen = {key: value[k] if isinstance(value, list) else value for key, value in values.items()}
-            runs.append((name, chosen, RunDeck(filled(deck, chosen, deck_name), ())))
+        chosen = [{key: value[k] if isinstance(value, list) else value for key, value in values.items()}
+                  for k in range(max(lengths, default=1))]
+        try:
+            decks = read_decks(program, deck_name, [settings_of(each) for each in chosen])
+        except ResultsError as problem:
+            raise ResultsError(f"{filename}: {name}: {problem}") from None
+        runs += [(name, each, deck) for each, deck in zip(chosen, decks)]
     return Study(os.path.splitext(os.path.basename(filename))[0], content.get("title", ""), int(content.get("repeats", 3)),
                  float(content.get("timeout", 60.0)), read_checks(content.get("check", []), filename), runs)

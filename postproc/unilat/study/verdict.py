@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 from ..results import Results, ResultsError
-from .deck_text import filled
 from ..sweep.quantities import Quantity, read_quantity
 
 # From the best to the worst; that of a run is the worst of its checks.
@@ -24,8 +23,8 @@ class Check:
 
     name: str
     quantity: Quantity
-    exact: str          # number or formula of the parameters and of the columns of the table of exact values
-    tolerance: str      # number or formula: relative error that is right
+    exact: str          # number, column of the table of exact values, or parameter of the run or of its deck
+    tolerance: str      # the same: relative error that is right
 
 
 @dataclass(frozen=True)
@@ -37,6 +36,7 @@ class Finding:
     error: float
     bar: float
     verdict: str
+    estimate: float = math.nan      # of exact less value
 
 
 def read_checks(content: list[dict], filename: str) -> list[Check]:
@@ -56,14 +56,15 @@ def read_checks(content: list[dict], filename: str) -> list[Check]:
 
 def finding(check: Check, values: dict, code: int, results: Results | None, where: str) -> Finding:
     """`values`: parameters of the run and exact values; `code`: its exit code; `results`: None where there is no file."""
-    exact, tolerance = (_number(text, values, where) for text in (check.exact, check.tolerance))
+    exact, tolerance = (_number(text, values, results, where) for text in (check.exact, check.tolerance))
     there = results is not None and results.n_points > 0
     value = check.quantity.of(results) if there else math.nan
     bar = check.quantity.bar(results) if there else math.nan
     scale = abs(exact) if exact else 1.0
     error = abs(value - exact) / scale
     bar = abs(bar) / scale
-    return Finding(exact, value, error, bar, verdict(code, value, error, bar, tolerance, math.isnan(exact)))
+    estimate = ((check.quantity.corrected(results) if there else math.nan) - value) / scale
+    return Finding(exact, value, error, bar, verdict(code, value, error, bar, tolerance, math.isnan(exact)), estimate)
 
 
 def verdict(code: int, value: float, error: float, bar: float, tolerance: float, none: bool) -> str:
@@ -82,5 +83,14 @@ def worst(verdicts: list[str]) -> str:
     return max(verdicts, key=CLASSES.index)
 
 
-def _number(text: str, values: dict, where: str) -> float:
-    return float(filled(f"${{{text}}}", values, where))
+def _number(text: str, values: dict, results: Results | None, where: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        pass
+    if results is None:
+        return float(values.get(text, math.nan))
+    known = {**results.parameters, **values}
+    if text not in known:
+        raise ResultsError(f"{where}: no parameter or column '{text}' (known: {', '.join(known)}); a formula goes to *PARAMETER of the deck")
+    return float(known[text])

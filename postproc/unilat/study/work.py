@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 
+from ..results import read_results
 from ..sweep.pool import Progress, run_pool
 from ..sweep.run_folder import RunFolder
 from ..sweep.work import find_program, to_do, whole
@@ -27,9 +28,10 @@ def main(argv: list[str]) -> int:
 
 def make_map(args) -> int:
     """0: every cell is right, told or stopped with a reason; 1: some are wrong."""
-    checked = read_map(args.file)
+    program = find_program(args.program)
+    checked = read_map(args.file, program)
     sweep = checked.sweep
-    folder = RunFolder(args.folder or f"{sweep.name}-map", find_program(args.program))
+    folder = RunFolder(args.folder or f"{sweep.name}-map", program)
     keys = [folder.key(deck) for deck in checked.decks]
     decks = dict(zip(keys, checked.decks))
     missing = to_do(folder, decks, retry=False)
@@ -47,7 +49,7 @@ def make_map(args) -> int:
         name = f"{stem}-wrong-{number}.inp"
         if rows[number - 1].verdict == "wrong":
             with open(name, "w", encoding="utf-8") as file:
-                file.write(decks[key].text)
+                file.write(read_results(folder.results(key)).deck)
         elif os.path.exists(name):
             os.remove(name)
     for line in wrong[:SHOWN]:
@@ -62,9 +64,14 @@ def make_map(args) -> int:
 
 def time_study(args) -> int:
     """0: all runs have their values; 1: some have not."""
+    from .effectivity import is_effectivity, study_bars
+    if is_effectivity(args.file):
+        name = os.path.splitext(os.path.basename(args.file))[0]
+        return study_bars(args.file, RunFolder(args.folder or f"{name}-bars", find_program(args.program)), args.jobs)
     from .study_work import draw_study, make_study, write_study
-    study = read_study(args.file)
-    folder = RunFolder(args.folder or f"{study.name}-time", find_program(args.program))
+    program = find_program(args.program)
+    study = read_study(args.file, program)
+    folder = RunFolder(args.folder or f"{study.name}-time", program)
     rows = make_study(study, folder)
     stem = os.path.join(folder.folder, study.name)
     write_study(study, rows, f"{stem}.csv")

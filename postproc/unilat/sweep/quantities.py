@@ -46,6 +46,13 @@ class Quantity:
             return float("nan")
         return critical.error if self.name == "load_factor" else critical.monitor_errors.get(self.name, float("nan"))
 
+    def corrected(self, results: Results) -> float:
+        """It less its estimated error; NaN where there is no estimate."""
+        critical = self.point(results)
+        if critical is None:
+            return float("nan")
+        return critical.corrected if self.name == "load_factor" else critical.monitor_corrected.get(self.name, float("nan"))
+
 
 def read_quantity(word, filename: str) -> Quantity:
     """`LP`, `LP2`, `C+.shortening`: the load factor, or another quantity, at a critical point; `max v`, `last load_factor`."""

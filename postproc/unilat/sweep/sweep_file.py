@@ -30,7 +30,7 @@ class Sweep:
     @property
     def settings(self) -> list[tuple[str, ...]]:
         """Of every run, what the program gets with --set."""
-        return [tuple(f"{name}={_written(value)}" for name, value in each.items()) for each in self.values]
+        return [settings_of(each) for each in self.values]
 
 
 def read_sweep(filename: str, also: tuple[str, ...] = ()) -> Sweep:
@@ -61,6 +61,11 @@ def read_sweep(filename: str, also: tuple[str, ...] = ()) -> Sweep:
                  values, {name: word for word in GROUPS for name in content.get(word, {}) if name in values[0]},
                  gather, _pictures(content, filename, gather, values[0]), timeout,
                  {key: content[key] for key in also if key in content})
+
+
+def settings_of(values: dict) -> tuple[str, ...]:
+    """What the program gets with --set."""
+    return tuple(f"{name}={_written(value)}" for name, value in values.items())
 
 
 def _written(value) -> str:

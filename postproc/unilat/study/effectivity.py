@@ -1,0 +1,142 @@
+"""Bars and estimates over true errors, of all values of several maps: are the program's error bars right?
+
+A case is a value with an exact one, on one mesh. What is below the last digits of the exact value, or rounding, is none.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+import re
+import statistics
+from dataclasses import dataclass
+
+from matplotlib.lines import Line2D
+
+from ..plot import style
+from ..results import ResultsError
+from ..sweep.pool import Progress, run_pool
+from ..sweep.run_folder import RunFolder
+from ..sweep.sweep_file import read_text, read_toml
+from ..sweep.work import to_do
+from .map_file import Map, read_map
+from .map_table import cells
+
+LEAST, LARGEST = 1e-10, 0.1     # errors that are looked at, over the exact value
+DIGITS = 20.0                   # times half of the last digit of an exact value: an error that it tells
+
+
+@dataclass(frozen=True)
+class Case:
+    scene: str
+    values: dict        # parameters of the run
+    quantity: str
+    exact: float
+    value: float
+    error: float        # value less exact, over the size of the exact one, as bar and estimate are
+    bar: float          # inf: the mesh is too coarse to tell
+    estimate: float
+
+
+def is_effectivity(filename: str) -> bool:
+    return "maps" in read_toml(read_text(filename), filename)
+
+
+def study_bars(filename: str, folder: RunFolder, jobs: int) -> int:
+    """Makes the runs of all maps, a table of the cases, one of the maps, a picture. 1: there are no cases."""
+    content = read_toml(read_text(filename), filename)
+    if set(content) - {"title", "maps"}:
+        raise ResultsError(f"{filename}: a study of bars has title and maps only")
+    maps = [read_map(os.path.join(os.path.dirname(filename), name)) for name in content["maps"]]
+    keys = [[folder.key(deck) for deck in each.decks] for each in maps]
+    missing = to_do(folder, {key: deck for each, own in zip(maps, keys) for key, deck in zip(own, each.decks)}, retry=False)
+    run_pool(folder, missing, jobs, max(each.sweep.timeout or 60.0 for each in maps), Progress(len(missing)))
+    folder.sweep_up()
+    cases = [case for each, own in zip(maps, keys) for case in _cases(each, folder, own)]
+    stem = os.path.join(folder.folder, os.path.splitext(os.path.basename(filename))[0])
+    write_cases(cases, f"{stem}.csv")
+    if not cases:
+        return 1
+    text = summary(cases)
+    with open(f"{stem}.txt", "w", encoding="utf-8") as file:
+        file.write(text)
+    print(text, end="")
+    draw_cases(cases, f"{stem}.png")
+    print(f"table: {stem}.csv\npicture: {stem}.png")
+    return 0
+
+
+def _cases(checked: Map, folder: RunFolder, keys: list[str]) -> list[Case]:
+    found = []
+    for cell in cells(checked, folder, keys):
+        for check, each in zip(checked.checks, cell.findings):
+            scale = abs(each.exact) or 1.0
+            error = (each.value - each.exact) / scale
+            if max(LEAST, told_to(check.exact) / scale) < abs(error) < LARGEST and not math.isnan(each.bar):
+                found.append(Case(checked.sweep.name, cell.values, check.name, each.exact, each.value, error, each.bar, each.estimate))
+    return found
+
+
+def told_to(text: str) -> float:
+    """The smallest error that an exact value of so many digits tells; 0 of a name or a formula."""
+    match = re.fullmatch(r"-?(\d+)(?:\.(\d*))?", text)
+    return 0.5 * DIGITS * 10.0 ** -len(match.group(2) or "") if match else 0.0
+
+
+def summary(cases: list[Case]) -> str:
+    """A line a map, the last of all."""
+    scenes = list(dict.fromkeys(case.scene for case in cases))
+    lines = ["| map | cases | estimate / error: 5 %, median, 95 % | bar / error: smallest, median, largest | bars below the error | "
+             "`>` of errors below 1 % |", "|---|---|---|---|---|---|"]
+    for name in (*scenes, "all"):
+        lines.append(_line(name, [case for case in cases if name in (case.scene, "all")]))
+    return "\n".join(lines) + "\n"
+
+
+def _line(name: str, cases: list[Case]) -> str:
+    bounded = sorted(case.bar / abs(case.error) for case in cases if math.isfinite(case.bar))
+    told = sorted(-case.estimate / case.error for case in cases if math.isfinite(case.bar) and not math.isnan(case.estimate))
+    small = [case for case in cases if abs(case.error) < 0.01]
+    open_bars = sum(math.isinf(case.bar) for case in small)
+    if not bounded:
+        return f"| {name} | {len(cases)} | | | | |"
+    estimates = ", ".join(f"{told[int(part * (len(told) - 1))]:.3g}" for part in (0.05, 0.5, 0.95))
+    return (f"| {name} | {len(cases)} | {estimates} | {bounded[0]:.2f}, {statistics.median(bounded):.2f}, {bounded[-1]:.3g} | "
+            f"{sum(one < 1.0 for one in bounded)} | {100.0 * open_bars / max(len(small), 1):.1f} % |")
+
+
+def write_cases(cases: list[Case], filename: str):
+    names = list(dict.fromkeys(name for case in cases for name in case.values))
+    with open(f"{filename}.part", "w", newline="", encoding="utf-8") as file:
+        file.write("# error, bar and estimate over the size of the exact value; bar inf: the mesh is too coarse to tell\n")
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(["map", *names, "quantity", "exact", "value", "error", "bar", "estimate", "bar over error"])
+        for case in cases:
+            table.writerow([case.scene, *(case.values.get(name, "") for name in names), case.quantity, repr(case.exact), repr(case.value),
+                            f"{case.error:.4g}", f"{case.bar:.4g}", f"{case.estimate:.4g}", f"{case.bar / abs(case.error):.4g}"])
+    os.replace(f"{filename}.part", filename)
+
+
+@style.drawing
+def draw_cases(cases: list[Case], filename: str):
+    """Bar over error above the error: below one a bar is too small. Open bars stand at the top."""
+    figure = style.new_figure(150.0, 90.0, 200.0, constrained_layout=True)
+    axes = figure.add_subplot()
+    top = 10.0 * max((case.bar / abs(case.error) for case in cases if math.isfinite(case.bar)), default=1.0)
+    scenes = list(dict.fromkeys(case.scene for case in cases))
+    for number, name in enumerate(scenes):
+        own = [case for case in cases if case.scene == name]
+        colour = style.COLOURS[number % len(style.COLOURS)]
+        closed = [case for case in own if math.isfinite(case.bar)]
+        opened = [case for case in own if math.isinf(case.bar)]
+        axes.plot([abs(case.error) for case in closed], [case.bar / abs(case.error) for case in closed], marker="o", markersize=2.0,
+                  linestyle="none", color=colour, markeredgewidth=0.0)
+        axes.plot([abs(case.error) for case in opened], [top] * len(opened), marker="^", markersize=2.5, linestyle="none", color=colour,
+                  markerfacecolor="none", markeredgewidth=0.5)
+    axes.axhline(1.0, color=style.REFERENCE, linewidth=0.8)
+    axes.set(xscale="log", yscale="log", xlabel="relative error", ylabel="bar / error (triangles: open bars)")
+    handles = [Line2D([], [], marker="o", markersize=3.0, linestyle="none", color=style.COLOURS[k % len(style.COLOURS)], label=name)
+               for k, name in enumerate(scenes)]
+    axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.01, 0.5))
+    figure.savefig(filename)

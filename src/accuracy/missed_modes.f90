@@ -1,0 +1,56 @@
+!> Whether elements of a higher order find as many unstable directions as those of the mesh.
+!>
+!> Where they do not the path has passed a bifurcation that only one of them has. The numbers of the path need not show it: a
+!> straight rod of one element of order 2 is exact in everything but that it cannot buckle.
+module missed_modes
+   use kinds, only: wp
+   use errors, only: error_t
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t
+   use tangent_modes, only: modes_t, lowest_modes
+   use finer_path, only: finer_path_t, finer_point_t
+   use located_zero, only: zero_t, mode_rounding
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: unstable_difference
+
+   real(wp), parameter :: beyond_rounding = 10.0_wp !! times what rounding does to an eigenvalue: its sign tells
+
+contains
+
+   !> Unstable directions of the finer problem less those of the problem's own; 0 where an eigenvalue next to zero leaves it open.
+   integer function unstable_difference(problem, state, system, path, point, allowed, timers) result(difference)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system       !! factored there
+      type(finer_path_t), intent(in) :: path
+      type(finer_point_t), intent(in) :: point   !! the same point of it
+      integer, intent(in) :: allowed             !! differences that an event at the point explains
+      type(timers_t), intent(inout) :: timers
+      difference = point%system%negative_pivots - system%negative_pivots
+      if (abs(difference) <= allowed .or. size(problem%hinge) > 0) difference = 0
+      if (difference == 0) return
+      if (.not. signs_tell(problem, state, system, timers)) difference = 0
+      if (difference == 0) return
+      if (.not. signs_tell(path%problem, point%state, point%system, timers)) difference = 0
+   end function unstable_difference
+
+   !> True where no eigenvalue is zero as far as rounding tells.
+   logical function signs_tell(problem, state, system, timers)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      type(timers_t), intent(inout) :: timers
+      type(modes_t) :: modes
+      type(error_t), allocatable :: error
+      type(zero_t) :: zero
+      call lowest_modes(problem, state, system, 2, modes, error, timers)
+      signs_tell = .not. allocated(error) .and. modes%n > 0
+      if (.not. signs_tell) return
+      zero%modes = modes%x(:, :1)
+      if (modes%n > 1) zero%next = abs(modes%mu(2))
+      signs_tell = abs(modes%mu(1)) > beyond_rounding * mode_rounding(problem, system, zero)
+   end function signs_tell
+end module missed_modes

@@ -1,0 +1,119 @@
+!> Contact and stops at nodes that follow others.
+!>
+!> A rigid obstacle eliminates a displacement of the node that it holds. A node that follows another one has none of its own left:
+!> what it follows touches in its place, if that is at the same place and may touch the same obstacle. A foundation pushes with a
+!> force, which goes to whatever a node follows; ground that carries load sideways counts its nodes among the unknowns.
+module check_tied_contact
+   use kinds, only: wp
+   use text, only: to_text
+   use model, only: model_t, contact_t, tie_t, ground_independent
+   use diagnostics, only: diagnostics_t, place_t
+   use deck_cards, only: deck_t, complain
+   use card_values, only: value_place, field_place
+   implicit none
+   private
+   public :: check_contact_of_tied_nodes
+
+contains
+
+   !> Complains of the first node of each *CONTACT and *GAP that cannot answer to its obstacle.
+   subroutine check_contact_of_tied_nodes(deck, model, diagnostics)
+      type(deck_t), intent(in) :: deck
+      type(model_t), intent(in) :: model                !! of a deck without errors: contacts in the order of the cards
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer :: card, line, contact
+      contact = 0
+      do card = 1, deck%n_cards
+         if (deck%card(card)%keyword /= 'CONTACT') cycle
+         contact = contact + 1
+         call check_nodes(model%contact(contact), value_place(deck, card, 'NSET'))
+      end do
+      do card = 1, deck%n_cards
+         if (deck%card(card)%keyword /= 'GAP') cycle
+         do line = deck%card(card)%first_line, deck%card(card)%last_line
+            contact = contact + 1
+            call check_nodes(model%contact(contact), field_place(deck, line, 1))
+         end do
+      end do
+
+   contains
+
+      subroutine check_nodes(contact, place)
+         type(contact_t), intent(in) :: contact
+         type(place_t), intent(in) :: place
+         character(:), allocatable :: why
+         integer :: i
+         associate (obstacle => model%obstacle(contact%obstacle))
+            if (.not. obstacle%rigid .and. obstacle%ground == ground_independent) return
+            do i = 1, size(contact%node)
+               if (.not. any(model%tie%node == contact%node(i) .and. (model%tie%component < 3 .or. .not. obstacle%rigid))) cycle
+               if (.not. obstacle%rigid) then
+                  why = 'cannot lie on ground that carries load sideways: that needs rods without joints'
+               else if (obstacle%at_nodes) then
+                  why = 'cannot have a rigid stop: give it to the node that it follows, or give it a STIFFNESS'
+               else if (touches_too(model, contact, contact%node(i), leader(model, contact%node(i)))) then
+                  cycle
+               else
+                  why = 'cannot touch a rigid obstacle: let the node that it follows touch it, give the obstacle a '// &
+                     'foundation, or take a stiff rod instead of the joint'
+               end if
+               call complain(deck, diagnostics, card, place, 'node '//to_text(model%mesh%node_label(contact%node(i)))// &
+                  ' follows another one and '//why)
+               return
+            end do
+         end associate
+      end subroutine check_nodes
+   end subroutine check_contact_of_tied_nodes
+
+   !> The node that a tied one goes with in x and y, all the way; 0 where it departs from it, or has an arm.
+   pure integer function leader(model, node) result(lead)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: node
+      integer :: i, of, found
+      lead = node
+      do
+         of = 0
+         found = 0
+         do i = 1, size(model%tie)
+            associate (tie => model%tie(i))
+               if (tie%node /= lead .or. tie%component == 3) cycle
+               found = found + 1
+               if (.not. goes_along(tie)) of = -1
+               if (of == 0) of = tie%of(1)
+               if (of /= tie%of(1)) of = -1
+            end associate
+         end do
+         if (found == 0) return
+         lead = 0
+         if (of <= 0 .or. found == 1) return
+         lead = of
+      end do
+   end function leader
+
+   !> True for a tie that gives its component the value of the same one of another node.
+   pure logical function goes_along(tie)
+      type(tie_t), intent(in) :: tie
+      goes_along = size(tie%of) == 1
+      if (goes_along) goes_along = tie%part(1) == tie%component .and. abs(tie%factor(1) - 1.0_wp) <= 0.0_wp .and. &
+         & (tie%turner == 0 .or. norm2(tie%arm) <= 0.0_wp)
+   end function goes_along
+
+   !> True when a node's leader is at its place, and has the same obstacle at the same distance.
+   pure logical function touches_too(model, contact, node, lead)
+      type(model_t), intent(in) :: model
+      type(contact_t), intent(in) :: contact
+      integer, intent(in) :: node, lead                 !! 0: none
+      integer :: k
+      touches_too = .false.
+      if (lead == 0) return
+      associate (x => model%mesh%x)
+         if (norm2(x(:, node) - x(:, lead)) > 8.0_wp * epsilon(x) * maxval(abs(x))) return
+      end associate
+      do k = 1, size(model%contact)
+         associate (other => model%contact(k))
+            if (other%obstacle /= contact%obstacle .or. abs(other%gap - contact%gap) > 0.0_wp) cycle
+            touches_too = touches_too .or. any(other%node == lead)
+         end associate
+      end do
+   end function touches_too
+end module check_tied_contact

@@ -1,0 +1,26 @@
+!> Nodes that joints add to the mesh, at the place of one that the deck has.
+module copied_nodes
+   use model, only: mesh_t
+   use deck_names, only: deck_names_t
+   implicit none
+   private
+   public :: copy_node
+
+contains
+
+   !> A new node at the place of another one, with the next label.
+   subroutine copy_node(names, mesh, node)
+      type(deck_names_t), intent(inout) :: names
+      type(mesh_t), intent(inout) :: mesh
+      integer, intent(in) :: node
+      integer :: n
+      n = mesh%n_nodes
+      mesh%x = reshape([mesh%x(:, :n), mesh%x(:, node)], [2, n + 1])
+      mesh%x_nominal = reshape([mesh%x_nominal(:, :n), mesh%x_nominal(:, node)], [2, n + 1])
+      names%greatest_node = names%greatest_node + 1
+      mesh%node_label = [mesh%node_label(:n), names%greatest_node]
+      mesh%n_nodes = n + 1
+      names%connected = [names%connected(:n), .true.]
+      call names%node%add(names%greatest_node, n + 1)
+   end subroutine copy_node
+end module copied_nodes

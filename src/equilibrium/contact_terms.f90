@@ -1,0 +1,136 @@
+!> Contact at nodes in the equations: reactions and stiffness of foundations, ground that couples them, and the curvature of
+!> obstacles under their reactions.
+module contact_terms
+   use kinds, only: wp
+   use problem, only: problem_t, dof
+   use rod_state, only: state_t
+   use force_law, only: law_reaction
+   use conforming_span, only: track_bend_rate, touchdown_spring, touchdown_couple
+   use active_coupling, only: set_active, coupled_answer, add_forces
+   use tied_nodes, only: spread_force, add_matrix
+   use system_type, only: system_t
+   use node_axes, only: turn_pair
+   implicit none
+   private
+   public :: set_foundation, set_coupling, add_contact, contact_tangent
+
+contains
+
+   !> Reaction and stiffness of a foundation; those of the first touch where a candidate is open.
+   pure subroutine set_foundation(problem, state, candidate, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      type(system_t), intent(inout) :: system  !! with the gap
+      real(wp) :: penetration, share
+      associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(candidate)), push => system%push(candidate), &
+         & spring => system%spring(candidate))
+         if (problem%coupling%entry(candidate) > 0) return
+         penetration = merge(-system%gap(candidate), 0.0_wp, state%active(candidate))
+         if (obstacle%law == 0) then
+            push = spring * penetration
+         else
+            share = obstacle%width * problem%candidates%tributary(candidate)
+            call law_reaction(problem%model%law(obstacle%law), penetration, push, spring)
+            push = share * push
+            spring = share * spring
+         end if
+      end associate
+   end subroutine set_foundation
+
+   !> Reactions of the ground that couples candidates, and the openings that are left.
+   subroutine set_coupling(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system  !! with all gaps
+      real(wp) :: none(size(system%gap))
+      system%opening = system%gap
+      if (problem%coupling%n == 0) return
+      none = 0.0_wp
+      call set_active(problem%coupling, state%active, system%coupling)
+      call coupled_answer(problem%coupling, system%coupling, none, system%opening, system%push)
+   end subroutine set_coupling
+
+   !> Foundations, and the curvature of the obstacles under the reactions. An obstacle that moves does to its contacts
+   !> what their moving the other way would do; a closing gap does what their moving against the normal would do, but that
+   !> the normal stays.
+   subroutine add_contact(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system
+      integer :: c, d
+      real(wp) :: force(2), k(3, 3), motion(3), normal(3)
+      do c = 1, problem%candidates%n
+         if (.not. state%active(c)) cycle
+         associate (node => problem%candidates%node(c))
+            d = dof(problem, node, 1)
+            call contact_tangent(problem, state, system, c, force, k)
+            if (system%soft(c)) call spread_force(problem, system%tie_block, node, -[force, 0.0_wp], system%residual)
+            if (problem%candidates%touch(c) > 0 .and. .not. problem%candidates%follows(c)) then
+               system%residual(d + 2) = system%residual(d + 2) + touchdown_couple(problem, state, c)
+            end if
+            call add_matrix(problem, system%tie_block, [node], k, system%k)
+            motion = [system%motion(:, c), 0.0_wp]
+            normal = [system%normal(:, c), 0.0_wp]
+            if (system%turned(node)) call turn_pair(system%axis(:, node), motion(1:2))
+            if (system%turned(node)) call turn_pair(system%axis(:, node), normal(1:2))
+            motion(3) = -system%roll(node) * motion(1)
+            call spread_force(problem, system%tie_block, node, &
+               & matmul(k, motion) + (system%spring(c) * system%closing(c)) * normal, system%load)
+         end associate
+      end do
+      call place_coupling(problem, system)
+   end subroutine add_contact
+
+   !> Unknowns and directions of the ground that couples candidates; and what its moving does beside the band.
+   subroutine place_coupling(problem, system)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(inout) :: system
+      real(wp) :: away(system%coupling%n)      ! what the gap loses per unit of load factor
+      integer :: i, c, node
+      do i = 1, system%coupling%n
+         c = system%coupling%candidate(i)
+         node = problem%candidates%node(c)
+         system%coupling%row(i) = dof(problem, node, 1)
+         system%coupling%direction(:, i) = system%normal(:, c)
+         if (system%turned(node)) call turn_pair(system%axis(:, node), system%coupling%direction(:, i))
+         away(i) = dot_product(system%normal(:, c), system%motion(:, c)) + system%closing(c)
+      end do
+      if (any(abs(away) > 0.0_wp)) call add_forces(system%coupling, -matmul(system%coupling%excess, away), system%load)
+   end subroutine place_coupling
+
+   !> Force of an active contact on its node, and what it adds to the tangent: the foundation's spring, the curvature of the
+   !> obstacle under the reaction, and that a point contact moves along the rod (touchdown_spring).
+   pure subroutine contact_tangent(problem, state, system, candidate, force, k)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system     !! its gaps and normals are those of the state
+      integer, intent(in) :: candidate
+      real(wp), intent(out) :: force(2), k(3, 3) !! node axes
+      real(wp) :: n(2), t(2), r, kn
+      integer :: d
+      n = system%normal(:, candidate)
+      associate (node => problem%candidates%node(candidate))
+         if (system%turned(node)) call turn_pair(system%axis(:, node), n)
+      end associate
+      t = [n(2), -n(1)]
+      kn = system%spring(candidate)
+      r = state%reaction(candidate)
+      if (system%soft(candidate)) r = system%push(candidate)
+      force = r * n
+      k = 0.0_wp
+      k(1:2, 1) = kn * n * n(1) - (r * system%bend(candidate)) * t * t(1)
+      k(1:2, 2) = kn * n * n(2) - (r * system%bend(candidate)) * t * t(2)
+      if (problem%candidates%touch(candidate) == 0) return
+      associate (node => problem%candidates%node(candidate))
+         if (.not. system%turned(node)) return
+         ! The track turns the node by more the further it goes where its curvature changes.
+         d = dof(problem, node, 3)
+         ! The force that the free part ends with; what the obstacle does inside the line is in its elements.
+         if (problem%candidates%follows(candidate)) k(1, 1) = k(1, 1) + &
+            & (r - system%residual(system%unknown(candidate))) * system%bend(candidate)
+         k(1, 1) = k(1, 1) + system%residual(d) * track_bend_rate(problem, state, candidate)
+         if (.not. problem%candidates%follows(candidate)) k(3, 3) = touchdown_spring(problem, state, candidate)
+      end associate
+   end subroutine contact_tangent
+end module contact_terms

@@ -1,0 +1,130 @@
+!> Unknowns that supports, ties and rigid contacts eliminate, what closes their errors, and the axes of nodes that this asks for.
+module eliminated_unknowns
+   use kinds, only: wp
+   use problem, only: problem_t, dof
+   use rod_state, only: state_t, may_react, parallel
+   use conforming_span, only: track_rotation
+   use tied_nodes, only: tie_value
+   use system_type, only: system_t
+   implicit none
+   private
+   public :: set_constraints, contact_reaction
+
+contains
+
+   !> Which unknowns are eliminated, and the axes of the nodes.
+   subroutine set_constraints(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system
+      integer :: node, i, c, d, other, first(problem%model%mesh%n_nodes)
+      real(wp) :: target, along
+      system%fixed = .false.
+      system%value = 0.0_wp
+      system%rate = 0.0_wp
+      system%turned = .false.
+      system%roll = 0.0_wp
+      associate (step => problem%model%step(problem%step)%load, fixed => problem%model%fixed)
+         do node = 1, problem%model%mesh%n_nodes
+            do i = 1, 3
+               if (.not. fixed(i, node)) cycle
+               d = dof(problem, node, i)
+               target = problem%constant%displacement(i, node) + state%load_factor * step%displacement(i, node)
+               system%fixed(d) = .true.
+               system%value(d) = target - state%u(i, node)
+               system%rate(d) = step%displacement(i, node)
+            end do
+         end do
+         do i = 1, size(problem%model%tie)
+            associate (tie => problem%model%tie(i))
+               d = dof(problem, tie%node, tie%component)
+               system%fixed(d) = .true.
+               system%value(d) = tie_value(tie, state%u) - state%u(tie%component, tie%node)
+            end associate
+         end do
+         first = 0
+         system%partner = 0
+         do c = 1, problem%candidates%n
+            system%unknown(c) = 0
+            if (.not. state%active(c) .or. system%soft(c)) cycle
+            node = problem%candidates%node(c)
+            if (problem%candidates%touch(c) > 0) then
+               if (.not. may_react(problem, c, system%normal(:, c))) then
+                  ! A support holds the node of a line where it is.
+                  call follow_track(c, node)
+                  cycle
+               end if
+            end if
+            if (first(node) > 0) then
+               ! In a corner of two obstacles the second one holds the node along the first; more can hold nothing.
+               system%slope(c) = dot_product(system%normal(:, c), system%axis(:, node))
+               if (any(fixed(1:2, node)) .or. system%partner(first(node)) > 0 .or. abs(system%slope(c)) < parallel) cycle
+               d = dof(problem, node, 1)
+               along = dot_product(system%normal(:, c), system%normal(:, first(node)))
+               system%partner(first(node)) = c
+               system%unknown(c) = d
+               system%fixed(d) = .true.
+               system%value(d) = -(system%gap(c) + along * system%value(d + 1)) / system%slope(c)
+               system%rate(d) = (dot_product(system%normal(:, c), system%motion(:, c)) + system%closing(c) - &
+                  & along * system%rate(d + 1)) / system%slope(c)
+               cycle
+            end if
+            first(node) = c
+            ! A support leaves one direction in which the obstacle can act, or none.
+            if (fixed(1, node)) then
+               if (fixed(2, node)) cycle
+               i = 2
+               system%slope(c) = system%normal(2, c)
+            else if (fixed(2, node)) then
+               i = 1
+               system%slope(c) = system%normal(1, c)
+            else
+               i = 2
+               system%slope(c) = 1.0_wp
+               system%turned(node) = .true.
+               system%axis(:, node) = [system%normal(2, c), -system%normal(1, c)]
+            end if
+            d = dof(problem, node, i)
+            system%unknown(c) = d
+            system%fixed(d) = .true.
+            system%value(d) = -system%gap(c) / system%slope(c)
+            system%rate(d) = (dot_product(system%normal(:, c), system%motion(:, c)) + system%closing(c)) / system%slope(c)
+            if (problem%candidates%touch(c) > 0) call follow_track(c, node)
+            if (.not. any(fixed(1:2, node))) cycle
+            ! A support that moves takes the gap along.
+            other = dof(problem, node, 3 - i)
+            system%value(d) = system%value(d) - system%normal(3 - i, c) * system%value(other) / system%slope(c)
+            system%rate(d) = system%rate(d) - system%normal(3 - i, c) * system%rate(other) / system%slope(c)
+         end do
+      end associate
+
+   contains
+
+      !> The third unknown of a node of a contact span. What the obstacle moves along itself turns nothing by itself.
+      subroutine follow_track(c, node)
+         integer, intent(in) :: c, node
+         real(wp) :: along
+         along = dot_product([system%normal(2, c), -system%normal(1, c)], system%motion(:, c))
+         if (system%turned(node)) system%roll(node) = -system%bend(c)
+         if (.not. problem%candidates%follows(c) .or. problem%model%fixed(3, node)) return
+         d = dof(problem, node, 3)
+         system%fixed(d) = .true.
+         system%value(d) = -track_rotation(problem, state, c)
+         system%rate(d) = system%bend(c) * along
+      end subroutine follow_track
+   end subroutine set_constraints
+
+   !> Reaction of an active rigid contact that answers a force of the structure on the unknowns. Where a corner holds the
+   !> node the second reaction answers along the first obstacle, and the first one the rest.
+   pure real(wp) function contact_reaction(system, candidate, force) result(reaction)
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: candidate         !! with an eliminated unknown
+      real(wp), intent(in) :: force(:)         !! (n) node axes
+      integer :: p
+      reaction = force(system%unknown(candidate)) / system%slope(candidate)
+      p = system%partner(candidate)
+      if (p == 0) return
+      reaction = reaction - dot_product(system%normal(:, candidate), system%normal(:, p)) * &
+         & force(system%unknown(p)) / system%slope(p)
+   end function contact_reaction
+end module eliminated_unknowns

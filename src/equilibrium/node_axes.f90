@@ -1,0 +1,80 @@
+!> Vectors, forces and stiffnesses at nodes in the axes of the unknowns, and back.
+module node_axes
+   use kinds, only: wp
+   use problem, only: problem_t, dof
+   use system_type, only: system_t
+   use tied_nodes, only: node_unknowns
+   implicit none
+   private
+   public :: to_node, turn_force, turn_pair, matrix_to_node, own_axes, to_global
+
+contains
+
+   !> The same for whatever works on displacements and rotation of a node: loads, rows of constraints.
+   pure subroutine to_node(system, node, force)
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: node
+      real(wp), intent(inout) :: force(3)      !! global axes on entry, those of the node on return
+      if (system%turned(node)) call turn_force(system%axis(:, node), system%roll(node), force)
+   end subroutine to_node
+
+   !> Force and moment on a node in its axes: what works on the first unknown turns the node along the track, too.
+   pure subroutine turn_force(axis, roll, force)
+      real(wp), intent(in) :: axis(2), roll
+      real(wp), intent(inout) :: force(3)
+      call turn_pair(axis, force(1:2))
+      force(1) = force(1) + roll * force(3)
+   end subroutine turn_force
+
+   !> Components of a vector along `axis` and its left normal.
+   pure subroutine turn_pair(axis, v)
+      real(wp), intent(in) :: axis(2)
+      real(wp), intent(inout) :: v(2)
+      v = [axis(1) * v(1) + axis(2) * v(2), axis(1) * v(2) - axis(2) * v(1)]
+   end subroutine turn_pair
+
+   !> The same as to_node for a stiffness at a node.
+   pure subroutine matrix_to_node(system, node, k)
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: node
+      real(wp), intent(inout) :: k(3, 3)
+      integer :: i
+      do i = 1, 3
+         call to_node(system, node, k(:, i))
+      end do
+      do i = 1, 3
+         call to_node(system, node, k(i, :))
+      end do
+   end subroutine matrix_to_node
+
+   !> Displacements and rotation of a node by its unknowns.
+   pure function own_axes(system, node) result(matrix)
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: node
+      real(wp) :: matrix(3, 3)
+      matrix = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
+      if (.not. system%turned(node)) return
+      associate (a => system%axis(:, node))
+         matrix(1:2, 1) = a
+         matrix(1:2, 2) = [-a(2), a(1)]
+         matrix(3, 1) = system%roll(node)
+      end associate
+   end function own_axes
+
+   !> Increment of a node in global axes.
+   pure function to_global(problem, system, x, node) result(du)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: x(:)
+      integer, intent(in) :: node
+      real(wp) :: du(3)
+      integer :: d
+      du = node_unknowns(problem, system%tie_block, node, x)
+      if (.not. system%turned(node)) return
+      d = dof(problem, node, 1)
+      associate (a => system%axis(:, node))
+         du(1:2) = [a(1) * x(d) - a(2) * x(d + 1), a(2) * x(d) + a(1) * x(d + 1)]
+         du(3) = du(3) + system%roll(node) * x(d)
+      end associate
+   end function to_global
+end module node_axes

@@ -1,0 +1,109 @@
+!> How far a state is from equilibrium, and what of that may be rounding.
+module residual_measure
+   use kinds, only: wp
+   use problem, only: problem_t, dof
+   use rod_state, only: state_t, element_load
+   use node_loads, only: node_push_t, node_pushes
+   use ge_element, only: ge_load_t
+   use rod_element, only: rod_element_t
+   use rod_elements, only: rod_at
+   use tied_nodes, only: spread_force
+   use system_type, only: system_t
+   implicit none
+   private
+   public :: measure_residual, worst_round_off
+
+   real(wp), parameter :: worst_round_off = 1.0e-6_wp !! a residual above it is no equilibrium, whatever its reason
+
+contains
+
+   !> Equilibrium of the free unknowns from the stored end forces, relative to the largest force or moment over size.
+   subroutine measure_residual(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system
+      real(wp) :: worst, scale, noise, moved, carried
+      type(ge_load_t) :: load
+      type(node_push_t), allocatable :: push(:)
+      class(rod_element_t), pointer :: rod
+      integer :: e, i, d, node
+      system%raw = system%residual
+      scale = problem%force_floor
+      do e = 1, problem%model%mesh%n_elements
+         do i = 1, 2
+            node = problem%model%mesh%node(i, e)
+            call spread_force(problem, system%tie_block, node, system%eraw(3 * i - 2:3 * i, e) - system%ef(3 * i - 2:3 * i, e), &
+               & system%raw)
+         end do
+         scale = max(scale, maxval(abs(system%eraw(1:2, e))), maxval(abs(system%eraw(4:5, e))), &
+            & abs(system%eraw(3, e)) / problem%size, abs(system%eraw(6, e)) / problem%size)
+         rod => rod_at(problem, e)
+         scale = max(scale, rod%force_scale(problem, state, e))
+      end do
+      scale = max(scale, maxval(abs(state%reaction), mask=state%active))
+      scale = max(scale, maxval(problem%spring(1:2, :) * abs(state%u(1:2, :))), &
+         & maxval(problem%spring(3, :) * abs(state%u(3, :))) / problem%size)
+      do e = 1, size(problem%model%joint_spring)
+         associate (spring => problem%model%joint_spring(e))
+            scale = max(scale, spring%stiffness * maxval(abs(state%u(spring%component, spring%node))) / &
+               & merge(problem%size, 1.0_wp, spring%component == 3))
+         end associate
+      end do
+      ! Loads of several steps may cancel; what is left is known to the rounding of the parts.
+      associate (rate => problem%model%step(problem%step)%load)
+         scale = max(scale, maxval(abs(problem%constant%node_force(1:2, :))), &
+            & abs(state%load_factor) * maxval(abs(rate%node_force(1:2, :))))
+      end associate
+      push = node_pushes(problem, state)
+      do i = 1, size(push)
+         scale = max(scale, norm2(push(i)%force(1:2)))
+      end do
+      if (problem%spans) then
+         ! An obstacle may carry a load that no section feels.
+         carried = 0.0_wp
+         do e = 1, problem%model%mesh%n_elements
+            if (problem%conforms(e) == 0) cycle
+            load = element_load(problem, state, e)
+            carried = carried + (norm2(load%line) + abs(load%pressure)) * state%geometry%element(e)%length
+         end do
+         scale = max(scale, carried)
+      end if
+      if (any(problem%ground%founded)) then
+         ! A foundation may carry a load that no section feels.
+         do e = 1, problem%model%mesh%n_elements
+            load = element_load(problem, state, e)
+            scale = max(scale, maxval(abs(load%line)) * state%geometry%element(e)%length)
+         end do
+      end if
+      worst = 0.0_wp
+      do node = 1, problem%model%mesh%n_nodes
+         do i = 1, 3
+            d = dof(problem, node, i)
+            if (system%fixed(d)) cycle
+            if (i < 3) then
+               worst = max(worst, abs(system%raw(d)))
+            else
+               worst = max(worst, abs(system%raw(d)) / problem%size)
+            end if
+         end do
+      end do
+      system%force_scale = scale
+      ! UL2 takes N from displacements, a foundation its reaction from a gap: no better than their rounding times stiffness.
+      moved = max(maxval(abs(state%u(1:2, :))), maxval(abs(state%u(3, :))) * problem%size)
+      system%gap_error = 2.0_wp * epsilon(noise) * merge(moved, problem%size, problem%resting)
+      noise = maxval([problem%ground%stiffest, system%spring]) * merge(moved, problem%size, problem%resting)
+      system%gap_noise = 2.0_wp * epsilon(noise) * noise / scale
+      noise = max(noise, moved * maxval(problem%spring(1:2, :)), moved * maxval(problem%spring(3, :)) / problem%size**2)
+      do e = 1, size(problem%model%joint_spring)
+         associate (spring => problem%model%joint_spring(e))
+            noise = max(noise, moved * spring%stiffness / merge(problem%size**2, 1.0_wp, spring%component == 3))
+         end associate
+      end do
+      do e = 1, problem%model%mesh%n_elements
+         rod => rod_at(problem, e)
+         noise = max(noise, rod%force_noise(problem, state, e, moved))
+      end do
+      system%round_off = min(2.0_wp * epsilon(noise) * noise / scale, worst_round_off)
+      system%force_residual = worst / scale
+   end subroutine measure_residual
+end module residual_measure
