@@ -8,6 +8,7 @@ import functools
 import numpy as np
 import pytest
 
+import contact_cases as cases
 import deck_runner as dr
 
 RIGID = 81.557427564661
@@ -104,6 +105,45 @@ def test_gap():
     found = [at(curve_of(run), gap) for gap in gaps]
     dr.assert_close(found, [limit_load(held(1e4, gap)) for gap in gaps], relative=1e-7)
     dr.assert_monotone(found, rising=False)
+
+
+LINER = """*HEADING
+Liner of two parts in a rigid host: a breakpoint lies in its line contact
+*NODE
+1, 0., 1.
+2, -0.6427876096865393, 0.766044443118978
+3, 0., -1.
+*ARC, ELSET=LINER, NSET=LINER, TYPE=GE8
+1, 2, 0., 0., 24
+2, 3, 0., 0., 16
+*BEAM SECTION, ELSET=LINER, SECTION=STIFFNESS
+30000, 1.
+*BOUNDARY
+1, XSYMM
+3, XSYMM
+*OBSTACLE, NAME=HOST, TYPE=CIRCLE, SIDE=INSIDE, REFERENCE=90.
+0., 0., 1
+*CONTACT, OBSTACLE=HOST, NSET=LINER
+*MONITOR, NAME=v
+1, U2, -1.
+*STEP
+*STATIC
+0.5, 1E-9, 0.01
+*DLOAD
+LINER, P, 1.
+*CLOAD
+1, 2, -0.01
+*STOP
+v, ABOVE, 0.1
+*END STEP
+"""
+
+
+def test_gap_of_a_rigid_host():
+    """With contact spans, on the mesh that they have at the limit point. A wider host is one that the liner lies on the bottom of."""
+    run = dr.run_deck(with_curve(LINER, "PARAMETER=GAP, OBSTACLE=HOST", "0.0005, 0.005, 0.002, 0.001"))
+    for gap in (0.001, 0.005):
+        dr.assert_close(at(curve_of(run), gap), cases.liner_limit(50.0, gap, 0.01).load, relative=1e-6)
 
 
 def arch(ea=3600.0, ei=1.0, bent=None, constant=None, moment=0.0):

@@ -104,6 +104,13 @@ def test_a_contact_that_is_lost_beside_another():
     assert run.column("load_factor")[lost.point] < lost.load_factor
 
 
+@pytest.mark.parametrize("seed, amplitude, supports", [(1012, 0.0005, CLAMPED), (1014, 0.002, CLAMPED), (1034, 0.002, HINGED)])
+def test_contact_begins_next_to_a_point(seed, amplitude, supports):
+    """A point that is about to become as curved as its wall, with the rod inside the wall on one side of it before that."""
+    run = dr.run_deck(COLUMN.format(kind="GE8", elements=16, shape=f"RANDOM, SEED={seed}", imperfection=amplitude, supports=supports))
+    assert run.results.complete and "do not get on" not in run.stdout
+
+
 def come_together(run):
     """The first place where two neighbouring points are one afterwards."""
     contact = run.results.contact
@@ -132,6 +139,15 @@ def test_rough_liners(seed):
     """Eight waves against the host; in contact the pressure follows them, and balances the loads."""
     draw = random.Random(seed)
     amplitude = [5e-4 * draw.uniform(-1, 1) / np.sqrt(1.0 + n) for n in range(8)]
+    run = dr.run_deck(LINER.format(imperfection="\n".join(f"{a!r}, {n}" for n, a in enumerate(amplitude, 2)),
+                                   radius=1.001 + sum(map(abs, amplitude))))
+    assert run.results.complete and "do not get on" not in run.stdout
+
+
+def test_a_short_span_closes():
+    """Between two lines, whose ends hold next to nothing: the line of both presses from there on."""
+    draw = random.Random(1013)
+    amplitude = [2e-3 * draw.uniform(-1, 1) / np.sqrt(1.0 + n) for n in range(8)]
     run = dr.run_deck(LINER.format(imperfection="\n".join(f"{a!r}, {n}" for n, a in enumerate(amplitude, 2)),
                                    radius=1.001 + sum(map(abs, amplitude))))
     assert run.results.complete and "do not get on" not in run.stdout

@@ -17,7 +17,7 @@ module conforming_span
    private
    public :: evaluate_conforming, conforming_forces, conforming_point, conforming_displacement, &
       & conforming_resultant, conforming_guess, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple, flat_excess, &
-      & excess_curvature, node_track, track_sense, rod_angle
+      & excess_curvature, node_track, track_sense, rod_angle, ge_end
 
    !> Excess of curvature times size that is as good as none: what rounding and the tolerance of Newton's method leave.
    real(wp), parameter :: flat_excess = 1.0e-8_wp

@@ -4,22 +4,24 @@
 !> stress-free axis is exact: what it deviates from its own collocation polynomial is added, turned and stretched with the rod.
 !> So a rigid motion is exact, and an error between nodes is that of what the deformation adds: O(h^(s+1)).
 !> At the nodes, where place and rotation are those of the state, it is O(h^(2 s)).
+!> With its ends mended the profile has direction and curvature of the nodes there, too: then it is O(h^6) between them, and falls
+!> with the third power of the distance from a node, as the gap beside a contact does.
 !> UL2: the cubic through the ends of the deformed chord whose slopes there are the natural rotations; O(h^2).
 module rod_profile
    use kinds, only: wp, pi
    use small_dense, only: solve_small
-   use conforming_span, only: conforming_displacement
+   use conforming_span, only: conforming_displacement, ge_end
    use problem, only: problem_t
    use element_families, only: collocates, follows_curves
    use rod_geometry, only: element_geometry_t
-   use reference_curve, only: curve_point, curve_length, curve_abscissa
+   use reference_curve, only: curve_point, curve_bend, curve_length, curve_abscissa
    use rod_state, only: state_t, element_displacement, element_load
    use gauss_tableau, only: max_stages, stage_basis
    use ge_element, only: ge_load_t, ge_direction_changes, ge_direction_rates
    use ground, only: home_deviation
    implicit none
    private
-   public :: profile_t, new_profile, profile_place, profile_displacement, profile_home, profile_angle, &
+   public :: profile_t, new_profile, mend_ends, profile_place, profile_displacement, profile_home, profile_angle, &
       & profile_rate, element_place
 
    !> One element of one state. Polynomials by their coefficients of tau^0, tau^1, ...
@@ -33,6 +35,7 @@ module rod_profile
       real(wp) :: axis(2, 0:max_stages) = 0.0_wp     !! polynomial of the stress-free axis
       real(wp) :: moved(2, 0:max_stages) = 0.0_wp    !! displacements
       real(wp) :: rotation(0:max_stages) = 0.0_wp
+      real(wp) :: mend(2, 4) = 0.0_wp           !! first and second derivative by tau, of what is to be added, at both ends
    end type profile_t
 
 contains
@@ -158,6 +161,58 @@ contains
       end if
    end function profile_on
 
+   !> Gives the profile of a free GE element direction and curvature of its ends, and the strain there.
+   pure subroutine mend_ends(problem, state, profile)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(profile_t), intent(inout) :: profile     !! of this state; its places only are mended
+      type(ge_load_t) :: load
+      real(wp) :: u(6), n(2), m, along(2), across(2), axial, shear, bend, turn, rate(2), home(2, 2), angle, dense(2, 2), lost(2)
+      integer :: i, k
+      associate (e => profile%element, h => profile%length, g => state%geometry%element(profile%element))
+         u = element_displacement(problem, state, e)
+         load = element_load(problem, state, e)
+         do i = 1, 2
+            associate (tau => real(i - 1, wp), compliance => problem%compliance(e), curve => problem%model%mesh%curve(e))
+               call ge_end(problem, state, e, i, n, m)
+               angle = g%end_angle(i) + u(3 * i)
+               along = [cos(angle), sin(angle)]
+               across = [-along(2), along(1)]
+               bend = 0.0_wp
+               if (curve > 0) call curve_bend(problem%model%curve(curve), problem%model%imperfection, &
+                  & abscissa(problem, profile, tau), bend)
+               ! By the stress-free length: x' = (1 + e) t + g nu, and its derivative.
+               turn = bend + load%curvature + compliance%bending * m
+               axial = 1.0_wp + load%strain + compliance%axial * dot_product(n, along)
+               shear = compliance%shear * dot_product(n, across)
+               dense(:, 1) = axial * along + shear * across
+               rate = -load%line - load%pressure * turned(0.5_wp * pi, dense(:, 1))
+               lost = [dot_product(rate, along) + turn * dot_product(n, across), dot_product(rate, across) - &
+                  & turn * dot_product(n, along)]
+               dense(:, 2) = (compliance%axial * lost(1) - turn * shear) * along + &
+                  & (compliance%shear * lost(2) + turn * axial) * across
+               ! What the profile has there.
+               home = 0.0_wp
+               if (profile%curved) then
+                  along = [cos(g%end_angle(i)), sin(g%end_angle(i))]
+                  home(:, 1) = h * along - derivative(profile%axis, profile%degree, 1, tau)
+                  home(:, 2) = h**2 * bend * [-along(2), along(1)] - derivative(profile%axis, profile%degree, 2, tau)
+               end if
+               turn = 0.0_wp
+               do k = 1, profile%degree
+                  turn = turn + k * profile%rotation(k) * tau**(k - 1)
+               end do
+               associate (whole => profile%axis + profile%moved, way => turning(profile, tau))
+                  profile%mend(:, 2 * i - 1) = h * dense(:, 1) - derivative(whole, profile%degree, 1, tau) - &
+                     & profile%stretch * turned(way, home(:, 1))
+                  profile%mend(:, 2 * i) = h**2 * dense(:, 2) - derivative(whole, profile%degree, 2, tau) - &
+                     & profile%stretch * (turned(way, home(:, 2)) + 2.0_wp * turn * turned(way + 0.5_wp * pi, home(:, 1)))
+               end associate
+            end associate
+         end do
+      end associate
+   end subroutine mend_ends
+
    !> Deformed place.
    pure function profile_place(problem, profile, tau) result(x)
       type(problem_t), intent(in) :: problem
@@ -166,6 +221,9 @@ contains
       real(wp) :: x(2)
       x = polynomial(profile%axis + profile%moved, profile%degree, tau)
       if (profile%curved) x = x + profile%stretch * turned(turning(profile, tau), deviation(problem, profile, tau))
+      ! Hermite's polynomials of degree 5 without those of the values.
+      x = x + matmul(profile%mend, [tau * (1.0_wp + 3.0_wp * tau) * (1.0_wp - tau)**3, 0.5_wp * tau**2 * (1.0_wp - tau)**3, &
+         & -tau**3 * (1.0_wp - tau) * (4.0_wp - 3.0_wp * tau), 0.5_wp * tau**3 * (1.0_wp - tau)**2])
    end function profile_place
 
    !> Stress-free place.
@@ -308,6 +366,19 @@ contains
          x = coefficient(:, k) + tau * x
       end do
    end function polynomial
+
+   !> First or second derivative of such a polynomial.
+   pure function derivative(coefficient, degree, order, tau) result(x)
+      real(wp), intent(in) :: coefficient(2, 0:max_stages)
+      integer, intent(in) :: degree, order
+      real(wp), intent(in) :: tau
+      real(wp) :: x(2)
+      integer :: k
+      x = 0.0_wp
+      do k = degree, order, -1
+         x = tau * x + merge(k, k * (k - 1), order == 1) * coefficient(:, k)
+      end do
+   end function derivative
 
    !> A vector turned by an angle, anticlockwise.
    pure function turned(angle, d) result(x)

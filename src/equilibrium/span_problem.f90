@@ -14,7 +14,7 @@ module span_problem
    use conforming_element, only: conforming_size
    implicit none
    private
-   public :: new_span_problem, new_sampled_problem, chain_starts, hold_touches, present_touches, touch_place, outgrown
+   public :: new_span_problem, same_spans, new_sampled_problem, chain_starts, hold_touches, present_touches, touch_place, outgrown
    public :: present_demand
 
    ! A free span of elements of order 8 is good to 1e-9 with these, one in contact is smooth: no layer forms at its ends.
@@ -50,12 +50,47 @@ contains
       do k = 1, size(division)
          division(k)%at = stretch_division(base, touch, k, state)
       end do
+      call lay_spans(base, touch, division, problem)
+   end function new_span_problem
+
+   !> The problem with the touches and on the mesh of another one that has the same stretches: what differs are values in the deck.
+   function same_spans(base, like) result(problem)
+      type(problem_t), intent(in) :: base            !! on any mesh
+      type(problem_t), intent(in) :: like            !! with spans
+      type(problem_t) :: problem
+      type(touch_t) :: touch(size(like%touch))
+      type(division_t) :: division(size(like%layout%stretch))
+      integer :: k, i
+      do k = 1, size(division)
+         associate (first => like%element_first(k), last => like%element_last(k))
+            division(k)%at = [0.0_wp, like%model%mesh%s(2, first:last) + like%origin(first:last)]
+            division(k)%at(last - first + 2) = like%layout%stretch(k)%length
+         end associate
+      end do
+      touch = like%touch
+      do k = 1, size(touch)
+         ! The node that stands there, but for rounding.
+         associate (at => division(touch(k)%stretch)%at)
+            do i = 1, 2
+               touch(k)%at(i) = at(minloc(abs(at - touch(k)%at(i)), 1))
+            end do
+         end associate
+      end do
+      call lay_spans(base, touch, division, problem)
+   end function same_spans
+
+   !> The problem with a set of touches on a mesh that has nodes at their ends.
+   subroutine lay_spans(base, touch, division, problem)
+      type(problem_t), intent(in) :: base
+      type(touch_t), intent(in) :: touch(:)          !! sorted
+      type(division_t), intent(in) :: division(:)    !! (stretches)
+      type(problem_t), intent(out) :: problem
       problem = remeshed_problem(with_spans(base, .true.), division)
       problem%touch = touch
       problem%spans = any(base%deck%contact%along)
       call add_touch_candidates(problem, division)
       call free_clamps(problem)
-   end function new_span_problem
+   end subroutine lay_spans
 
    !> The problem before any contact span is known: a mesh fine enough to tell by its nodes what touches.
    function new_sampled_problem(base) result(problem)

@@ -7,7 +7,7 @@ module second_parameter
    use rod_layout, only: new_layout
    use imperfect_mesh, only: move_to_curves
    use problem, only: problem_t, new_problem, derive_problem
-   use span_problem, only: new_span_problem, chain_starts
+   use span_problem, only: same_spans, chain_starts
    use state_transfer, only: move_nodes
    use candidates, only: candidates_t
    use ground_regions, only: ground_reaction
@@ -117,7 +117,7 @@ contains
       deck = new_problem(problem%deck)
       problem%overlap = deck%overlap
       problem%chain_start = chain_starts(deck)
-      problem = new_span_problem(problem, base%touch)
+      problem = same_spans(problem, base)
       problem%opening = base%opening
       problem%weight = base%weight
    end subroutine lay_spans_again

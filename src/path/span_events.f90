@@ -6,7 +6,7 @@ module span_events
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: linearise
-   use span_tests, only: span_test_t, run_span_tests, test_slack, test_curvature
+   use span_tests, only: span_test_t, run_span_tests, test_slack, test_curvature, test_closing
    use span_validity, only: any_fails, another_fails
    use span_lie_down, only: lie_down, beside_free_span, span_gap
    use held_openings, only: find_flat_point, held_load
@@ -83,13 +83,14 @@ contains
       type(problem_t), intent(inout) :: problem   !! the same on return
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run           !! its system is factored at the place where one is located
-      type(leg_t), intent(in) :: leg
+      type(leg_t), intent(inout) :: leg           !! shorter on return where one is found that others come after
       type(change_t), intent(out) :: change
       type(next_t), intent(out) :: next
       type(timers_t), intent(inout) :: timers
       logical :: fails, flat
       fails = any_fails(leg%after)
-      flat = any_flat(problem, leg)
+      flat = any_flat(problem, leg, fails)
+      if (fails) flat = flat .or. any(leg%after%kind == test_closing .and. leg%after%value < 0.0_wp)
       change%tests = leg%after
       if (flat) then
          call find_line(problem, run, leg, fails, change, next, timers)
@@ -106,10 +107,11 @@ contains
    end subroutine find_change
 
    !> True where the gap of some free span is gone, though no test may tell: what is left of the span, too short for its ends to
-   !> be told apart, may stay as it is.
-   logical function any_flat(problem, leg)
+   !> be told apart, may stay as it is until something else happens.
+   logical function any_flat(problem, leg, fails)
       type(problem_t), intent(in) :: problem
       type(leg_t), intent(in) :: leg
+      logical, intent(in) :: fails                !! some test does at the end
       real(wp) :: from, to
       integer :: c, side
       any_flat = .false.
@@ -118,7 +120,7 @@ contains
             if (.not. beside_free_span(problem, c, side)) cycle
             from = span_gap(problem, leg%from, c, side)
             to = span_gap(problem, leg%to, c, side)
-            any_flat = any_flat .or. (from > rounding_gap(problem) .and. to <= rounding_gap(problem))
+            any_flat = any_flat .or. ((from > rounding_gap(problem) .or. fails) .and. to <= rounding_gap(problem))
          end do
       end do
    end function any_flat
@@ -231,23 +233,28 @@ contains
       change%heading = arrival(problem, run, change%place)
    end subroutine look_ahead
 
-   !> The first change along the path: what is located may turn out to come after another one.
+   !> The first change along the path: where another test fails at the place of one, that comes before, on the way there.
    subroutine find_first(problem, step, run, leg, change, timers)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
-      type(leg_t), intent(in) :: leg              !! at its end some test fails
+      type(leg_t), intent(inout) :: leg           !! at its end some test fails
       type(change_t), intent(inout) :: change
       type(timers_t), intent(inout) :: timers
-      integer :: round, next
+      integer :: round
       do round = 1, size(leg%after)
-         next = steepest(leg, change%tests)
-         if (next == 0) exit
-         change%which = next
+         change%which = steepest(leg, leg%after)
          call locate(problem, step, run, leg, change, timers)
-         if (.not. change%found) return
-         if (.not. another_fails(change%tests, change%which)) exit
+         if (.not. change%found .or. change%standing) return
+         if (.not. another_fails(change%tests, change%which)) return
+         leg%to = change%place
+         leg%ahead = change%heading
+         leg%after = change%tests
+         ! This one is zero there.
+         leg%after(change%which)%value = 0.0_wp
       end do
+      change%missed = .true.
+      change%found = .false.
    end subroutine find_first
 
    !> Of the tests that fail at a place the one that a straight line between the ends has at zero first. 0: none fails.

@@ -4,13 +4,13 @@
 module span_lie_down
    use kinds, only: wp
    use model, only: method_load
-   use problem, only: problem_t
+   use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
    use contact_touch, only: touch_t
    use conforming_span, only: conforming_forces
    use span_problem, only: new_span_problem, hold_touches, present_touches, touch_place
-   use span_tests, only: span_test_t, run_span_tests, gap_at, test_slack, test_pressure
+   use span_tests, only: span_test_t, run_span_tests, gap_at, test_slack, test_pressure, shortest
    use state_transfer, only: carried
    use path_control, only: control_t, path_length
    use corrector, only: increment_t, correct
@@ -37,18 +37,21 @@ contains
       logical, intent(out) :: lies               !! false: no span lies down
       type(timers_t), intent(inout) :: timers
       type(span_test_t), allocatable :: tests(:)
+      logical :: closed
       real(wp) :: left, come
       integer :: c, side
       lies = .false.
       do c = 1, problem%candidates%n
          do side = 1, 2
             if (.not. beside_free_span(problem, c, side)) cycle
-            ! Not some other equilibrium: the path has come further than what is left, of the gap and of the way.
+            ! Not some other equilibrium: the path has come further than what is left, of the gap and of the way. A span that
+            ! closes has no gap to tell it, and may have closed before.
+            closed = closes(problem, state, c, side)
             left = span_gap(problem, state, c, side)
             come = span_gap(problem, earlier, c, side)
-            if (abs(left) > abs(come - left)) cycle
+            if (abs(left) > max(abs(come - left), rounding_gap(problem)) .and. .not. closed) cycle
             next = new_span_problem(problem, laid_down(problem, state, c, side))
-            call find_begin(problem, next, state, step, start, system, rate, lies, timers)
+            call find_begin(problem, next, state, step, closed, start, system, rate, lies, timers)
             if (.not. lies) cycle
             lies = path_length(next, carried(problem, state, next), start) <= path_length(problem, earlier, state)
             if (lies) call look_at_ends(next, start, max(system%force_scale, tiny(rate)), lies)
@@ -59,6 +62,18 @@ contains
          end do
       end do
    end subroutine lie_down
+
+   !> True for a free span between two touches that is as short as none.
+   pure logical function closes(problem, state, candidate, side)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate, side
+      real(wp) :: span(2)
+      call free_span(problem, state, candidate, side, span)
+      associate (touch => problem%touch(problem%candidates%touch(candidate)))
+         closes = span(2) - span(1) < shortest * problem%layout%stretch(touch%stretch)%length
+      end associate
+   end function closes
 
    !> Where a line ends with its rod nothing gives the couple that the obstacle's curvature may want.
    subroutine look_at_ends(problem, state, scale, balanced)
@@ -82,10 +97,11 @@ contains
    end subroutine look_at_ends
 
    !> Where the new line begins to press: its least pressure is zero, or just above it.
-   subroutine find_begin(problem, next, trial, step, state, system, rate, found, timers)
+   subroutine find_begin(problem, next, trial, step, closed, state, system, rate, found, timers)
       type(problem_t), intent(in) :: problem, next
       type(state_t), intent(in) :: trial         !! of `problem`
       real(wp), intent(in) :: step               !! of the load, to begin with
+      logical, intent(in) :: closed              !! the line may press already: then that is the state
       type(state_t), intent(out) :: state        !! of `next`
       type(system_t), intent(out) :: system
       real(wp), intent(out) :: rate              !! of the least pressure, per unit of load factor
@@ -114,6 +130,11 @@ contains
          loads = [loads(2), guess]
          pressure = [pressure(2), least_pressure()]
          slack = 1.0e-3_wp * test_slack(test_pressure)
+         if (closed .and. try == 1 .and. pressure(2) >= 0.0_wp) then
+            rate = 0.0_wp
+            found = .true.
+            return
+         end if
          ! No load tells them apart.
          if (try > 1 .and. .not. abs(loads(2) - loads(1)) > 0.0_wp) return
          if (try > 1) rate = (pressure(2) - pressure(1)) / (loads(2) - loads(1))
@@ -137,7 +158,7 @@ contains
    end subroutine find_begin
 
    !> The free span on one side of a point contact, along the stretch; of no length where there is none.
-   subroutine free_span(problem, state, candidate, side, span)
+   pure subroutine free_span(problem, state, candidate, side, span)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate, side     !! 1 before, 2 after

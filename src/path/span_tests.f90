@@ -2,9 +2,10 @@
 !> positive while it holds. Their zeros are where contact begins, ends, spreads or splits.
 module span_tests
    use kinds, only: wp
-   use problem, only: problem_t
+   use model, only: family_ge
+   use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t, element_load, obstacle_shift, candidate_gap
-   use rod_profile, only: profile_t, new_profile, profile_place, profile_angle
+   use rod_profile, only: profile_t, new_profile, mend_ends, profile_place
    use obstacle_geometry, only: obstacle_gap
    use conforming_span, only: conforming_forces, excess_curvature, node_track, track_sense, track_rotation, rod_angle
    use obstacle_track, only: track_t
@@ -16,7 +17,7 @@ module span_tests
    use reference_curve, only: curve_bend
    implicit none
    private
-   public :: span_test_t, run_span_tests, gap_at, virtual_pressure, test_slack
+   public :: span_test_t, run_span_tests, gap_at, virtual_pressure, test_slack, well_below
    public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_closing, test_crossing, test_slope
    public :: beyond, across
 
@@ -34,6 +35,8 @@ module span_tests
    !> What a test may fall below zero by before it is taken for violated: what the dense output errs by.
    real(wp), parameter :: test_slack(8) = [1.0e-9_wp, 1.0e-9_wp, 1.0e-9_wp, 1.0e-6_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0e-9_wp]
 
+   real(wp), parameter :: well_below = 10.0_wp !! slacks, at a place where a test is zero
+
    type :: span_test_t
       integer :: kind = 0
       real(wp) :: value = 0.0_wp            !! over its own scale: lengths, forces and curvatures of the structure
@@ -47,9 +50,10 @@ module span_tests
       !! the touch, after it; slope: likewise
    end type span_test_t
 
-   ! Next to a touchdown point the gap grows with a power of the distance, less than the dense output errs by.
+   ! Next to a touchdown point the gap grows with a power of the distance: there minima count only.
    real(wp), parameter :: beside = 0.06_wp  !! of a span
    integer, parameter :: samples = 4        !! of the gap in an element
+   integer, parameter :: near = 10          !! halvings of their distance, nearer and nearer to a touch
    real(wp), parameter, public :: shortest = 1.0e-4_wp !! of a stretch: spans as short as that are taken for none
 
 contains
@@ -60,34 +64,12 @@ contains
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: scale         !! of forces
       type(span_test_t), allocatable :: tests(:)
+      type(span_test_t), allocatable :: gaps(:)
       type(span_test_t) :: test
       real(wp) :: stretch, noise
       logical :: touched(problem%model%mesh%n_nodes), touching(problem%model%mesh%n_nodes)
       integer :: k, j, c, first, e
-      allocate (tests(0))
-      touched = .false.
-      touched(pack(problem%candidates%node, problem%candidates%touch > 0)) = .true.
-      do k = 1, size(problem%deck%contact)
-         if (.not. problem%deck%contact(k)%spans) cycle
-         touching = .false.
-         touching(pack(problem%candidates%node, problem%candidates%touch > 0 .and. problem%candidates%contact == k)) = .true.
-         do j = 1, size(problem%layout%stretch)
-            if (.not. problem%covered(j, k)) cycle
-            first = 0
-            do e = problem%element_first(j), problem%element_last(j)
-               if (problem%conforms(e) > 0) cycle
-               if (first == 0) first = e
-               if (e < problem%element_last(j)) then
-                  if (problem%conforms(e + 1) == 0 .and. .not. touched(problem%model%mesh%node(2, e))) cycle
-               end if
-               test = span_test_t(kind=test_gap, contact=k, stretch=j, first=first, last=e)
-               call least_gap(problem, state, touched, touching, test)
-               test%value = test%value / problem%size
-               tests = [tests, test]
-               first = 0
-            end do
-         end do
-      end do
+      allocate (tests(0), gaps(0))
       do c = 1, problem%candidates%n
          if (problem%candidates%touch(c) == 0) cycle
          associate (touch => problem%touch(problem%candidates%touch(c)))
@@ -121,6 +103,30 @@ contains
             end if
          end associate
       end do
+      touched = .false.
+      touched(pack(problem%candidates%node, problem%candidates%touch > 0)) = .true.
+      do k = 1, size(problem%deck%contact)
+         if (.not. problem%deck%contact(k)%spans) cycle
+         touching = .false.
+         touching(pack(problem%candidates%node, problem%candidates%touch > 0 .and. problem%candidates%contact == k)) = .true.
+         do j = 1, size(problem%layout%stretch)
+            if (.not. problem%covered(j, k)) cycle
+            first = 0
+            do e = problem%element_first(j), problem%element_last(j)
+               if (problem%conforms(e) > 0) cycle
+               if (first == 0) first = e
+               if (e < problem%element_last(j)) then
+                  if (problem%conforms(e + 1) == 0 .and. .not. touched(problem%model%mesh%node(2, e))) cycle
+               end if
+               test = span_test_t(kind=test_gap, contact=k, stretch=j, first=first, last=e)
+               call least_gap(problem, state, touched, touching, tests, test)
+               test%value = test%value / problem%size
+               gaps = [gaps, test]
+               first = 0
+            end do
+         end do
+      end do
+      tests = [gaps, tests]
       call add_lengths()
       do k = 1, size(problem%touch)
          if (.not. problem%touch(k)%line) cycle
@@ -282,17 +288,22 @@ contains
          & load%pressure * stretch))
    end function virtual_pressure
 
-   !> Least gap of a free span to an obstacle, away from the touchdown points at its ends, and where it is.
-   subroutine least_gap(problem, state, touched, touching, test)
+   !> Least gap of a free span to an obstacle, and where it is. Beside a touch the gap rises from zero, and what counts is where it
+   !> comes down again. A rod that is inside the obstacle from the touch on is so because that is no longer right, where its own
+   !> test says so.
+   subroutine least_gap(problem, state, touched, touching, own, test)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       logical, intent(in) :: touched(:)     !! (nodes) touch some obstacle
       logical, intent(in) :: touching(:)    !! (nodes) touch this one: there the gap is zero for certain
+      type(span_test_t), intent(in) :: own(:) !! of all touches
       type(span_test_t), intent(inout) :: test
-      type(profile_t) :: profile
-      real(wp) :: from, to, low, high, at, gap, slope, before, tau, step(2), found, more(2)
+      type(profile_t), allocatable :: profile(:)
+      integer, allocatable :: element(:)    ! of samples
+      real(wp), allocatable :: tau(:), gap(:), at(:)
+      real(wp) :: from, to, low, high, nothing, top(2), more(2), place, value
       logical :: zero(2)
-      integer :: e, i, try
+      integer :: e, i, first, last, n
       associate (g => state%geometry%element)
          from = g(test%first)%s(1) + problem%origin(test%first)
          to = g(test%last)%s(2) + problem%origin(test%last)
@@ -304,45 +315,129 @@ contains
       high = to
       if (zero(1)) low = max(from, from - more(1) + beside * (to - from + sum(more)))
       if (zero(2)) high = min(to, to + more(2) - beside * (to - from + sum(more)))
+      zero = touching([problem%model%mesh%node(1, test%first), problem%model%mesh%node(2, test%last)])
+      nothing = rounding_gap(problem)
+      allocate (profile(test%first:test%last))
+      do e = test%first, test%last
+         profile(e) = new_profile(problem, state, e)
+         if (problem%model%mesh%family(e) == family_ge .and. .not. problem%ground%founded(e)) &
+            & call mend_ends(problem, state, profile(e))
+      end do
+      call take_samples()
+      n = size(gap)
+      first = 1
+      last = n
+      if (zero(1) .and. fails_at(problem%model%mesh%node(1, test%first))) &
+         & first = findloc([gap > 0.0_wp, .true.], .true., 1)
+      if (zero(2) .and. fails_at(problem%model%mesh%node(2, test%last))) &
+         & last = findloc([.true., gap > 0.0_wp], .true., 1, back=.true.) - 1
       test%value = huge(1.0_wp)
       test%at = 0.5_wp * (from + to)
-      before = -1.0_wp
-      do e = test%first, test%last
-         profile = new_profile(problem, state, e)
-         do i = 0, samples
-            if (i == 0 .and. e > test%first) cycle
-            tau = real(i, wp) / samples
-            at = place_of(e, tau)
-            if (at < low .or. at > high) cycle
-            call gap_there(profile, tau, gap, slope)
-            if (gap < test%value) then
-               test%value = gap
-               test%at = at
-            end if
-            ! A minimum between two samples.
-            if (before < 0.0_wp .and. slope > 0.0_wp .and. i > 0 .and. at - step_of(e) >= low) then
-               step = [real(i - 1, wp), real(i, wp)] / samples
-               do try = 1, 50
-                  tau = 0.5_wp * sum(step)
-                  call gap_there(profile, tau, found, slope)
-                  if (slope < 0.0_wp) then
-                     step(1) = tau
-                  else
-                     step(2) = tau
-                  end if
-               end do
-               if (found < test%value) then
-                  test%value = found
-                  test%at = place_of(e, tau)
-               end if
-               call gap_there(profile, real(i, wp) / samples, gap, slope)
-            end if
-            before = slope
-         end do
+      do i = first, last
+         if (at(i) >= low .and. at(i) <= high) call take(gap(i), at(i))
+         if (i == 1 .or. i == n) cycle
+         if (gap(i) > gap(i - 1) .or. gap(i) > gap(i + 1)) cycle
+         ! No lower than the others, however deep it is between.
+         if (2.0_wp * gap(i) - max(gap(i - 1), gap(i + 1)) > test%value) cycle
+         call find_minimum(i, value, place)
+         ! Next to a touch rounding makes minima, too.
+         top = [merge(maxval(gap(:i)), huge(nothing), zero(1)), merge(maxval(gap(i:)), huge(nothing), zero(2))]
+         if (minval(top) > nothing .or. value < -nothing) call take(value, place)
       end do
       if (test%value >= huge(1.0_wp)) test%value = problem%size
 
    contains
+
+      subroutine take(value, place)
+         real(wp), intent(in) :: value, place
+         if (value >= test%value) return
+         test%value = value
+         test%at = place
+      end subroutine take
+
+      !> True for a node whose touch is no longer right.
+      pure logical function fails_at(node)
+         integer, intent(in) :: node
+         integer :: k
+         fails_at = .false.
+         do k = 1, size(own)
+            if (own(k)%candidate == 0) cycle
+            if (problem%candidates%node(own(k)%candidate) /= node .or. &
+               & problem%candidates%contact(own(k)%candidate) /= test%contact) cycle
+            fails_at = fails_at .or. own(k)%value < -well_below * test_slack(own(k)%kind)
+         end do
+      end function fails_at
+
+      !> Equal parts of all elements; nearer and nearer to the touches.
+      subroutine take_samples()
+         integer :: i, e
+         allocate (element(0), tau(0))
+         do e = test%first, test%last
+            if (e == test%first .and. zero(1)) then
+               do i = near, 1, -1
+                  call add(e, 0.5_wp**i / samples)
+               end do
+            end if
+            do i = merge(0, 1, e == test%first .and. .not. zero(1)), samples
+               if (i == samples .and. e == test%last .and. zero(2)) cycle
+               call add(e, real(i, wp) / samples)
+            end do
+            if (e == test%last .and. zero(2)) then
+               do i = 1, near
+                  call add(e, 1.0_wp - 0.5_wp**i / samples)
+               end do
+            end if
+         end do
+         at = [(place_of(element(i), tau(i)), i=1, size(tau))]
+         gap = [(gap_there(element(i), tau(i)), i=1, size(tau))]
+      end subroutine take_samples
+
+      subroutine add(e, where)
+         integer, intent(in) :: e
+         real(wp), intent(in) :: where
+         element = [element, e]
+         tau = [tau, where]
+      end subroutine add
+
+      !> The minimum between the neighbours of a sample that is lower than both, by golden sections.
+      subroutine find_minimum(i, value, place)
+         integer, intent(in) :: i
+         real(wp), intent(out) :: value, place
+         real(wp), parameter :: golden = 0.5_wp * (sqrt(5.0_wp) - 1.0_wp)
+         integer, parameter :: sections = ceiling(log(epsilon(value)) / (2.0_wp * log(golden))) ! to the root of rounding
+         real(wp) :: ends(2), inner(2), f(2)
+         integer :: k
+         ends = [at(i - 1), at(i + 1)]
+         inner = [ends(2) - golden * (ends(2) - ends(1)), ends(1) + golden * (ends(2) - ends(1))]
+         f = [gap_along(inner(1)), gap_along(inner(2))]
+         do k = 1, sections
+            if (f(1) < f(2)) then
+               ends(2) = inner(2)
+               inner = [ends(2) - golden * (ends(2) - ends(1)), inner(1)]
+               f = [gap_along(inner(1)), f(1)]
+            else
+               ends(1) = inner(1)
+               inner = [inner(2), ends(1) + golden * (ends(2) - ends(1))]
+               f = [f(2), gap_along(inner(2))]
+            end if
+         end do
+         value = gap(i)
+         place = at(i)
+         if (minval(f) >= value) return
+         value = minval(f)
+         place = inner(minloc(f, 1))
+      end subroutine find_minimum
+
+      real(wp) function gap_along(place) result(gap)
+         real(wp), intent(in) :: place
+         integer :: e
+         do e = test%first, test%last - 1
+            if (place <= place_of(e, 1.0_wp)) exit
+         end do
+         associate (s => state%geometry%element(e)%s)
+            gap = gap_there(e, (place - problem%origin(e) - s(1)) / (s(2) - s(1)))
+         end associate
+      end function gap_along
 
       pure real(wp) function place_of(e, tau) result(at)
          integer, intent(in) :: e
@@ -352,27 +447,16 @@ contains
          end associate
       end function place_of
 
-      pure real(wp) function step_of(e)
+      real(wp) function gap_there(e, tau) result(gap)
          integer, intent(in) :: e
-         associate (g => state%geometry%element(e))
-            step_of = (g%s(2) - g%s(1)) / samples
-         end associate
-      end function step_of
-
-      !> Gap and its derivative along the rod.
-      subroutine gap_there(profile, tau, gap, slope)
-         type(profile_t), intent(in) :: profile
          real(wp), intent(in) :: tau
-         real(wp), intent(out) :: gap, slope
-         real(wp) :: normal(2), bend, angle
+         real(wp) :: normal(2), bend
          integer :: obstacle
          obstacle = problem%model%contact(test%contact)%obstacle
-         call obstacle_gap(problem%model%obstacle(obstacle), profile_place(problem, profile, tau) - &
+         call obstacle_gap(problem%model%obstacle(obstacle), profile_place(problem, profile(e), tau) - &
             & obstacle_shift(problem, state, obstacle), gap, normal, bend)
          gap = gap + contact_offset(problem, state, test%contact)
-         angle = profile_angle(problem, state, profile, tau)
-         slope = normal(1) * cos(angle) + normal(2) * sin(angle)
-      end subroutine gap_there
+      end function gap_there
    end subroutine least_gap
 
    !> How much of a free span lies beyond one end of an element, and whether it ends with a touch of one obstacle.

@@ -3,12 +3,10 @@ module span_validity
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
-   use span_tests, only: span_test_t, run_span_tests, test_slack
+   use span_tests, only: span_test_t, run_span_tests, test_slack, well_below
    implicit none
    private
    public :: spans_hold, any_fails, another_fails
-
-   real(wp), parameter :: well_below = 10.0_wp !! slacks, at a place where another test is zero
 
 contains
 
