@@ -476,7 +476,7 @@ def cradled(elements, kind):
 
 @functools.cache
 def indented(elements, kind):
-    return halves("indenter", elements, kind, ("force, 5., 15.", "w, 0.225, 0.235"), ("*LOCATE", FINE + "*LOCATE"))
+    return halves("indenter", elements, kind, ("force, 5., 15.", "w, 0.225, 0.235"), ("*LOCATE", FINE + "*ACCURACY, WIDEST=1\n*LOCATE"))
 
 
 DRUM = """*HEADING

@@ -21,7 +21,7 @@ module rod_profile
    use ground, only: home_deviation
    implicit none
    private
-   public :: profile_t, new_profile, mend_ends, profile_place, profile_displacement, profile_home, profile_angle, &
+   public :: profile_t, new_profile, mend_ends, mended_by, profile_place, profile_displacement, profile_home, profile_angle, &
       & profile_rate, element_place
 
    !> One element of one state. Polynomials by their coefficients of tau^0, tau^1, ...
@@ -221,10 +221,18 @@ contains
       real(wp) :: x(2)
       x = polynomial(profile%axis + profile%moved, profile%degree, tau)
       if (profile%curved) x = x + profile%stretch * turned(turning(profile, tau), deviation(problem, profile, tau))
-      ! Hermite's polynomials of degree 5 without those of the values.
-      x = x + matmul(profile%mend, [tau * (1.0_wp + 3.0_wp * tau) * (1.0_wp - tau)**3, 0.5_wp * tau**2 * (1.0_wp - tau)**3, &
-         & -tau**3 * (1.0_wp - tau) * (4.0_wp - 3.0_wp * tau), 0.5_wp * tau**3 * (1.0_wp - tau)**2])
+      x = x + mended_by(profile, tau)
    end function profile_place
+
+   !> What mending adds to a place: about the error of the profile before it. Zero where nothing was mended.
+   pure function mended_by(profile, tau) result(x)
+      type(profile_t), intent(in) :: profile
+      real(wp), intent(in) :: tau
+      real(wp) :: x(2)
+      ! Hermite's polynomials of degree 5 without those of the values.
+      x = matmul(profile%mend, [tau * (1.0_wp + 3.0_wp * tau) * (1.0_wp - tau)**3, 0.5_wp * tau**2 * (1.0_wp - tau)**3, &
+         & -tau**3 * (1.0_wp - tau) * (4.0_wp - 3.0_wp * tau), 0.5_wp * tau**3 * (1.0_wp - tau)**2])
+   end function mended_by
 
    !> Stress-free place.
    pure function profile_home(problem, profile, tau) result(x)

@@ -5,7 +5,7 @@ module span_tests
    use model, only: family_ge
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t, element_load, obstacle_shift, candidate_gap
-   use rod_profile, only: profile_t, new_profile, mend_ends, profile_place
+   use rod_profile, only: profile_t, new_profile, mend_ends, mended_by, profile_place
    use obstacle_geometry, only: obstacle_gap
    use conforming_span, only: conforming_forces, excess_curvature, node_track, track_sense, track_rotation, rod_angle
    use obstacle_track, only: track_t
@@ -342,7 +342,9 @@ contains
          call find_minimum(i, value, place)
          ! Next to a touch rounding makes minima, too.
          top = [merge(maxval(gap(:i)), huge(nothing), zero(1)), merge(maxval(gap(i:)), huge(nothing), zero(2))]
-         if (minval(top) > nothing .or. value < -nothing) call take(value, place)
+         if (minval(top) <= nothing .and. value >= -nothing) cycle
+         ! And so do elements that are too long: there the rod must be inside by what its polynomials err by.
+         call take(merge(value, value + doubt_along(place), place >= low .and. place <= high), place)
       end do
       if (test%value >= huge(1.0_wp)) test%value = problem%size
 
@@ -431,13 +433,31 @@ contains
       real(wp) function gap_along(place) result(gap)
          real(wp), intent(in) :: place
          integer :: e
+         e = element_at(place)
+         gap = gap_there(e, part_of(e, place))
+      end function gap_along
+
+      real(wp) function doubt_along(place) result(doubt)
+         real(wp), intent(in) :: place
+         integer :: e
+         e = element_at(place)
+         doubt = norm2(mended_by(profile(e), part_of(e, place)))
+      end function doubt_along
+
+      pure integer function element_at(place) result(e)
+         real(wp), intent(in) :: place
          do e = test%first, test%last - 1
             if (place <= place_of(e, 1.0_wp)) exit
          end do
+      end function element_at
+
+      pure real(wp) function part_of(e, place) result(tau)
+         integer, intent(in) :: e
+         real(wp), intent(in) :: place
          associate (s => state%geometry%element(e)%s)
-            gap = gap_there(e, (place - problem%origin(e) - s(1)) / (s(2) - s(1)))
+            tau = (place - problem%origin(e) - s(1)) / (s(2) - s(1))
          end associate
-      end function gap_along
+      end function part_of
 
       pure real(wp) function place_of(e, tau) result(at)
          integer, intent(in) :: e
