@@ -110,8 +110,9 @@ contains
       do i = 1, size(seen)
          if (told(i) .or. .not. seen(i)%located) cycle
          call linearise(problem, seen(i)%place, seen(i)%place, run%system, timers)
-         if (.not. allocated(seen(i)%bars)) &
-            & call bars_at_event(problem, step, run, trial, seen(i)%event, seen(i)%place, seen(i)%heading, seen(i)%bars, timers)
+         ! At home they are those of the path that was left, on its mesh.
+         if (allocated(seen(i)%bars)) cycle
+         call bars_at_event(problem, step, run, trial, seen(i)%event, seen(i)%place, seen(i)%heading, seen(i)%bars, timers)
          if (present(tries)) call ask_for_mesh(problem, step, run, seen(i)%place, seen(i)%bars, .true., tries, outcome)
          if (wants_another(run)) return
       end do

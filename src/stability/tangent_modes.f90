@@ -102,6 +102,9 @@ contains
       type(timers_t), intent(inout) :: timers
       real(wp) :: answer(system%n), force(system%n), stretch(2, system%rigidity%n)
       call solve_effective(system, rhs, answer, timers, stretch)
+      work = 0.0_wp
+      ! A tangent that gives no answer gives no stretch.
+      if (.not. abs(dot_product(x, answer)) > 0.0_wp) return
       call shrinking_forces(system%rigidity, stretch * (dot_product(x, x) / dot_product(x, answer)), force)
       work = -dot_product(x, force)
    end function stretching_work
