@@ -171,7 +171,7 @@ contains
       call lines(t, when='SHAPE=MODE')
       call field(t, 'mode', kind_integer, 'number of a buckling mode; w is its component normal to the axis. The step '// &
          'begins with the stress-free structure, whatever the steps before left behind', bound=positive)
-      call field(t, 'amplitude', kind_real, 'w where it is largest; lines add up', unit='length', bound=not_zero)
+      call field(t, 'amplitude', kind_real, 'w at the node where it is largest; lines add up', unit='length', bound=not_zero)
    end subroutine imperfection_card
 
    pure subroutine section_cards(t)
