@@ -109,13 +109,14 @@ def test_an_error_that_rounding_does_not_allow_is_said():
 
 @pytest.mark.parametrize("name", sorted(dr.MESHES))
 def test_shipped_decks_keep_what_they_ask_for(name):
-    """Code 0, and every bar of a critical load within the tolerance of the largest load of its step so far."""
+    """Code 0, and every closed bar of a critical load within the tolerance of the largest load of its step so far. Whether the bar
+    of the deep arch's second bifurcation closes depends on rounding; its load is held against the exact one below."""
     run = dr.run_deck(dr.example(name))
     largest = {}
     for c in run.results.critical:
         largest[c.step] = max(largest.get(c.step, 0.0), float(np.max(np.abs(run.column("load_factor")[
             (run.column("step") == c.step) & (np.arange(1, len(run.column("step")) + 1) <= c.point)]))))
-        if c.label in ("LP", "BP", "EP") and not math.isnan(c.error):
+        if c.label in ("LP", "BP", "EP") and math.isfinite(c.error):
             assert c.error <= 1e-6 * largest[c.step] * (1.0 + 1e-9), c
 
 
