@@ -718,3 +718,47 @@ def test_nodes_that_nothing_holds(extra, node):
     """A node by itself, and one between two links, which may turn."""
     text = LEANING.replace("3, 6\n", "" if node == 3 else "3, 6\n").replace("4, 1, 0\n", "4, 1, 0\n" + extra)
     assert f"node {node} belongs to no element and can move or turn" in dr.run_deck(text, code=2).stderr
+
+
+PRESSED_HINGE = """*HEADING
+Two cantilevers joined by a hinge, pressed on a table
+*NODE
+1, 0, 0
+2, 100, 0
+3, 200, 0
+*LINE, ELSET=R, NSET=R
+1, 2, 4
+2, 3, 4
+*BEAM SECTION, ELSET=R, SECTION=STIFFNESS
+1e7, 437500
+*RELEASE
+2
+*BOUNDARY
+1, ENCASTRE
+3, ENCASTRE
+*OBSTACLE, NAME=T, TYPE=LINE
+0, -1, 200, -1
+*CONTACT, OBSTACLE=T, NSET=R
+*MONITOR, NAME=v
+2, U2
+*MONITOR, NAME=t, OBSTACLE=T
+RF2
+*STEP
+*STATIC, METHOD=LOAD
+0.1
+*DLOAD
+R, PY, -0.2
+*END STEP
+"""
+
+
+def test_a_hinge_that_touches_pushes_once():
+    """Both rods end at the hinge, but the obstacle pushes one point: twice what it takes for one of them, by contact spans."""
+    whole = dr.run_deck(PRESSED_HINGE)
+    half = dr.run_deck(dr.changed(PRESSED_HINGE, ("2, 3, 4\n", ""), ("3, 200, 0\n", ""), ("*RELEASE\n2\n", ""),
+                                  ("3, ENCASTRE", "2, 1")))
+    begins = [[c.load_factor for c in run.results.critical if c.label == "C+"] for run in (whole, half)]
+    assert len(begins[0]) == len(begins[1]) == 1
+    dr.assert_close(begins[0][0], begins[1][0], relative=1e-7)
+    ends = [run.results.critical[-1].monitors["t"] for run in (whole, half)]
+    dr.assert_close(ends[0], 2.0 * ends[1], relative=1e-6)

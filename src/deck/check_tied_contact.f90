@@ -12,7 +12,7 @@ module check_tied_contact
    use card_values, only: value_place, field_place
    implicit none
    private
-   public :: check_contact_of_tied_nodes
+   public :: check_contact_of_tied_nodes, touch_by_leaders
 
 contains
 
@@ -64,6 +64,26 @@ contains
          end associate
       end subroutine check_nodes
    end subroutine check_contact_of_tied_nodes
+
+   !> Of nodes at one place that go together one touches for all: rigid contacts lose those that follow another one of theirs.
+   subroutine touch_by_leaders(model)
+      type(model_t), intent(inout) :: model             !! as it has passed the check
+      logical, allocatable :: stays(:)
+      integer :: c, i, lead
+      do c = 1, size(model%contact)
+         associate (contact => model%contact(c))
+            if (.not. model%obstacle(contact%obstacle)%rigid) cycle
+            allocate (stays(size(contact%node)), source=.true.)
+            do i = 1, size(contact%node)
+               lead = leader(model, contact%node(i))
+               if (lead == contact%node(i)) cycle
+               stays(i) = .not. any(contact%node == lead)
+            end do
+         end associate
+         model%contact(c)%node = pack(model%contact(c)%node, stays)
+         deallocate (stays)
+      end do
+   end subroutine touch_by_leaders
 
    !> The node that a tied one goes with in x and y, all the way; 0 where it departs from it, or has an arm.
    pure integer function leader(model, node) result(lead)

@@ -29,7 +29,7 @@ module deck_to_model
    use read_path_control, only: read_path_cards, check_steps
    use read_mode_imperfections, only: read_mode_imperfection_cards
    use read_branches, only: read_branch_cards
-   use check_tied_contact, only: check_contact_of_tied_nodes
+   use check_tied_contact, only: check_contact_of_tied_nodes, touch_by_leaders
    use check_grounds, only: check_ground_candidates
    use read_limit_curves, only: read_limit_curve_cards
    use read_accuracy, only: read_accuracy_cards, check_placed
@@ -98,6 +98,7 @@ contains
       call read_branch_cards(deck, names, model, diagnostics)
       call read_limit_curve_cards(deck, names, model, diagnostics)
       if (diagnostics%n == 0) call check_contact_of_tied_nodes(deck, model, diagnostics)
+      if (diagnostics%n == 0) call touch_by_leaders(model)
       if (diagnostics%n == 0) call check_ground_candidates(deck, names, model, diagnostics)
       if (diagnostics%n == 0) call check_placed(deck, names, model, diagnostics)
 
