@@ -20,6 +20,7 @@ module path_acceptance
    use path_events, only: probe_t, event_t, new_probe, detect_events, value_events, event_stop, event_bifurcation, event_release, &
       & event_limit, event_contact, event_value_reached, event_turning
    use sightings, only: sighting_t
+   use event_order, only: told_otherwise, one_sided, count_before, by_fraction, same_place
    use event_location, only: locate
    use point_report, only: report_point
    use error_bar, only: error_bars_t
@@ -50,7 +51,6 @@ module path_acceptance
    real(wp), parameter :: most_sharp = 1.0e-5_wp !! part of a step's tolerance: beyond, all residuals are rounding
    integer, parameter :: most_meshes = 8         !! for the sake of one increment's errors
    real(wp), parameter :: loosest = 1.0e-4_wp    !! eigenvalues below this part of what they were count as zero
-   real(wp), parameter :: same_place = 1.0e-5_wp !! of an increment: located events nearer than that are one
 
 contains
 
@@ -338,86 +338,6 @@ contains
          end if
       end function crossed
    end subroutine find_events
-
-   !> Changes of the pivot count that are no bifurcations of their own: a limit point's change of sign, further eigenvalues of
-   !> a multiple bifurcation, jumps where the contact set changes, and rounding at a point that is a bifurcation itself. And
-   !> loads that turn back at once where a contact is gained or lost: that is what is told.
-   function told_otherwise(run, trial, changes, seen) result(told)
-      type(run_t), intent(in) :: run
-      type(state_t), intent(in) :: trial
-      logical, intent(in) :: changes             !! the contact set is about to change at the trial
-      type(sighting_t), intent(in) :: seen(:)
-      logical :: told(size(seen))
-      logical :: set_changes, contact_located, limit_told
-      integer :: i, k
-      set_changes = changes .or. any(run%state%active .neqv. trial%active) .or. any(seen%event%kind == event_contact)
-      contact_located = changes .or. any(seen%event%kind == event_contact .and. seen%located)
-      limit_told = .false.
-      told = .false.
-      do i = 1, size(seen)
-         if (seen(i)%event%kind == event_limit .and. .not. seen(i)%located) told(i) = contact_located
-         if (seen(i)%event%kind /= event_bifurcation) cycle
-         if (seen(i)%later) then
-            told(i) = .true.
-         else if (.not. seen(i)%located) then
-            told(i) = set_changes
-         else
-            ! Where a contact begins or ends its reaction is zero, and a count means nothing.
-            told(i) = (run%on_bifurcation .or. set_changes) .and. seen(i)%fraction <= same_place
-            told(i) = told(i) .or. (set_changes .and. seen(i)%fraction >= 1.0_wp - same_place)
-            do k = 1, size(seen)
-               if (k == i .or. told(i) .or. .not. seen(k)%located) cycle
-               if (abs(seen(k)%fraction - seen(i)%fraction) > same_place) cycle
-               if (seen(k)%event%kind == event_limit .and. .not. limit_told) then
-                  told(i) = .true.
-                  limit_told = .true.
-               else if (seen(k)%event%kind == event_bifurcation .and. k < i) then
-                  told(i) = .not. told(k)
-               end if
-            end do
-         end if
-      end do
-   end function told_otherwise
-
-   !> True for a limit point without a change of the pivot count where the contact set stays: something else changed its sign,
-   !> too, and went unseen.
-   pure logical function one_sided(run, trial, probe)
-      type(run_t), intent(in) :: run
-      type(state_t), intent(in) :: trial
-      type(probe_t), intent(in) :: probe
-      one_sided = run%probe%load_rate * probe%load_rate < 0.0_wp .and. all(run%state%active .eqv. trial%active) .and. &
-         & modulo(probe%negative_pivots - run%probe%negative_pivots, 2) == 0
-   end function one_sided
-
-   !> Negative pivots on the side of a place that the path comes from: where an eigenvalue is zero the factors have the sign of
-   !> rounding.
-   pure integer function count_before(run, seen, told, fraction) result(pivots)
-      type(run_t), intent(in) :: run
-      type(sighting_t), intent(in) :: seen(:)
-      logical, intent(in) :: told(:)
-      real(wp), intent(in) :: fraction           !! of the increment: the place, as of those seen
-      integer :: i
-      pivots = run%probe%negative_pivots
-      do i = 1, size(seen)
-         if (seen(i)%event%kind /= event_bifurcation .or. .not. seen(i)%located) cycle
-         if (told(i) .and. seen(i)%fraction <= same_place) cycle
-         if (seen(i)%fraction < fraction - same_place) pivots = pivots + nint(sign(1.0_wp, seen(i)%event%before))
-      end do
-   end function count_before
-
-   !> Places in ascending order.
-   pure function by_fraction(fraction) result(order)
-      real(wp), intent(in) :: fraction(:)
-      integer :: order(size(fraction))
-      integer :: i, k
-      do i = 1, size(fraction)
-         do k = i - 1, 1, -1
-            if (fraction(order(k)) <= fraction(i)) exit
-            order(k + 1) = order(k)
-         end do
-         order(k + 1) = i
-      end do
-   end function by_fraction
 
    !> Records a located event: its point, its words, what others may start from. At the end of a step the run goes there.
    subroutine record_event(problem, step, run, trial, sighting, pivots, recorder, finished, outcome, timers)
