@@ -10,7 +10,8 @@ module mesh_request
    use rod_state, only: state_t
    use linear_system, only: system_t
    use span_problem, only: present_demand
-   use mesh_demand, only: demand_t, with_smooth_density
+   use mesh_demand, only: demand_t, new_demands, with_smooth_density
+   use ground_segments, only: is_cut
    use error_bar, only: error_bars_t
    implicit none
    private
@@ -53,7 +54,13 @@ contains
       indicator = 0.0_wp
       ratio = 0.0_wp
       known = .not. bars%too_coarse
-      if (known .and. .not. allocated(bars%share)) return
+      if (known .and. .not. allocated(bars%share)) then
+         ! Where contact with foundations ends unmarked the mesh gets a node; more elements do not help.
+         if (tries > 0 .or. .not. any([(is_cut(problem, state, k), k=1, problem%ground%chain%n)])) return
+         demand = present_demand(problem, state)
+         if (size(problem%mark) == 0) demand = new_demands(problem%layout)
+         return
+      end if
       do k = 1, size(counted)
          if (.not. known) exit
          associate (bar => bars%load)

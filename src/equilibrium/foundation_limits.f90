@@ -9,7 +9,7 @@ module foundation_limits
    use gauss_tableau, only: max_stages
    implicit none
    private
-   public :: why_too_stiff
+   public :: why_too_stiff, followed_length
 
    !> k h^4/EI up to which the collocation of so many stages follows what a foundation does to a rod. There the amplitudes fall
    !> along the rod as the exponential of z = (k/EI)^(1/4) h at 45 degrees to the real axis; the stability function of the
@@ -18,6 +18,14 @@ module foundation_limits
    character(*), parameter :: remedy = ' a smaller MODULUS, or a rigid *OBSTACLE (without FOUNDATION)'
 
 contains
+
+   !> The longest element of so many stages that follows what a foundation of a stiffness does to a rod of a bending stiffness.
+   pure real(wp) function followed_length(stiffness, bending, stages) result(length)
+      real(wp), intent(in) :: stiffness      !! [force/length^2]
+      real(wp), intent(in) :: bending        !! EI
+      integer, intent(in) :: stages
+      length = (stiffest(stages) * bending / stiffness)**0.25_wp
+   end function followed_length
 
    !> In words why Newton's method may fail where the structure touches; '' when no foundation is to blame.
    function why_too_stiff(problem, state, system) result(why)

@@ -15,6 +15,7 @@ module linear_system
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
    use conforming_span, only: track_rotation, track_bend_rate, touchdown_spring, touchdown_couple
+   use ground_marks, only: mark_spring
    use inner_forces, only: inner_forces_t
    use band_matrix, only: band_t, factor_t, new_band
    use gauss_tableau, only: max_stages
@@ -28,7 +29,7 @@ module linear_system
       & matrix_to_node, turn_pair, to_node, to_global, row_times, contact_reaction, worst_round_off
 
    real(wp), parameter :: worst_round_off = 1.0e-6_wp !! a residual above it is no equilibrium, whatever its reason
-
+   real(wp), parameter :: near_balance = 0.01_wp      !! residual from which on the marks of foundations take part
 
    type :: system_t
       integer :: n = 0                          !! unknowns of the band
@@ -77,6 +78,7 @@ module linear_system
       real(wp) :: gap_error = 0.0_wp            !! of the gaps to foundations, by rounding [length]
       real(wp) :: gap_noise = 0.0_wp            !! what that makes of the forces, relative
       real(wp) :: round_off = 0.0_wp            !! of force_residual, from stiff springs and UL2 elements
+      logical :: marks_act = .true.             !! the marks of foundations are unknowns, too: near equilibrium
       logical :: ok = .true.                    !! false: an element or the matrix was singular
    end type system_t
 
@@ -175,6 +177,8 @@ contains
       call add_swings(problem, system, system%swing, system%k)
       call measure_residual(problem, state, system)
       system%defect_residual = max(worst(1), worst(2) / system%force_scale, worst(3) / problem%size)
+      system%marks_act = max(system%force_residual, system%defect_residual) <= near_balance
+      if (system%marks_act) call add_marks(problem, state, system)
       call timing_stop(timers, phase_assembly)
    end subroutine assemble
 
@@ -691,6 +695,29 @@ contains
       end do
       call place_coupling(problem, system)
    end subroutine add_contact
+
+   !> What marks that are not where they belong do. That is no force: the stored resultants know nothing of it.
+   subroutine add_marks(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system
+      real(wp) :: spring, force, rate, normal(3), k(3, 3)
+      integer :: m, i
+      do m = 1, size(problem%mark)
+         normal = 0.0_wp
+         call mark_spring(problem, state, m, spring, force, rate, normal(1:2))
+         if (.not. abs(spring) > 0.0_wp) cycle
+         associate (node => problem%mark(m)%node)
+            call to_node(system, node, normal)
+            do i = 1, 3
+               k(:, i) = spring * normal * normal(i)
+            end do
+            call spread_force(problem, system%tie_block, node, force * normal, system%residual)
+            call spread_force(problem, system%tie_block, node, rate * normal, system%load)
+            call add_matrix(problem, system%tie_block, [node], k, system%k)
+         end associate
+      end do
+   end subroutine add_marks
 
    !> Unknowns and directions of the ground that couples candidates; and what its moving does beside the band.
    subroutine place_coupling(problem, system)
