@@ -152,20 +152,30 @@ def test_shallow_arch_branch_follows_the_table():
     assert plus.column("rotation").values[-1] * minus.column("rotation").values[-1] < 0.0
 
 
-def test_shallow_arch_branch_joins_the_bifurcations():
+@pytest.mark.parametrize("ea, ei", [(None, None), (3385.4193, 1.1132538), (4100.0, 0.9), (3000.0, 1.0)])
+@pytest.mark.parametrize("side", ["PLUS", "MINUS"])
+def test_shallow_arch_branch_joins_the_bifurcations(ea, ei, side):
     """It ends at the second bifurcation, where its load is least; beyond, it would be its own mirror image."""
-    run = dr.run_deck(dr.changed(dr.example("arch-shallow-hinged"), ("LOAD, BELOW, -6.2", "LOAD, ABOVE, -6."),
-                                 ("SIDE=BOTH", "SIDE=PLUS")))
+    text = dr.changed(dr.example("arch-shallow-hinged"), ("LOAD, BELOW, -6.2", "LOAD, ABOVE, -4."), ("SIDE=BOTH", f"SIDE={side}"))
+    if ea is not None:
+        text = dr.changed(text, ("3600., 1.", f"{ea}, {ei}"))
+    run = dr.run_deck(text)
     branch, = run.results.branches.values()
-    least, = labelled(branch, "LP")
-    dr.assert_close(least.load_factor, -6.2196423013, relative=1e-7)
-    dr.assert_close(least.monitors["v"], 0.1815730429, absolute=1e-6)
-    dr.assert_close(least.monitors["u"], 0.0, absolute=1e-5)
+    home, = labelled(branch, "BP")
+    assert not labelled(branch, "LP")
     end, = labelled(branch, "EP")
-    assert end.point == least.point == len(branch.column("v").values) and "at a bifurcation" in end.note
-    # the other end is the second bifurcation of the step's path
+    assert end.point == home.point == len(branch.column("v").values) and "at a bifurcation" in end.note
+    # the other end is the second bifurcation of the step's path, to all its digits
     other = [c for c in run.results.critical if c.label == "BP"][1]
-    dr.assert_close(least.load_factor, other.load_factor, relative=1e-7)
+    assert home.load_factor == other.load_factor and home.error == other.error
+    for name in ("v", "u", "rotation"):
+        dr.assert_close(home.monitors[name], other.monitors[name], absolute=1e-12)
+    # it comes there with increments as long as before
+    lengths = np.diff(branch.column("arc_length").values)
+    assert len(lengths) < 40 and np.min(lengths[2:-1]) > 0.1 * np.max(lengths)
+    if ea is None:
+        dr.assert_close(home.load_factor, -6.2196423013, relative=1e-9)
+        dr.assert_close(home.monitors["v"], 0.1815730429, absolute=1e-9)
 
 
 def test_shallow_arch_from_the_other_end():

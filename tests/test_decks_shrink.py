@@ -172,6 +172,21 @@ def test_least_lobe_is_near_that_of_a_shallow_one():
 # Pipe ------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("count", [40, 100, 200])
+@pytest.mark.parametrize("expansion", [8.31e-9, 7.6e-9])
+def test_a_contact_that_is_lost_before_nothing_moves_any_more_is_told(expansion, count):
+    """The jack goes down and leaves the pipe on the way: where that happens the pipe stands for the rest of the step."""
+    run = dr.run_deck(dr.changed(dr.example("pipe-heat"), ("1E8, 1., , , 1E-8", f"8.72e7, 0.995, , , {expansion}"),
+                                 ("1, 2, 100", f"1, 2, {count}")))
+    results = run.results
+    lost, = [c for c in results.critical if c.label == "C-" and c.step == 4]
+    end, = [c for c in results.critical if c.label == "EP" and c.step == 4]
+    # the jack is as high as the pipe where it leaves it
+    dr.assert_close(0.002 * (1.0 - lost.load_factor), lost.monitors["height"], absolute=1e-12)
+    dr.assert_close(end.monitors["height"], lost.monitors["height"], absolute=5e-9 * 0.002)  # the place, to 1e-9 of the way
+    assert abs(lost.monitors["jack"]) < 1e-9 and end.monitors["jack"] == 0.0
+
+
 def test_upheaval_of_a_heated_pipe():
     """All of the path without the jack against the closed form, see input/pipe-heat.inp. Slopes reach 5e-3."""
     run = dr.run_deck(dr.example("pipe-heat"))

@@ -16,7 +16,8 @@ module branch_switching
    use path_control, only: control_t, metric, path_length, is_arc_length
    use path_continuity, only: heading_at
    use path_events, only: new_probe
-   use path_run, only: run_t, landmark_t
+   use path_run, only: run_t
+   use landmarks, only: landmark_t
    use corrector, only: increment_t, correct
    use monitors, only: monitor_values
    use timing, only: timers_t

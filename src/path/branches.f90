@@ -9,7 +9,8 @@ module branches
    use linear_system, only: new_system
    use bordered_system, only: linearise
    use path_control, only: is_arc_length
-   use path_run, only: run_t, landmark_t
+   use path_run, only: run_t
+   use landmarks, only: landmarks_t
    use path_events, only: new_probe
    use path_acceptance, only: record, outcome_t, note_trouble
    use path_follower, only: follow_points
@@ -23,38 +24,33 @@ module branches
 
    real(wp), parameter :: first_distance = 0.02_wp !! arc length tried first where neither deck nor strategy sets one
 
-   !> The critical points that were found on one path.
-   type :: landmarks_t
-      type(landmark_t), allocatable :: list(:)
-   end type landmarks_t
-
 contains
 
    !> Follows all branches of a step. What cannot be found is noted in outcome%trouble; the others are followed still.
    subroutine follow_branches(step, own, numbered, recorder, outcome, timers)
       type(step_t), intent(in) :: step
-      type(run_t), intent(in) :: own                 !! the run at the end of the step's own path, with its landmarks
+      type(landmarks_t), intent(in), target :: own   !! of the step's own path
       integer, intent(inout) :: numbered             !! branches in the results so far
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome      !! why: only when the results cannot be written
       type(timers_t), intent(inout) :: timers
-      type(landmarks_t) :: found(0:size(step%branch))
+      type(landmarks_t), target :: found(size(step%branch))
+      type(landmarks_t), pointer :: left
       type(branch_start_t) :: start
       type(error_t), allocatable :: error
       integer :: number_in_file(0:size(step%branch)), b, first
 
       first = numbered
       number_in_file = 0
-      allocate (found(0)%list(0))
-      if (allocated(own%landmark)) found(0)%list = own%landmark
       do b = 1, size(step%branch)
          allocate (found(b)%list(0))
          numbered = first + b
          number_in_file(b) = numbered
          associate (branch => step%branch(b))
             start%of = number_in_file(branch%of)
-            call follow_branch(step, branch, found(branch%of)%list, start, numbered, found(b)%list, recorder, &
-               & outcome, timers)
+            left => own
+            if (branch%of > 0) left => found(branch%of)
+            call follow_branch(step, branch, left, start, numbered, found(b), recorder, outcome, timers)
          end associate
          if (allocated(outcome%why)) return
       end do
@@ -65,13 +61,13 @@ contains
    end subroutine follow_branches
 
    !> One branch.
-   subroutine follow_branch(step, branch, landmarks, start, number, found, recorder, outcome, timers)
+   subroutine follow_branch(step, branch, home, start, number, found, recorder, outcome, timers)
       type(step_t), intent(in) :: step
       type(branch_t), intent(in) :: branch
-      type(landmark_t), intent(in) :: landmarks(:)   !! of the path that it leaves
+      type(landmarks_t), intent(in), target :: home  !! of the path that it leaves
       type(branch_start_t), intent(inout) :: start
       integer, intent(in) :: number                  !! in the results
-      type(landmark_t), allocatable, intent(inout) :: found(:) !! critical points of the branch
+      type(landmarks_t), intent(inout), target :: found !! of the branch
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
@@ -87,8 +83,8 @@ contains
       called = 'branch '//trim(branch%name)//trim(merge(' (plus) ', ' (minus)', branch%side > 0))
       at = 0
       passed = 0
-      do i = 1, size(landmarks)
-         if (landmarks(i)%label /= 'BP') cycle
+      do i = 1, size(home%list)
+         if (home%list(i)%label /= 'BP') cycle
          passed = passed + 1
          if (passed == branch%bifurcation) at = i
       end do
@@ -97,22 +93,22 @@ contains
             & to_text(branch%bifurcation))
          return
       end if
-      if (landmarks(at)%multiplicity == 0) then
+      if (home%list(at)%multiplicity == 0) then
          call note_trouble(outcome, called//': the bifurcation was bracketed, but not located')
          return
-      else if (branch%mode > landmarks(at)%multiplicity) then
-         call note_trouble(outcome, called//': the bifurcation has '//to_text(landmarks(at)%multiplicity)// &
+      else if (branch%mode > home%list(at)%multiplicity) then
+         call note_trouble(outcome, called//': the bifurcation has '//to_text(home%list(at)%multiplicity)// &
             & ' null vector(s), not '//to_text(branch%mode))
          return
       end if
-      problem = landmarks(at)%problem
+      problem = home%list(at)%problem
       start%branch = number
       start%name = branch%name
       start%step = problem%step
       start%bifurcation = branch%bifurcation
       start%mode = branch%mode
       start%side = branch%side
-      start%point = landmarks(at)%point
+      start%point = home%list(at)%point
       call recorder%branch(start, timers, error)
       if (allocated(error)) then
          outcome%why = error%message
@@ -124,15 +120,14 @@ contains
       as_branch%max_points = branch%max_points
       run%system = new_system(problem)
       run%branch = number
-      run%keep_landmarks = .true.
-      allocate (run%landmark(0))
-      run%state = landmarks(at)%state
+      run%landmarks => found
+      run%state = home%list(at)%state
       if (size(problem%touch) > 0) run%touches = maxval(problem%touch%number)
-      run%arc_length = landmarks(at)%arc_length
+      run%arc_length = home%list(at)%arc_length
       run%left_at = run%arc_length
-      run%home = pack(landmarks, landmarks%label == 'BP')
+      run%home => home
       call linearise(problem, run%state, run%state, run%system, timers)
-      run%system%negative_pivots = landmarks(at)%pivots
+      run%system%negative_pivots = home%list(at)%pivots
       call record(problem, run, run%state, 'BP', nothing, recorder, outcome, timers)
       if (allocated(outcome%why)) return
       distance = branch%increment
@@ -140,7 +135,7 @@ contains
          distance = first_distance
          if (is_arc_length(step%method)) distance = min(distance, step%largest)
       end if
-      call switch_branch(problem, as_branch, landmarks(at), branch%mode, branch%side, distance, run, report, timers)
+      call switch_branch(problem, as_branch, home%list(at), branch%mode, branch%side, distance, run, report, timers)
       if (.not. report%converged) then
          call note_trouble(outcome, called//': '//report%message)
          return
@@ -153,6 +148,5 @@ contains
          call note_trouble(outcome, called//': '//outcome%why)
          deallocate (outcome%why)
       end if
-      found = run%landmark
    end subroutine follow_branch
 end module branches

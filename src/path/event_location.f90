@@ -6,7 +6,7 @@ module event_location
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: linearise
-   use path_control, only: path_length
+   use path_control, only: path_length, is_arc_length
    use path_continuity, only: heading_t, lies_between, alike, largest_distance
    use increment_points, only: division_t, new_division, point_within, chord_fraction
    use path_events, only: event_value, event_bifurcation, event_release, event_contact, event_limit, event_turning
@@ -45,7 +45,8 @@ contains
       if (.not. sighting%located) return
       if (division%smooth) then
          sighting%located = is_what_it_says(problem, step, run, trial, ahead, sighting)
-      else if (division%length > 0.0_wp) then
+      else if (division%length > 0.0_wp .and. is_arc_length(run%control%method)) then
+         ! Where load or displacement tells the way, it does so where nothing moves, too.
          sighting%fraction = chord_fraction(problem, run, division, sighting%place)
       end if
    end subroutine locate

@@ -11,7 +11,7 @@ module limit_curves
    use model, only: step_t
    use linear_system, only: new_system
    use bordered_system, only: linearise
-   use path_run, only: run_t
+   use landmarks, only: landmarks_t
    use path_acceptance, only: outcome_t, note_trouble
    use span_validity, only: spans_hold
    use second_parameter, only: present_value
@@ -38,7 +38,7 @@ contains
    !> Follows all limit curves of a step. What cannot be found is noted in outcome%trouble.
    subroutine follow_limit_curves(step, own, recorder, outcome, timers)
       type(step_t), intent(in) :: step
-      type(run_t), intent(in) :: own                 !! the run at the end of the step's path, with its landmarks
+      type(landmarks_t), intent(in) :: own           !! of the step's path
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
@@ -54,7 +54,7 @@ contains
    !> One curve.
    subroutine follow_curve(step, own, number, recorder, trouble, outcome, timers)
       type(step_t), intent(in) :: step
-      type(run_t), intent(in) :: own
+      type(landmarks_t), intent(in) :: own
       integer, intent(in) :: number                  !! index into step%limit_curve
       class(recorder_t), intent(inout) :: recorder
       character(:), allocatable, intent(out) :: trouble
@@ -69,8 +69,8 @@ contains
 
       associate (curve => step%limit_curve(number))
          passed = 0
-         do i = 1, size(own%landmark)
-            if (own%landmark(i)%label /= 'LP') cycle
+         do i = 1, size(own%list)
+            if (own%list(i)%label /= 'LP') cycle
             passed = passed + 1
             if (passed == curve%limit_point) exit
          end do
@@ -78,10 +78,10 @@ contains
             trouble = 'the path has '//to_text(passed)//' limit point(s), not '//to_text(curve%limit_point)
             return
          end if
-         follower%base = own%landmark(i)%problem
+         follower%base = own%list(i)%problem
          follower%problem = follower%base
          follower%curve = curve
-         follower%state = own%landmark(i)%state
+         follower%state = own%list(i)%state
          follower%system = new_system(follower%base)
          follower%coordinate = as_coordinate(curve, present_value(follower%base, curve))
          start = follower%coordinate
@@ -90,7 +90,7 @@ contains
          follower%unit(2) = abs(curve%increment)
          ! Along the path: first by a length at which the path is curved, then as far as one step of the curve takes it.
          follower%unit(1) = first_distance
-         call stand_here(follower, own%landmark(i)%direction, own%landmark(i)%direction_load, timers)
+         call stand_here(follower, own%list(i)%direction, own%list(i)%direction_load, timers)
          if (.not. follower%system%ok) then
             trouble = 'the tangent at the limit point is singular'
             return

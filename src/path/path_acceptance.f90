@@ -10,12 +10,12 @@ module path_acceptance
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
    use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode, deck_mode
-   use state_transfer, only: carry_to
    use weak_lines, only: release_lines, count_released, let_turn, line_opening
    use path_control, only: path_length
    use path_continuity, only: heading_t
    use corrector, only: increment_t
-   use path_run, only: run_t, landmark_t, probe_at, keep_landmark, leave_trail
+   use path_run, only: run_t, probe_at, keep_landmark, leave_trail
+   use homecoming, only: is_home, see_home
    use step_control, only: stop_met
    use path_events, only: probe_t, event_t, new_probe, detect_events, value_events, event_stop, event_bifurcation, event_release, &
       & event_limit, event_contact, event_value_reached, event_turning
@@ -84,7 +84,7 @@ contains
       integer, allocatable :: order(:)
       type(error_bars_t), allocatable :: shown_bars
       integer :: i, unseen
-      logical :: splits, set_changes, stops
+      logical :: splits, set_changes, stops, comes_home
 
       finished = .false.
       shorter = .false.
@@ -96,12 +96,12 @@ contains
          run%probe%load_rate = probe%load_rate
          run%probe%monitor_rate = probe%monitor_rate
       end if
-      call find_events(problem, step, run, trial, ahead, probe, seen, at_trial, timers)
+      call find_events(problem, step, run, trial, ahead, probe, seen, comes_home, at_trial, timers)
       set_changes = label /= ''
       if (present(changes)) set_changes = set_changes .or. changes
       told = told_otherwise(run, trial, set_changes, seen)
       ! Values that are only looked for change nothing.
-      shorter = can_cut .and. (one_sided(run, trial, probe) .or. any(.not. (told .or. seen%located .or. &
+      shorter = can_cut .and. (.not. comes_home .and. one_sided(run, trial, probe) .or. any(.not. (told .or. seen%located .or. &
          & seen%event%kind == event_value_reached .or. seen%event%kind == event_turning)))
       if (shorter) return
       stops = stop_met(step, run%probe, probe)
@@ -110,7 +110,8 @@ contains
       do i = 1, size(seen)
          if (told(i) .or. .not. seen(i)%located) cycle
          call linearise(problem, seen(i)%place, seen(i)%place, run%system, timers)
-         call bars_at_event(problem, step, run, trial, seen(i)%event, seen(i)%place, seen(i)%heading, seen(i)%bars, timers)
+         if (.not. allocated(seen(i)%bars)) &
+            & call bars_at_event(problem, step, run, trial, seen(i)%event, seen(i)%place, seen(i)%heading, seen(i)%bars, timers)
          if (present(tries)) call ask_for_mesh(problem, step, run, seen(i)%place, seen(i)%bars, .true., tries, outcome)
          if (wants_another(run)) return
       end do
@@ -231,7 +232,7 @@ contains
 
    !> All events between the last point and the trial, looked for. A load that is passed on the way to a limit point, and
    !> again on the way back, does not show at the ends: to values such an increment is two.
-   subroutine find_events(problem, step, run, trial, ahead, probe, seen, at_trial, timers)
+   subroutine find_events(problem, step, run, trial, ahead, probe, seen, comes_home, at_trial, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
@@ -239,16 +240,21 @@ contains
       type(heading_t), intent(in) :: ahead
       type(probe_t), intent(in) :: probe
       type(sighting_t), allocatable, intent(out) :: seen(:)
+      logical, intent(out) :: comes_home         !! one of them is where its branch comes back to the path that it left
       type(system_t), allocatable, intent(out) :: at_trial !! the run's system as it was; allocated where something was seen
       type(timers_t), intent(inout) :: timers
       type(event_t), allocatable :: events(:)
+      type(sighting_t), allocatable :: home
       type(probe_t) :: top
       type(run_t) :: beyond
       real(wp) :: part
       integer :: i, limit, n
       call detect_events(problem, step, run%probe, probe, run%state, trial, events)
-      if (size(events) > 0) at_trial = run%system
+      call see_home(problem, run, trial, ahead, events, home)
+      comes_home = allocated(home)
+      if (size(events) > 0 .or. comes_home) at_trial = run%system
       call look(run, trial, ahead, events)
+      if (comes_home) seen = [seen, home]
       limit = 0
       do i = 1, size(seen)
          if (seen(i)%event%kind == event_limit .and. seen(i)%located) limit = i
@@ -425,7 +431,7 @@ contains
          case (event_bifurcation)
             call find_null_vectors(problem, step, run%system, place, event, critical, modes, timers)
             call keep_landmark(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, &
-               & size(critical%null_vector, 3))
+               & size(critical%null_vector, 3), event%scale, sighting%bars)
          case (event_release)
             call release_lines(problem, place, run%system, free, released, weak)
             other = new_system(free)
@@ -435,7 +441,8 @@ contains
             if (line_opening(problem, place, free, released, nodal_mode(free, other, modes%x(:, 1))) == 0) &
                & critical%note = 'bifurcation without contacts that carry no force; none of its directions opens them all'
             call let_turn(free)
-            call keep_landmark(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, 1, free, released)
+            call keep_landmark(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, 1, &
+               & free=free, released=released)
          case (event_limit)
             call keep_landmark(problem, run, 'LP', place, trial, 0.0_wp, arc_length, pivots, 0)
          end select
@@ -474,34 +481,6 @@ contains
       end do
       if (nearest > 0) touching(nearest) = .true.
    end function first_touch
-
-   !> True for a branch at a bifurcation of the path that it left: beyond, it is that path, or itself again.
-   logical function is_home(problem, run, place)
-      type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
-      type(state_t), intent(in) :: place
-      real(wp), parameter :: near = 1.0e-4_wp   ! of the branch's length
-      real(wp) :: travelled
-      integer :: j
-      is_home = .false.
-      if (.not. allocated(run%home)) return
-      travelled = run%arc_length - run%left_at + path_length(problem, run%state, place)
-      do j = 1, size(run%home)
-         is_home = is_home .or. path_length(problem, seen_here(run%home(j)), place) <= near * travelled
-      end do
-
-   contains
-
-      !> The state of a landmark on the mesh of this one.
-      function seen_here(landmark) result(state)
-         type(landmark_t), intent(in) :: landmark
-         type(state_t) :: state
-         state = landmark%state
-         if (problem%deck_mesh) return
-         state%geometry = place%geometry
-         call carry_to(landmark%problem, landmark%state, problem, state)
-      end function seen_here
-   end function is_home
 
    !> Reports the point recorded last as a critical one.
    subroutine announce(problem, run, point, state, values, exact, recorder, outcome, timers)

@@ -14,6 +14,7 @@ module path_loop
    use bar_check, only: indeterminate_bar
    use corrector, only: increment_t
    use path_run, only: run_t
+   use landmarks, only: landmarks_t
    use first_contact, only: presume_contact
    use span_mesh, only: prepare_mesh, ask_for_twice, refine_mesh
    use span_problem, only: hold_touches
@@ -44,6 +45,7 @@ contains
       type(outcome_t), intent(out) :: outcome
       type(timers_t), intent(inout) :: timers
       type(run_t) :: run
+      type(landmarks_t), target :: found
       type(increment_t) :: nothing
       type(step_t) :: step
       type(buckling_t) :: buckled(size(problem%model%step))
@@ -74,13 +76,17 @@ contains
          ! The problem gets other meshes on the way.
          step = problem%model%step(k)
          call start_control(problem, step, run)
+         if (allocated(found%list)) deallocate (found%list)
+         allocate (found%list(0))
+         nullify (run%landmarks)
+         if (size(step%branch) > 0 .or. size(step%limit_curve) > 0) run%landmarks => found
          call follow_points(problem, step, run, recorder, outcome, timers)
          if (problem%sampled .and. .not. allocated(outcome%why)) outcome%why = &
             & 'contact at nodes did not turn into points and lines along the rod before the end of the step'
          if (allocated(outcome%why)) exit steps
-         call follow_branches(step, run, n_branches, recorder, outcome, timers)
+         call follow_branches(step, found, n_branches, recorder, outcome, timers)
          if (allocated(outcome%why)) exit steps
-         call follow_limit_curves(step, run, recorder, outcome, timers)
+         call follow_limit_curves(step, found, recorder, outcome, timers)
          if (allocated(outcome%why)) exit steps
          call freeze_loads(problem, run%state)
       end do steps
@@ -105,10 +111,6 @@ contains
       run%step_points = 0
       ! Other loads may well take the structure back.
       if (allocated(run%trail)) deallocate (run%trail)
-      run%keep_landmarks = size(problem%model%step(problem%step)%branch) > 0 .or. &
-         & size(problem%model%step(problem%step)%limit_curve) > 0
-      if (allocated(run%landmark)) deallocate (run%landmark)
-      allocate (run%landmark(0))
       if (starts_fresh(problem)) then
          part = unheld_part(problem, run%state)
          if (part /= '') then

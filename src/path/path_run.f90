@@ -1,4 +1,4 @@
-!> Where a path stands: the last accepted point and what is known about it, and the critical points other paths start at.
+!> Where a path stands: the last accepted point and what is known about it.
 module path_run
    use kinds, only: wp
    use model, only: method_cylindrical, method_load, method_displacement
@@ -8,28 +8,15 @@ module path_run
    use state_transfer, only: carried_field
    use mesh_demand, only: demand_t
    use path_control, only: control_t, displacement_between
+   use error_bar, only: error_bars_t
+   use landmarks, only: landmark_t, landmarks_t
    use monitor_rows, only: monitor_change
    use path_continuity, only: heading_t, heading_at, goes_back
    use path_record, only: region_t
    use path_events, only: probe_t, new_probe
    implicit none
    private
-   public :: run_t, landmark_t, heading_of, probe_at, keep_landmark, leave_trail, turned_round, forget_mesh
-
-   !> A critical point that a branch or a limit curve may start at.
-   type :: landmark_t
-      character(2) :: label = ''
-      type(problem_t) :: problem                 !! on the mesh of that point
-      type(state_t) :: state
-      integer :: point = 0                       !! its row in the results of its path, from 1
-      integer :: pivots = 0                      !! negative ones on the side that its path comes from
-      integer :: multiplicity = 0                !! BP: how many null vectors
-      real(wp) :: arc_length = 0.0_wp
-      real(wp), allocatable :: direction(:, :)   !! of its path: displacements
-      real(wp) :: direction_load = 0.0_wp        !! and load factor
-      real(wp), allocatable :: drift(:, :)       !! displacements less those between its neighbours: rounding
-      type(control_t) :: control
-   end type landmark_t
+   public :: run_t, heading_of, probe_at, keep_landmark, leave_trail, turned_round, forget_mesh
 
    !> A stretch of the path between two neighbouring points, with the tangents at its ends.
    type :: stretch_t
@@ -63,10 +50,9 @@ module path_run
       type(stretch_t), allocatable :: trail(:)   !! the way up to the last accepted point, the latest first
       type(heading_t) :: heading                 !! tangent at the last accepted point, in the sense of the run
       logical :: fresh = .false.                 !! that point is a start whose contacts carry nothing: held in its tangent
-      type(landmark_t), allocatable :: home(:)   !! branch: the bifurcations of the path that it left
+      type(landmarks_t), pointer :: home => null() !! branch: the critical points of the path that it left
       real(wp) :: left_at = 0.0_wp               !! branch: arc_length where it left
-      logical :: keep_landmarks = .false.
-      type(landmark_t), allocatable :: landmark(:) !! LP and BP of this step, in order; only when they are kept
+      type(landmarks_t), pointer :: landmarks => null() !! LP and BP of this step or branch, in order; null: they are not kept
    end type run_t
 
 contains
@@ -143,7 +129,7 @@ contains
    end function turned_round
 
    !> Keeps the critical point recorded last.
-   subroutine keep_landmark(problem, run, label, state, trial, part, arc_length, pivots, multiplicity, free, released)
+   subroutine keep_landmark(problem, run, label, state, trial, part, arc_length, pivots, multiplicity, scale, bars, free, released)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       character(*), intent(in) :: label
@@ -153,10 +139,12 @@ contains
       real(wp), intent(in) :: arc_length
       integer, intent(in) :: pivots              !! negative ones before it
       integer, intent(in) :: multiplicity
+      real(wp), intent(in), optional :: scale    !! see event_t
+      type(error_bars_t), allocatable, intent(in), optional :: bars
       type(problem_t), intent(in), optional :: free  !! what leaves it does so without contacts that carry no force: the problem
       type(state_t), intent(in), optional :: released !! and the state there without them
       type(landmark_t) :: landmark
-      if (.not. run%keep_landmarks) return
+      if (.not. associated(run%landmarks)) return
       landmark%label = label
       landmark%problem = problem
       landmark%state = state
@@ -168,13 +156,14 @@ contains
       landmark%drift = landmark%direction - part * displacement_between(problem, run%state, trial)
       landmark%direction_load = state%load_factor - run%state%load_factor
       landmark%control = run%control
+      if (present(scale)) landmark%scale = scale
+      if (present(bars)) landmark%bars = bars
       if (present(free)) then
          landmark%direction = carried_field(problem, state, landmark%direction, free, released)
          landmark%drift = carried_field(problem, state, landmark%drift, free, released)
          landmark%problem = free
          landmark%state = released
       end if
-      if (.not. allocated(run%landmark)) allocate (run%landmark(0))
-      run%landmark = [run%landmark, landmark]
+      call run%landmarks%keep(landmark)
    end subroutine keep_landmark
 end module path_run

@@ -1,0 +1,96 @@
+!> A branch that comes back to a bifurcation of the path that it left. Two paths cross there: the load of one may turn, an
+!> eigenvalue come to zero and go back, no increment gets near. But the place is known: the other path has found it.
+module homecoming
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use state_transfer, only: carry_to
+   use path_control, only: path_length
+   use path_continuity, only: heading_t, relate, relation_t
+   use path_run, only: run_t
+   use path_events, only: event_t, event_limit, event_bifurcation
+   use landmarks, only: landmark_t
+   use sightings, only: sighting_t
+   implicit none
+   private
+   public :: is_home, see_home
+
+   real(wp), parameter :: near = 1.0e-4_wp       !! of the branch's length: as well as places are located
+
+contains
+
+   !> True for a branch at a bifurcation of the path that it left: beyond, it is that path, or itself again.
+   logical function is_home(problem, run, place)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      type(state_t), intent(in) :: place
+      real(wp) :: travelled
+      integer :: j
+      is_home = .false.
+      if (.not. associated(run%home)) return
+      travelled = run%arc_length - run%left_at + path_length(problem, run%state, place)
+      do j = 1, size(run%home%list)
+         if (run%home%list(j)%label /= 'BP') cycle
+         is_home = is_home .or. path_length(problem, seen_here(problem, place, run%home%list(j)), place) <= near * travelled
+      end do
+   end function is_home
+
+   !> Where an increment passes a bifurcation of the path that its branch left. Of the events that its ends tell those that are
+   !> this one are taken away: a pivot count that changes, a load that is largest or least there.
+   subroutine see_home(problem, run, trial, ahead, events, home)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      type(state_t), intent(in) :: trial
+      type(heading_t), intent(in) :: ahead       !! tangent there
+      type(event_t), allocatable, intent(inout) :: events(:)
+      type(sighting_t), allocatable, intent(out) :: home !! not allocated: it passes none
+      type(relation_t) :: relation
+      real(wp) :: before, after
+      integer :: i, j
+      if (.not. associated(run%home)) return
+      relation = relate(problem, run%state, trial, run%heading, ahead, run%fresh)
+      do j = 1, size(run%home%list)
+         associate (landmark => run%home%list(j))
+            if (landmark%label /= 'BP' .or. landmark%multiplicity == 0) cycle
+            allocate (home)
+            home%place = seen_here(problem, trial, landmark)
+            before = path_length(problem, run%state, home%place)
+            after = path_length(problem, home%place, trial)
+            ! On a circle the two chords are longer by turn^2/32.
+            if (max(before, after) < relation%length .and. &
+               & before + after <= (1.0_wp + 0.125_wp * relation%turn**2 + near) * relation%length) then
+               home%event = event_t(kind=event_bifurcation, label='BP', scale=landmark%scale)
+               home%event%note = 'bifurcation'
+               if (allocated(landmark%bars)) home%bars = landmark%bars
+               home%fraction = before / (before + after)
+               home%heading = run%heading
+               home%located = .true.
+               events = pack(events, [(.not. is_that(events(i)), i=1, size(events))])
+               return
+            end if
+            deallocate (home)
+         end associate
+      end do
+
+   contains
+
+      pure logical function is_that(event)
+         type(event_t), intent(in) :: event
+         is_that = event%kind == event_bifurcation
+         if (event%kind == event_limit) is_that = (home%place%load_factor - run%state%load_factor) * &
+            & (home%place%load_factor - trial%load_factor) > 0.0_wp
+      end function is_that
+   end subroutine see_home
+
+   !> The state of a landmark on the mesh that is worked on.
+   function seen_here(problem, here, landmark) result(state)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: here          !! of that mesh
+      type(landmark_t), intent(in) :: landmark
+      type(state_t) :: state
+      state = landmark%state
+      if (problem%deck_mesh) return
+      state%geometry = here%geometry
+      call carry_to(landmark%problem, landmark%state, problem, state)
+   end function seen_here
+end module homecoming

@@ -1,0 +1,51 @@
+!> The critical points that branches and limit curves may start at, kept as long as a step runs. Runs point to them: copies of a
+!> run, which trials are made with, share them.
+module landmarks
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use path_control, only: control_t
+   use error_bar, only: error_bars_t
+   implicit none
+   private
+   public :: landmark_t, landmarks_t
+
+   !> A critical point.
+   type :: landmark_t
+      character(2) :: label = ''
+      type(problem_t) :: problem                 !! on the mesh of that point
+      type(state_t) :: state
+      integer :: point = 0                       !! its row in the results of its path, from 1
+      integer :: pivots = 0                      !! negative ones on the side that its path comes from
+      integer :: multiplicity = 0                !! BP: how many null vectors
+      real(wp) :: scale = 1.0_wp                 !! BP: that of its event
+      type(error_bars_t), allocatable :: bars    !! BP: where the deck wants them
+      real(wp) :: arc_length = 0.0_wp
+      real(wp), allocatable :: direction(:, :)   !! of its path: displacements
+      real(wp) :: direction_load = 0.0_wp        !! and load factor
+      real(wp), allocatable :: drift(:, :)       !! displacements less those between its neighbours: rounding
+      type(control_t) :: control
+   end type landmark_t
+
+   !> Those of one path, in order.
+   type :: landmarks_t
+      type(landmark_t), allocatable :: list(:)
+   contains
+      procedure :: keep
+   end type landmarks_t
+
+contains
+
+   !> Adds the one found last.
+   subroutine keep(self, landmark)
+      class(landmarks_t), intent(inout) :: self
+      type(landmark_t), intent(in) :: landmark
+      type(landmark_t), allocatable :: longer(:)
+      integer :: n
+      n = size(self%list)
+      allocate (longer(n + 1))
+      longer(:n) = self%list
+      longer(n + 1) = landmark
+      call move_alloc(longer, self%list)
+   end subroutine keep
+end module landmarks
