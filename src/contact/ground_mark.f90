@@ -11,7 +11,7 @@ module ground_mark
    !> Where the gap of a contact takes a value at which the law of its foundation has a corner: a node of a mesh.
    type :: mark_t
       integer :: node = 0
-      integer :: candidate(2) = 0            !! of the foundations' chain: the element before and the one after the node follow these
+      integer :: candidate(2) = 0            !! of the foundations' chain: before the element on each side
       real(wp) :: level = 0.0_wp             !! the gap
    end type mark_t
 

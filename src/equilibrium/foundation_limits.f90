@@ -6,26 +6,14 @@ module foundation_limits
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t, worst_round_off
-   use gauss_tableau, only: max_stages
+   use ground_segments, only: stiffest
    implicit none
    private
-   public :: why_too_stiff, followed_length
+   public :: why_too_stiff
 
-   !> k h^4/EI up to which the collocation of so many stages follows what a foundation does to a rod. There the amplitudes fall
-   !> along the rod as the exponential of z = (k/EI)^(1/4) h at 45 degrees to the real axis; the stability function of the
-   !> method, the diagonal Pade approximant, falls up to the fourth root of these values only: stiffer is longer waves.
-   real(wp), parameter :: stiffest(max_stages) = [16.0_wp, 144.0_wp, 667.4_wp, 2059.0_wp, 4434.6_wp]
    character(*), parameter :: remedy = ' a smaller MODULUS, or a rigid *OBSTACLE (without FOUNDATION)'
 
 contains
-
-   !> The longest element of so many stages that follows what a foundation of a stiffness does to a rod of a bending stiffness.
-   pure real(wp) function followed_length(stiffness, bending, stages) result(length)
-      real(wp), intent(in) :: stiffness      !! [force/length^2]
-      real(wp), intent(in) :: bending        !! EI
-      integer, intent(in) :: stages
-      length = (stiffest(stages) * bending / stiffness)**0.25_wp
-   end function followed_length
 
    !> In words why Newton's method may fail where the structure touches; '' when no foundation is to blame.
    function why_too_stiff(problem, state, system) result(why)

@@ -8,6 +8,7 @@ module ground_cuts
    use ground_segments, only: has_kinks, element_cuts, segment_at, segment_stiffness
    use ground_marks, only: is_live
    use remeshed_model, only: division_t
+   use mesh_demand, only: demand_t, between, equal_shares
    use force_law, only: segment_unknown
    implicit none
    private
@@ -147,28 +148,32 @@ contains
       problem%ground%tabled = size(problem%mark) == 0
    end subroutine add_marks
 
-   !> Coordinates of nodes between two places, n elements of equal length where nothing asks for shorter ones. Beside an end with a
-   !> layer of length l, in which all falls as exp(-x / (sqrt(2) l)), an element of s stages errs by its length to the power 2 s + 1
-   !> times that: with a first length l the lengths that err alike grow as exp(x / ((2 s + 1) sqrt(2) l)).
-   pure function graded(from, to, n, layer, stages) result(at)
+   !> Coordinates of nodes between two places, n elements of equal shares of a demand where nothing asks for shorter ones. Beside an
+   !> end with a layer of length l, in which all falls as exp(-x / (sqrt(2) l)), an element of s stages errs by its length to the
+   !> power 2 s + 1 times that: with a first length l the lengths that err alike grow as exp(x / ((2 s + 1) sqrt(2) l)).
+   pure function graded(demand, from, to, n, layer, stages) result(at)
+      type(demand_t), intent(in) :: demand
       real(wp), intent(in) :: from, to
       integer, intent(in) :: n, stages
       real(wp), intent(in) :: layer(2)               !! at both ends, 0: none
       real(wp), allocatable :: at(:)                 !! both ends among them
-      real(wp), allocatable :: first(:), last(:)
+      real(wp), allocatable :: first(:), last(:), inner(:)
+      real(wp) :: whole
       integer :: i, middle
-      first = side(layer(1))
-      last = side(layer(2))
-      associate (a => first(size(first)), b => to - from - last(size(last)))
-         middle = max(1, ceiling(n * (b - a) / (to - from) - 0.01_wp))
-         at = [from + first, [(from + a + (b - a) * i / middle, i=1, middle - 1)], [(to - last(i), i=size(last), 1, -1)]]
+      whole = between(demand, from, to)
+      first = from + side(layer(1), 1.0_wp, from)
+      last = to - side(layer(2), -1.0_wp, to)
+      associate (a => first(size(first)), b => last(size(last)))
+         middle = max(1, ceiling(n * between(demand, a, b) / whole - 0.01_wp))
+         inner = equal_shares(demand, a, b, middle)
       end associate
+      at = [first, inner(2:middle), [(last(i), i=size(last), 1, -1)]]
 
    contains
 
       !> Distances from an end with a layer, 0 first, as long as elements are shorter than all others, up to the middle.
-      pure function side(l) result(x)
-         real(wp), intent(in) :: l
+      pure function side(l, sense, end) result(x)
+         real(wp), intent(in) :: l, sense, end
          real(wp), allocatable :: x(:)
          real(wp) :: h, now
          x = [0.0_wp]
@@ -176,7 +181,9 @@ contains
          now = 0.0_wp
          do
             h = l * exp(now / ((2 * stages + 1) * sqrt(2.0_wp) * l))
-            if (h >= (to - from) / n .or. now + 1.5_wp * h > 0.5_wp * (to - from)) exit
+            if (now + 1.5_wp * h > 0.5_wp * (to - from)) exit
+            if (n * between(demand, min(end + sense * now, end + sense * (now + h)), max(end + sense * now, &
+               & end + sense * (now + h))) >= whole) exit
             now = now + h
             x = [x, now]
          end do

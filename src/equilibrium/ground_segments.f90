@@ -11,15 +11,29 @@ module ground_segments
    use element_gap, only: element_gap_t, ground_gap, gap_value, gap_crossings, most_crossings
    use rod_profile, only: profile_error
    use state_transfer, only: find_point
+   use gauss_tableau, only: max_stages
    implicit none
    private
    public :: has_kinks, tell_segments, segments_hold, element_cuts, segment_at, segment_stiffness, is_cut, &
-      & gap_uncertainty
+      & gap_uncertainty, followed_length, stiffest
 
    real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! of what moves: the rounding of gaps, and what Newton leaves
    real(wp), parameter :: at_node = 1.0e-6_wp !! of an element: a place as near as that to a mark is the mark
 
+   !> k h^4/EI up to which the collocation of so many stages follows what a foundation does to a rod. There the amplitudes fall
+   !> along the rod as the exponential of z = (k/EI)^(1/4) h at 45 degrees to the real axis; the stability function of the
+   !> method, the diagonal Pade approximant, falls up to the fourth root of these values only: stiffer is longer waves.
+   real(wp), parameter :: stiffest(max_stages) = [16.0_wp, 144.0_wp, 667.4_wp, 2059.0_wp, 4434.6_wp]
+
 contains
+
+   !> The longest element of so many stages that follows what a foundation of a stiffness does to a rod of a bending stiffness.
+   pure real(wp) function followed_length(stiffness, bending, stages) result(length)
+      real(wp), intent(in) :: stiffness      !! [force/length^2]
+      real(wp), intent(in) :: bending        !! EI
+      integer, intent(in) :: stages
+      length = (stiffest(stages) * bending / stiffness)**0.25_wp
+   end function followed_length
 
    !> True for the element after a candidate of the foundations' chain, if its law has corners.
    pure logical function has_kinks(problem, candidate)
@@ -150,10 +164,11 @@ contains
          do j = 1, crossings
             if (mine(1) .and. place(j) <= at_node) known(j) = .false.
             if (mine(2) .and. place(j) >= 1.0_wp - at_node) known(j) = .false.
-            if (j == 1) cycle
-            ! A wave between two crossings that is no larger than the error of the polynomial.
-            if (abs(gap_value(problem, gap, 0.5_wp * (place(j - 1) + place(j))) - levels(k)) <= uncertainty(state, gap)) &
-               & known(j - 1:j) = .false.
+         end do
+         ! A wave between two crossings that is no larger than the error of the polynomial.
+         do j = 1, crossings - 1
+            if (abs(gap_value(problem, gap, 0.5_wp * (place(j) + place(j + 1))) - levels(k)) <= uncertainty(state, gap)) &
+               & known(j:j + 1) = .false.
          end do
          tau = [tau, pack(place(:crossings), known(:crossings))]
          level = [level, spread(levels(k), 1, count(known(:crossings)))]
@@ -235,20 +250,33 @@ contains
       logical, intent(out) :: hold
       type(element_gap_t) :: gap
       real(wp) :: value, low, high, slack
-      integer :: c, j
+      integer :: c, j, step
+      logical :: marked(2)
       hold = .true.
       do c = 1, size(state%segment)
          if (state%segment(c) == segment_unknown) cycle
          gap = ground_gap(problem, state, c)
          call segment_range(problem, c, state%segment(c), low, high)
          slack = uncertainty(state, gap)
-         do j = 0, gap%samples
-            value = gap_value(problem, gap, real(j, wp) / gap%samples)
-            if (value >= low - slack .and. value <= high + slack) cycle
-            hold = .false.
-            state%segment(c) = segment_unknown
-            exit
-         end do
+         associate (mesh => problem%model%mesh, e => problem%ground%chain%element(2, c))
+            ! A mark that is not yet where it belongs takes the gap of its node along.
+            marked = .false.
+            do j = 1, size(problem%mark)
+               marked = marked .or. problem%mark(j)%candidate([2, 1]) == c
+            end do
+            ! What is too long to follow its foundation tells nothing of it between its nodes.
+            step = 1
+            if (segment_stiffness(problem, c, state%segment(c)) * state%geometry%element(e)%length**4 > stiffest(mesh%stages(e)) * &
+               & problem%model%section(mesh%section(e))%ei) step = gap%samples
+            do j = 0, gap%samples, step
+               if ((j == 0 .and. marked(1)) .or. (j == gap%samples .and. marked(2))) cycle
+               value = gap_value(problem, gap, real(j, wp) / gap%samples)
+               if (value >= low - slack .and. value <= high + slack) cycle
+               hold = .false.
+               state%segment(c) = segment_unknown
+               exit
+            end do
+         end associate
       end do
    end subroutine segments_hold
 

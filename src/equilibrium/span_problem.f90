@@ -11,8 +11,7 @@ module span_problem
    use contact_touch, only: touch_t, sort_touches
    use ground_mark, only: cut_t
    use ground_cuts, only: add_marks, graded
-   use ground_segments, only: has_kinks
-   use foundation_limits, only: followed_length
+   use ground_segments, only: has_kinks, followed_length
    use candidates, only: add_candidates, twins
    use neutral_spans, only: free_clamps
    use conforming_element, only: conforming_size
@@ -167,6 +166,7 @@ contains
          integer, intent(in) :: contact              ! of a line, 0: a free span
          real(wp) :: wanted
          integer :: n, least, i, stages
+         type(demand_t) :: deck
          if (.not. to > from) return
          stages = base%deck%mesh%stages(base%layout%stretch(stretch)%element(1))
          if (base%layout%stretch(stretch)%placed) then
@@ -178,7 +178,7 @@ contains
             end if
             if (any(layer > 0.0_wp)) then
                n = max(1, n)
-               associate (shares => graded(from, to, n, layer, stages))
+               associate (shares => graded(base%demand(stretch), from, to, n, layer, stages))
                   at = [at, shares(2:)]
                end associate
                from = to
@@ -194,7 +194,9 @@ contains
          least = least_free
          if (any(cut%stretch == stretch)) then
             n = max(1, ceiling(wanted - whole_number))
-            associate (nodes => graded(from, to, n, layer, stages))
+            deck%at = base%layout%stretch(stretch)%at
+            deck%elements = spread(1.0_wp, 1, size(deck%at) - 1)
+            associate (nodes => graded(deck, from, to, n, layer, stages))
                at = [at, nodes(2:)]
             end associate
             from = to

@@ -303,7 +303,8 @@ contains
       value(:, 1:n) = reshape(state%z(4 + n:3 + 3 * n, e), [2, n])
       next = problem%beside(2, problem%model%mesh%node(2, e))
       if (next > 0) then
-         if (problem%stretch(next) == problem%stretch(e) .and. next /= problem%along(problem%element_first(problem%stretch(e)))) then
+         if (problem%stretch(next) == problem%stretch(e) .and. &
+            & next /= problem%along(problem%element_first(problem%stretch(e)))) then
             n = n + 1
             at(n) = 1.0_wp
             value(:, n) = state%z(1:2, next)
