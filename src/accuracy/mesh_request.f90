@@ -45,7 +45,7 @@ contains
       logical, intent(out) :: unsettled          !! the iteration has left more than its part: it is to go on first
       type(demand_t), allocatable, intent(out) :: demand(:) !! (stretches)
       real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio
-      logical :: free(problem%model%mesh%n_elements), known
+      logical :: free(problem%model%mesh%n_elements), known, cut
       integer :: k, s, now
       free = problem%layout%stretch(problem%stretch)%placed
       now = count(free)
@@ -56,7 +56,11 @@ contains
       known = .not. bars%too_coarse
       if (known .and. .not. allocated(bars%share)) then
          ! Where contact with foundations ends unmarked the mesh gets a node; more elements do not help.
-         if (tries > 0 .or. .not. any([(is_cut(problem, state, k), k=1, problem%ground%chain%n)])) return
+         cut = .false.
+         do k = 1, problem%ground%chain%n
+            if (is_cut(problem, state, k)) cut = .true.
+         end do
+         if (tries > 0 .or. .not. cut) return
          demand = present_demand(problem, state)
          if (size(problem%mark) == 0) demand = new_demands(problem%layout)
          return
