@@ -352,7 +352,8 @@ def test_beam_sinks_into_a_bilinear_ground_at_nodes():
                                     "METHOD=LOAD, LOOP=PAPER"])
 def test_other_ways_meet_the_same_kinks(static, points):
     run, same = beam_on_bilinear_ground(80, points, static), beam_on_bilinear_ground(80, points)
-    dr.assert_close(run.column("W")[-1], same.column("W")[-1], relative=1e-7)
+    # The marks of other paths come from other points: along the rod the meshes differ, and so their errors do.
+    dr.assert_close(run.column("W")[-1], same.column("W")[-1], relative=1e-7 if points == "NODES" else 1e-6)
 
 
 # Springs at nodes ------------------------------------------------------------------------------------------------

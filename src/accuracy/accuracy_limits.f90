@@ -3,6 +3,7 @@ module accuracy_limits
    use problem, only: problem_t
    use element_families, only: collocates
    use rod_state, only: state_t
+   use ground_segments, only: is_cut
    implicit none
    private
    public :: why_not_told
@@ -12,12 +13,12 @@ contains
    !> The reason why errors are not told at a converged state, in words; '' where they are.
    !>
    !> What has no kink inside an element converges as its order says. Contact at nodes has one wherever a node begins or ceases
-   !> to touch, a foundation where its contact ends, a law at its corners. The UL2 element is of another kind.
+   !> to touch, and a foundation where its contact ends, or its law has a corner, beside a mark. The UL2 element is of another kind.
    function why_not_told(problem, state) result(why)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       character(:), allocatable :: why
-      integer :: c, e
+      integer :: c
       why = ''
       if (any(.not. collocates(problem%model%mesh%family))) why = 'the mesh has UL2 elements'
       if (any(problem%opening > 0)) why = 'a contact span has just begun to open'
@@ -28,12 +29,9 @@ contains
          if (size(problem%model%contact(problem%candidates%contact(c))%node) > 1) why = 'contact is at the nodes of the mesh'
       end do
       do c = 1, problem%ground%chain%n
-         e = problem%ground%chain%element(2, c)
-         if (e == 0) cycle
-         associate (obstacle => problem%model%obstacle(problem%ground%chain%obstacle(c)))
-            if (obstacle%law > 0) why = 'the law of a foundation has corners'
-            if (.not. obstacle%bilateral) why = 'contact with a foundation may end inside an element'
-         end associate
+         if (problem%ground%chain%element(2, c) == 0) cycle
+         if (problem%model%obstacle(problem%ground%chain%obstacle(c))%law > 0) why = 'the law of a foundation has corners'
+         if (is_cut(problem, state, c)) why = 'contact with a foundation ends inside an element'
       end do
    end function why_not_told
 end module accuracy_limits

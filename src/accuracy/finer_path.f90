@@ -74,6 +74,7 @@ contains
       type(control_t) :: control, seen
       real(wp) :: rhs
       integer :: k
+      logical :: marks_act
       control = path%control
       control%increment = increment
       origin = path%base
@@ -81,16 +82,17 @@ contains
       associate (problem => path%problem)
          do k = 1, steps
             if (.not. point%ok) return
-            if (problem%spans) call follow_nodes(problem, path%base, control, point%state, origin, seen)
+            if (problem%moving) call follow_nodes(problem, path%base, control, point%state, origin, seen)
             call control_row(problem, seen, origin, point%state, point%system, rhs, timers)
             call solve_contact_step(problem, point%state, point%system, rhs, .true., step, timers)
             point%ok = step%ok
             if (.not. point%ok) return
             call leave_out(problem, path%modes, new_null_directions(problem, point%system, path%modes, timers), step%x)
             before = point%state
+            marks_act = point%system%marks_act
             call apply_increment(problem, point%system, step%x, step%y, point%state)
             point%state%reaction = step%reaction
-            if (problem%spans) call move_touchdown_points(problem, before, point%state)
+            if (problem%moving) call move_touchdown_points(problem, before, point%state, marks_act)
             call linearise(problem, point%state, point%state, point%system, timers)
             point%ok = point%system%ok
          end do

@@ -32,6 +32,7 @@ contains
       if (any(problem%ground%founded)) then
          finer%ground = new_ground(finer%model, finer%tableau, home)
          finer%ground%chain = problem%ground%chain
+         finer%ground%tabled = problem%ground%tabled
       end if
       associate (mesh => finer%model%mesh)
          do e = 1, mesh%n_elements

@@ -10,7 +10,8 @@ module mesh_request
    use rod_state, only: state_t
    use linear_system, only: system_t
    use span_problem, only: present_demand
-   use mesh_demand, only: demand_t, with_smooth_density
+   use mesh_demand, only: demand_t, new_demands, with_smooth_density
+   use ground_segments, only: is_cut
    use error_bar, only: error_bars_t
    implicit none
    private
@@ -47,15 +48,25 @@ contains
       logical, intent(out) :: unsettled          !! the iteration has left more than its part: it is to go on first
       type(demand_t), allocatable, intent(out) :: demand(:) !! (stretches)
       real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio
-      logical :: free(problem%model%mesh%n_elements), known, bounded
-      integer :: now
+      logical :: free(problem%model%mesh%n_elements), known, bounded, cut
+      integer :: now, k
       free = problem%layout%stretch(problem%stretch)%placed
       now = count(free)
       unsettled = .false.
       if (now == 0 .or. problem%sampled) return
       call indicate(bars, sizes, counted, asked, critical .and. tries < most_unbounded, can_settle, indicator, ratio, &
          & known, bounded, unsettled)
-      if (known .and. .not. allocated(bars%share)) return
+      if (known .and. .not. allocated(bars%share)) then
+         ! Where contact with foundations ends unmarked the mesh gets a node; more elements do not help.
+         cut = .false.
+         do k = 1, problem%ground%chain%n
+            if (is_cut(problem, state, k)) cut = .true.
+         end do
+         if (tries > 0 .or. .not. cut) return
+         demand = present_demand(problem, state)
+         if (size(problem%mark) == 0) demand = new_demands(problem%layout)
+         return
+      end if
       if ((known .and. bounded .and. ratio <= 1.0_wp) .or. unsettled) return
       g = elements_share(problem, free, indicator)
       whole = sum(g)

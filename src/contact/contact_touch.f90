@@ -73,13 +73,27 @@ contains
             e = layout%stretch(k)%element(1)
             if (.not. all(member(mesh%node(:, e)))) cycle
             takes = takes .and. layout%stretch(k)%free .and. conforms(mesh%family(e)) .and. &
-               & model%section(mesh%section(e))%shear_rigid
+               & model%section(mesh%section(e))%shear_rigid .and. .not. founded(e)
             covered(mesh%node(1, layout%stretch(k)%element)) = .true.
             covered(mesh%node(2, layout%stretch(k)%element)) = .true.
          end do
          ! Nodes on their own are candidates on their own.
          takes = takes .and. all(covered(touched%node))
       end associate
+
+   contains
+
+      !> True for an element that a foundation acts on, too: what lies on an obstacle's track knows of no other forces.
+      pure logical function founded(e)
+         integer, intent(in) :: e
+         integer :: c
+         founded = .false.
+         do c = 1, size(model%contact)
+            if (.not. model%contact(c)%distributed) cycle
+            founded = founded .or. all([any(model%contact(c)%node == model%mesh%node(1, e)), &
+               & any(model%contact(c)%node == model%mesh%node(2, e))])
+         end do
+      end function founded
    end function takes_spans
 
    !> Orders touches along the stretches.

@@ -19,6 +19,7 @@ module ground
       integer, allocatable :: first(:)          !! (elements + 1) entries of `candidate` for each element
       integer, allocatable :: candidate(:)      !! at the element's first node: index into chain
       logical, allocatable :: founded(:)        !! (elements) some foundation acts on it
+      logical :: tabled = .true.                !! the deviation is known once for all: no node goes along its rod
       logical, allocatable :: curved(:)         !! (elements) the deviation is not zero
       real(wp), allocatable :: slope(:)         !! (obstacles) [force/length^2] largest of its law, where it acts inside elements
       real(wp) :: stiffest = 0.0_wp             !! [force/length] of a node's share of the foundation

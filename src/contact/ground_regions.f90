@@ -12,7 +12,8 @@ module ground_regions
    use force_law, only: law_reaction
    use element_foundation, only: foundation_forces
    use rod_profile, only: profile_place, profile_angle
-   use element_gap, only: element_gap_t, new_element_gap, gap_parts, gap_value, gap_extreme, most_parts, most_samples
+   use element_gap, only: element_gap_t, ground_gap, gap_parts, gap_value, gap_extreme, most_parts, most_samples
+   use reference_curve, only: curve_length
    use inner_forces, only: inner_forces_t
    use path_record, only: region_t
    implicit none
@@ -53,7 +54,7 @@ contains
                open_end = .false.
             end if
             h = state%geometry%element(e)%length
-            gap = new_element_gap(problem, state, chain, c)
+            gap = ground_gap(problem, state, c)
             call gap_parts(problem, gap, n, part)
             if (n == 0) open_end = .false.
             do i = 1, n
@@ -70,7 +71,7 @@ contains
             ! Once round a closed chain: the last region goes on as the first one.
             closes = chain%neighbour(2, c)
             if (closes >= 1 .and. closes <= c .and. open_end .and. size(regions) >= first) then
-               if (regions(first)%start <= chain%s(closes)) then
+               if (regions(first)%start <= chain_place(problem, state, closes)) then
                   if (size(regions) > first) then
                      regions(first)%start = regions(size(regions))%start
                      regions(first)%angle_start = regions(size(regions))%angle_start
@@ -100,7 +101,7 @@ contains
          real(wp), intent(in) :: tau
          real(wp), intent(out) :: s, angle
          real(wp) :: x(2), theta
-         s = problem%ground%chain%s(candidate) + tau * h
+         s = chain_place(problem, state, candidate) + tau * h
          angle = ieee_value(angle, ieee_quiet_nan)
          associate (obstacle => problem%ground%chain%obstacle(candidate))
             if (.not. has_angle(problem%model%obstacle(obstacle))) return
@@ -125,7 +126,7 @@ contains
       do round = 0, rounds(problem, contact)
          do c = 1, problem%ground%chain%n
             if (.not. part_of_stretch(problem, state, contact, c, round, from, to, range)) cycle
-            call gap_extreme(problem, new_element_gap(problem, state, problem%ground%chain, c), .false., range(1), range(2), &
+            call gap_extreme(problem, ground_gap(problem, state, c), .false., range(1), range(2), &
                & value, tau)
             least = min(least, value)
          end do
@@ -150,7 +151,7 @@ contains
       do round = 0, rounds(problem, contact)
          do c = 1, problem%ground%chain%n
             if (.not. part_of_stretch(problem, state, contact, c, round, from, to, range)) cycle
-            between = new_element_gap(problem, state, problem%ground%chain, c)
+            between = ground_gap(problem, state, c)
             do i = 0, between%samples
                if (i == 0 .and. n > 0) cycle
                n = n + 1
@@ -191,11 +192,28 @@ contains
          lies = chain%contact(candidate) == contact .and. chain%element(2, candidate) > 0
          if (.not. lies) return
          h = state%geometry%element(chain%element(2, candidate))%length
-         s = chain%s(candidate) + round * chain%chain_length(contact)
+         s = chain_place(problem, state, candidate) + round * chain%chain_length(contact)
          range = [max((from - s) / h, 0.0_wp), min((to - s) / h, 1.0_wp)]
          lies = range(2) > range(1)
       end associate
    end function part_of_stretch
+
+   !> Arc length along its chain of the node of a candidate with an element after it, wherever that has gone.
+   pure real(wp) function chain_place(problem, state, candidate) result(s)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      real(wp) :: from, to
+      associate (e => problem%ground%chain%element(2, candidate), mesh => problem%model%mesh)
+         s = problem%ground%chain%s(candidate)
+         if (.not. problem%moving .or. mesh%curve(e) == 0) return
+         from = mesh%s(1, e)
+         to = state%geometry%element(e)%s(1)
+         if (.not. abs(to - from) > 0.0_wp) return
+         s = s + sign(curve_length(problem%model%curve(mesh%curve(e)), problem%model%imperfection, min(from, to), max(from, to)), &
+            & to - from)
+      end associate
+   end function chain_place
 
    !> How often a closed chain is followed once more.
    pure integer function rounds(problem, contact)

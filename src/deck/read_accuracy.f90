@@ -154,8 +154,8 @@ contains
             associate (obstacle => model%obstacle(model%contact(c)%obstacle), contact => model%contact(c))
                if (obstacle%at_nodes) cycle
                if (obstacle%rigid .and. contact%along) cycle
+               if (contact%distributed) cycle
                why = 'contact with '//trim(obstacle%name)//' acts at the nodes'
-               if (contact%distributed) why = 'contact with the foundation '//trim(obstacle%name)//' may end inside an element'
             end associate
          end do
          if (free .or. why /= '') return

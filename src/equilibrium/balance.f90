@@ -14,6 +14,8 @@ module balance
    use conforming_span, only: conforming_forces
    use deck_nodes, only: deck_contact_gaps, find_node
    use element_foundation, only: foundation_forces
+   use ground_segments, only: gap_uncertainty, segment_stiffness
+   use force_law, only: segment_unknown
    use inner_forces, only: inner_forces_t
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
@@ -230,8 +232,11 @@ contains
                total = total + [push, (inner%x(1, q) - middle(1)) * push(2) - (inner%x(2, q) - middle(2)) * push(1)]
                if (problem%ground%chain%bilateral(inner%source(q))) cycle
                most = max(most, inner%pressure(q))
-               if (inner%pressure(q) < least) pulled = e
-               least = min(least, inner%pressure(q))
+               push(1) = inner%pressure(q)
+               if (state%segment(inner%source(q)) /= segment_unknown) push(1) = min(0.0_wp, push(1) + segment_stiffness(problem, &
+                  & inner%source(q), state%segment(inner%source(q))) * gap_uncertainty(problem, state, inner%source(q)))
+               if (push(1) < least) pulled = e
+               least = min(least, push(1))
             end do
          end do
          if (most > noise / shortest .and. pulled > 0) call note_worst(accuracy%tension, -least / most, at, &

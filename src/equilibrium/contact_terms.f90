@@ -5,14 +5,15 @@ module contact_terms
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use force_law, only: law_reaction
+   use ground_marks, only: mark_spring
    use conforming_span, only: track_bend_rate, touchdown_spring, touchdown_couple
    use active_coupling, only: set_active, coupled_answer, add_forces
    use tied_nodes, only: spread_force, add_matrix
    use system_type, only: system_t
-   use node_axes, only: turn_pair
+   use node_axes, only: to_node, turn_pair
    implicit none
    private
-   public :: set_foundation, set_coupling, add_contact, contact_tangent
+   public :: set_foundation, set_coupling, add_contact, add_marks, contact_tangent
 
 contains
 
@@ -81,6 +82,29 @@ contains
       end do
       call place_coupling(problem, system)
    end subroutine add_contact
+
+   !> What marks that are not where they belong do. That is no force: the stored resultants know nothing of it.
+   subroutine add_marks(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system
+      real(wp) :: spring, force, rate, normal(3), k(3, 3)
+      integer :: m, i
+      do m = 1, size(problem%mark)
+         normal = 0.0_wp
+         call mark_spring(problem, state, m, spring, force, rate, normal(1:2))
+         if (.not. abs(spring) > 0.0_wp) cycle
+         associate (node => problem%mark(m)%node)
+            call to_node(system, node, normal)
+            do i = 1, 3
+               k(:, i) = spring * normal * normal(i)
+            end do
+            call spread_force(problem, system%tie_block, node, force * normal, system%residual)
+            call spread_force(problem, system%tie_block, node, rate * normal, system%load)
+            call add_matrix(problem, system%tie_block, [node], k, system%k)
+         end associate
+      end do
+   end subroutine add_marks
 
    !> Unknowns and directions of the ground that couples candidates; and what its moving does beside the band.
    subroutine place_coupling(problem, system)

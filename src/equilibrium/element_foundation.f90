@@ -2,13 +2,14 @@
 !>
 !> Gauss points fill the parts in contact (element_gap), so that they move with their ends. As the force vanishes there, it is a
 !> smooth function of the displacements: Newton finds contact and equilibrium together, no reaction hops from point to point, and
-!> nothing oscillates. A multi-linear law is cut at its corners likewise.
+!> nothing oscillates. A multi-linear law is cut at its corners likewise. Where the state settles the segment of the law all of the
+!> element is on it, whatever its gap (ground_segments).
 module element_foundation
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t, closing_rate
-   use element_gap, only: element_gap_t, new_element_gap, gap_look, gap_parts, gap_crossings, most_crossings, most_parts
-   use force_law, only: law_reaction
+   use element_gap, only: element_gap_t, ground_gap, gap_look, gap_parts, gap_crossings, most_crossings, most_parts
+   use force_law, only: law_reaction, segment_reaction, segment_open, segment_unknown
    use gauss_tableau, only: stage_basis
    use inner_forces, only: inner_forces_t, clear_forces, add_force
    implicit none
@@ -34,11 +35,12 @@ contains
       do i = problem%ground%first(e), problem%ground%first(e + 1) - 1
          c = problem%ground%candidate(i)
          obstacle = problem%ground%chain%obstacle(c)
-         gap = new_element_gap(problem, state, problem%ground%chain, c)
+         if (state%segment(c) == segment_open) cycle
+         gap = ground_gap(problem, state, c)
          call gap_parts(problem, gap, n, part)
          if (n == 0) cycle
          corners = 0
-         if (problem%model%obstacle(obstacle)%law > 0) call find_corners()
+         if (problem%model%obstacle(obstacle)%law > 0 .and. state%segment(c) == segment_unknown) call find_corners()
          do k = 1, n
             from = part(1, k)
             do j = 1, corners
@@ -98,7 +100,11 @@ contains
                spring = ground%modulus
                push = -spring * value
             else
-               call law_reaction(problem%model%law(ground%law), -value, push, spring)
+               if (state%segment(c) == segment_unknown) then
+                  call law_reaction(problem%model%law(ground%law), -value, push, spring)
+               else
+                  call segment_reaction(problem%model%law(ground%law), state%segment(c), -value, push, spring)
+               end if
                push = ground%width * push
                spring = ground%width * spring
             end if

@@ -12,9 +12,10 @@ module element_gap
    use rod_profile, only: profile_t, new_profile, profile_displacement, profile_home
    use obstacle_geometry, only: moved_gap
    use gauss_tableau, only: max_stages
+   use force_law, only: segment_open, segment_unknown
    implicit none
    private
-   public :: element_gap_t, new_element_gap, gap_look, gap_value, gap_parts, gap_crossings, gap_extreme, &
+   public :: element_gap_t, new_element_gap, ground_gap, gap_look, gap_value, gap_parts, gap_crossings, gap_extreme, &
       & most_samples, most_crossings, most_parts
 
    integer, parameter :: most_samples = 2 * max_stages + 2
@@ -31,6 +32,7 @@ module element_gap
       real(wp) :: home_offset = 0.0_wp          !! of the gap of the stress-free axis
       real(wp) :: offset = 0.0_wp               !! what came on top of that since
       real(wp) :: touching = 0.0_wp             !! below it is contact
+      integer :: segment = segment_unknown      !! of a foundation's law, where that is settled: it touches all along, or nowhere
       integer, public :: samples = 0            !! places at equal distances that show how it bends, less one
       logical :: sampled = .false.
       real(wp) :: sample(0:most_samples) = 0.0_wp
@@ -57,6 +59,16 @@ contains
       gap%home_offset = list%gap_offset(candidate)
       gap%offset = candidate_offset(problem, state, list, candidate) - gap%home_offset
    end function new_element_gap
+
+   !> The gap on the element after a candidate of the foundations' chain, on the segment of the law that the state has it on.
+   pure function ground_gap(problem, state, candidate) result(gap)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      type(element_gap_t) :: gap
+      gap = new_element_gap(problem, state, problem%ground%chain, candidate)
+      gap%segment = state%segment(candidate)
+   end function ground_gap
 
    !> Place of the rod, gap, its gradient and its curvature along the obstacle.
    pure subroutine gap_look(problem, gap, tau, x, value, normal, bend)
@@ -94,7 +106,8 @@ contains
       integer :: j, crossings
       n = 1
       part(:, 1) = [0.0_wp, 1.0_wp]
-      if (gap%bilateral) return
+      if (gap%segment == segment_open) n = 0
+      if (gap%bilateral .or. gap%segment /= segment_unknown) return
       ! Most elements touch with all of their length or not at all: the gap bends little compared to its size.
       do j = 1, 3
          coarse(j) = gap_value(problem, gap, 0.5_wp * (j - 1)) - gap%touching

@@ -6,15 +6,11 @@ module foundation_limits
    use element_families, only: collocates
    use rod_state, only: state_t
    use linear_system, only: system_t, worst_round_off
-   use gauss_tableau, only: max_stages
+   use ground_segments, only: stiffest
    implicit none
    private
    public :: why_too_stiff
 
-   !> k h^4/EI up to which the collocation of so many stages follows what a foundation does to a rod. There the amplitudes fall
-   !> along the rod as the exponential of z = (k/EI)^(1/4) h at 45 degrees to the real axis; the stability function of the
-   !> method, the diagonal Pade approximant, falls up to the fourth root of these values only: stiffer is longer waves.
-   real(wp), parameter :: stiffest(max_stages) = [16.0_wp, 144.0_wp, 667.4_wp, 2059.0_wp, 4434.6_wp]
    character(*), parameter :: remedy = ' a smaller MODULUS, or a rigid *OBSTACLE (without FOUNDATION)'
 
 contains

@@ -16,7 +16,7 @@ module linear_system
    use system_type, only: system_t, new_system
    use node_axes, only: to_node, turn_force, turn_pair, matrix_to_node, to_global
    use eliminated_unknowns, only: set_constraints, contact_reaction
-   use contact_terms, only: set_foundation, set_coupling, add_contact, contact_tangent
+   use contact_terms, only: set_foundation, set_coupling, add_contact, add_marks, contact_tangent
    use joint_stiffness, only: add_joint_springs, set_swings, add_swings, apply_joints
    use rigidity_maps, only: set_rigidity
    use residual_measure, only: measure_residual, worst_round_off
@@ -25,6 +25,8 @@ module linear_system
    private
    public :: system_t, new_system, assemble, sum_elements, contact_tangent, spring_tangent, add_swings, apply_joints, &
       & matrix_to_node, turn_pair, to_node, to_global, row_times, contact_reaction, worst_round_off
+
+   real(wp), parameter :: near_balance = 0.01_wp      !! residual from which on the marks of foundations take part
 
 contains
 
@@ -79,6 +81,8 @@ contains
       call add_swings(problem, system, system%swing, system%k)
       call measure_residual(problem, state, system)
       system%defect_residual = max(worst(1), worst(2) / system%force_scale, worst(3) / problem%size)
+      system%marks_act = max(system%force_residual, system%defect_residual) <= near_balance
+      if (system%marks_act) call add_marks(problem, state, system)
       call timing_stop(timers, phase_assembly)
    end subroutine assemble
 

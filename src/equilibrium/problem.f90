@@ -20,6 +20,7 @@ module problem
    use contact_touch, only: touch_t
    use obstacle_geometry, only: obstacle_gap
    use ground, only: ground_t, new_ground
+   use ground_mark, only: mark_t
    use ground_coupling, only: coupling_t, new_coupling
    implicit none
    private
@@ -49,6 +50,8 @@ module problem
       logical, allocatable :: pressurised(:)             !! (elements) a pressure acts in some step
       integer, allocatable :: z_size(:)                  !! (elements) stored unknowns
       logical :: spans = .false.                         !! nodes go with touchdown points: a mesh of contact spans
+      type(mark_t), allocatable :: mark(:)               !! ends of contact with foundations, corners of their laws
+      logical :: moving = .false.                        !! nodes go along the rods: with touchdown points, or with marks
       real(wp), allocatable :: chain_start(:, :)         !! (stretches, contacts) coordinate of their beginnings along the chain
       !! of a contact
       logical, allocatable :: covered(:, :)              !! (stretches, contacts) where spans may be: all along or not at all
@@ -99,7 +102,7 @@ contains
       problem%mesh_node = merge([(e, e=1, model%mesh%n_nodes)], 0, problem%layout%breakpoint)
       problem%constant = new_load(model%mesh%n_nodes, model%mesh%n_elements, size(model%obstacle))
       problem%coordinates = model%mesh%x
-      allocate (problem%touch(0), problem%hinge(0))
+      allocate (problem%touch(0), problem%hinge(0), problem%mark(0))
       call derive_problem(problem)
    end function new_problem
 
@@ -115,7 +118,7 @@ contains
       new%demand = problem%demand
       if (allocated(problem%chain_start)) new%chain_start = problem%chain_start
       if (allocated(problem%covered)) new%covered = problem%covered
-      allocate (new%touch(0), new%hinge(0))
+      allocate (new%touch(0), new%hinge(0), new%mark(0))
       new%deck_mesh = .false.
       new%model = new_remeshed_model(problem%deck, problem%layout, division)
       associate (mesh => new%model%mesh)

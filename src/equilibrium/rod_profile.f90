@@ -22,7 +22,7 @@ module rod_profile
    implicit none
    private
    public :: profile_t, new_profile, mend_ends, mended_by, profile_place, profile_displacement, profile_home, profile_angle, &
-      & profile_rate, element_place
+      & profile_rate, profile_error, element_place
 
    !> One element of one state. Polynomials by their coefficients of tau^0, tau^1, ...
    type :: profile_t
@@ -255,7 +255,9 @@ contains
       u(3) = turning(profile, tau)
       if (.not. profile%curved) return
       d = deviation(problem, profile, tau)
-      u(1:2) = u(1:2) + profile%stretch * turned(u(3), d) - d
+      ! Without the difference of what is turned and what was: small rotations keep their digits.
+      u(1:2) = u(1:2) + (profile%stretch - 1.0_wp) * d + (2.0_wp * profile%stretch * sin(0.5_wp * u(3))) * &
+         & (cos(0.5_wp * u(3)) * [-d(2), d(1)] - sin(0.5_wp * u(3)) * d)
    end function profile_displacement
 
    !> Tangent angle of the deformed rod, that of its sections where it shears.
@@ -304,6 +306,25 @@ contains
       rate(1:2) = rate(1:2) + load_change * load%strain_rate * d + profile%stretch * rate(3) * [-d(2), d(1)]
    end function profile_rate
 
+   !> About how far the displacements of a GE element are from those of the rod between its nodes: the next term of the polynomial,
+   !> as the last ones fall, times the largest of the monic polynomial of one degree more that vanishes with the collocation,
+   !> s + 1 times the integral of Legendre's one of degree s on (0, 1), at most (s + 1) / ((2 s + 1) binomial(2 s, s)).
+   pure real(wp) function profile_error(profile) result(error)
+      type(profile_t), intent(in) :: profile
+      real(wp) :: last, before, binomial
+      integer :: k, s
+      s = profile%degree
+      last = norm2(profile%moved(:, s))
+      before = norm2(profile%moved(:, s - 1))
+      error = last
+      if (last < before) error = last**2 / before
+      binomial = 1.0_wp
+      do k = 1, s
+         binomial = binomial * real(s + k, wp) / k
+      end do
+      error = error * (s + 1) / ((2 * s + 1) * binomial)
+   end function profile_error
+
    !> Where a nominal coordinate lies in an element that lies on a curve.
    pure real(wp) function element_place(problem, geometry, e, s) result(tau)
       type(problem_t), intent(in) :: problem
@@ -323,7 +344,7 @@ contains
       associate (curve => problem%model%curve(problem%model%mesh%curve(e)))
          deviates = abs(curve%curvature) > 0.0_wp .or. curve%imperfection > 0
       end associate
-      if (problem%ground%founded(e)) deviates = problem%ground%curved(e)
+      if (problem%ground%founded(e) .and. problem%ground%tabled) deviates = problem%ground%curved(e)
    end function deviates
 
    !> Stress-free axis less its polynomial.
@@ -332,7 +353,7 @@ contains
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
       real(wp) :: d(2), x(2), angle, speed
-      if (problem%ground%founded(profile%element)) then
+      if (problem%ground%founded(profile%element) .and. problem%ground%tabled) then
          ! Tabulated where the quadratures of foundations ask many times.
          d = home_deviation(problem%ground, profile%element, tau)
       else

@@ -7,6 +7,7 @@ module rod_state
    use obstacle_geometry, only: moved_gap
    use ground_coupling, only: settlement
    use ge_element, only: ge_load_t
+   use force_law, only: segment_unknown
    implicit none
    private
    public :: state_t, new_state, element_displacement, element_load, node_position, candidate_position, &
@@ -22,7 +23,9 @@ module rod_state
       logical, allocatable :: active(:)       !! (candidates) in contact
       real(wp), allocatable :: reaction(:)    !! (candidates) normal reaction, positive in compression
       logical, allocatable :: grounded(:)     !! (elements) a distributed foundation touches it, at the last converged point
-      type(geometry_t) :: geometry            !! changes only where a touchdown point moves
+      integer, allocatable :: segment(:)      !! (candidates of the foundations' chain) of its law that the element after it is on,
+      !! whatever the gap, see force_law and ground_segments
+      type(geometry_t) :: geometry            !! changes only where a touchdown point or the end of a foundation's contact moves
    end type state_t
 
 contains
@@ -40,6 +43,7 @@ contains
       allocate (state%active(problem%candidates%n), source=.false.)
       allocate (state%reaction(problem%candidates%n), source=0.0_wp)
       allocate (state%grounded(problem%model%mesh%n_elements), source=.false.)
+      allocate (state%segment(problem%ground%chain%n), source=segment_unknown)
       state%geometry = new_geometry(problem%model, problem%tableau)
       do c = 1, problem%candidates%n
          call candidate_gap(problem, state, c, gap, normal, bend)

@@ -9,13 +9,16 @@ module span_problem
    use remeshed_model, only: division_t
    use mesh_demand, only: demand_t, between, equal_shares
    use contact_touch, only: touch_t, sort_touches
+   use ground_mark, only: cut_t
+   use ground_cuts, only: add_marks, graded
+   use ground_segments, only: has_kinks, followed_length
    use candidates, only: add_candidates, twins
    use neutral_spans, only: free_clamps
    use conforming_element, only: conforming_size
    implicit none
    private
    public :: new_span_problem, same_spans, new_sampled_problem, chain_starts, hold_touches, present_touches, touch_place, outgrown
-   public :: present_demand
+   public :: present_demand, looks_badly
 
    ! A free span of elements of order 8 is good to 1e-9 with these, one in contact is smooth: no layer forms at its ends.
    integer, parameter :: least_free = 8, least_conforming = 2
@@ -31,14 +34,18 @@ module span_problem
 contains
 
    !> The problem with a set of touches; loads, step and all that goes before are those of `base`.
-   function new_span_problem(base, touches, state) result(problem)
+   function new_span_problem(base, touches, state, cuts) result(problem)
       type(problem_t), intent(in) :: base            !! of the same deck, on any mesh
       type(touch_t), intent(in) :: touches(:)
       type(state_t), intent(in), optional :: state   !! of `base`: no span that goes on gets fewer elements than it has
+      type(cut_t), intent(in), optional :: cuts(:)   !! sorted: where the laws of foundations have their corners
       type(problem_t) :: problem
       type(touch_t) :: touch(size(touches))
       type(division_t) :: division(size(base%layout%stretch))
+      type(cut_t), allocatable :: cut(:)
       integer :: k
+      allocate (cut(0))
+      if (present(cuts)) cut = cuts
       touch = touches
       do k = 1, size(touch)
          associate (length => base%layout%stretch(touch(k)%stretch)%length)
@@ -48,9 +55,9 @@ contains
       end do
       call sort_touches(touch)
       do k = 1, size(division)
-         division(k)%at = stretch_division(base, touch, k, state)
+         division(k)%at = stretch_division(base, touch, cut, k, state)
       end do
-      call lay_spans(base, touch, division, problem)
+      call lay_spans(base, touch, cut, division, problem)
    end function new_span_problem
 
    !> The problem with the touches and on the mesh of another one that has the same stretches: what differs are values in the deck.
@@ -60,6 +67,7 @@ contains
       type(problem_t) :: problem
       type(touch_t) :: touch(size(like%touch))
       type(division_t) :: division(size(like%layout%stretch))
+      type(cut_t) :: cut(0)
       integer :: k, i
       do k = 1, size(division)
          associate (first => like%element_first(k), last => like%element_last(k))
@@ -76,19 +84,22 @@ contains
             end do
          end associate
       end do
-      call lay_spans(base, touch, division, problem)
+      call lay_spans(base, touch, cut, division, problem)
    end function same_spans
 
    !> The problem with a set of touches on a mesh that has nodes at their ends.
-   subroutine lay_spans(base, touch, division, problem)
+   subroutine lay_spans(base, touch, cut, division, problem)
       type(problem_t), intent(in) :: base
       type(touch_t), intent(in) :: touch(:)          !! sorted
+      type(cut_t), intent(in) :: cut(:)              !! sorted
       type(division_t), intent(in) :: division(:)    !! (stretches)
       type(problem_t), intent(out) :: problem
       problem = remeshed_problem(with_spans(base, .true.), division)
       problem%touch = touch
       problem%spans = any(base%deck%contact%along)
       call add_touch_candidates(problem, division)
+      call add_marks(problem, cut, division)
+      problem%moving = problem%spans .or. size(problem%mark) > 0
       call free_clamps(problem)
    end subroutine lay_spans
 
@@ -137,17 +148,23 @@ contains
    end function with_spans
 
    !> Coordinates of the nodes along a stretch: equal parts of every span, or shares of what is wanted there.
-   function stretch_division(base, touch, stretch, state) result(at)
+   function stretch_division(base, touch, cut, stretch, state) result(at)
       type(problem_t), intent(in) :: base
       type(touch_t), intent(in) :: touch(:)          !! sorted
+      type(cut_t), intent(in) :: cut(:)              !! sorted
       integer, intent(in) :: stretch
       type(state_t), intent(in), optional :: state
       real(wp), allocatable :: at(:), middle(:)
-      real(wp) :: from
+      real(wp) :: from, layer(2)
       integer :: k
       associate (whole => base%layout%stretch(stretch))
          if (.not. whole%free) then
             at = whole%at
+            return
+         end if
+         if (.not. (whole%placed .or. any(cut%stretch == stretch)) .and. base%ground%founded(base%along( &
+            & base%element_first(stretch)))) then
+            at = looking_division(base, stretch)
             return
          end if
          if (present(state)) middle = element_middles(base, state, stretch)
@@ -155,13 +172,29 @@ contains
          from = 0.0_wp
          do k = 1, size(touch)
             if (touch(k)%stretch /= stretch) cycle
-            call divide(touch(k)%at(1), 0)
+            call divide_free(touch(k)%at(1))
             if (touch(k)%line) call divide(touch(k)%at(2), touch(k)%contact)
          end do
-         call divide(whole%length, 0)
+         call divide_free(whole%length)
       end associate
 
    contains
+
+      !> A free span, which foundations may divide further.
+      subroutine divide_free(to)
+         real(wp), intent(in) :: to
+         integer :: i
+         layer = 0.0_wp
+         do i = 1, size(cut)
+            if (cut(i)%stretch /= stretch .or. cut(i)%at <= from .or. cut(i)%at >= to) cycle
+            layer(2) = cut(i)%layer(1)
+            call divide(cut(i)%at, 0)
+            layer(1) = cut(i)%layer(2)
+         end do
+         layer(2) = 0.0_wp
+         call divide(to, 0)
+         layer = 0.0_wp
+      end subroutine divide_free
 
       !> Nodes up to the end of a span: as many elements as the deck has there, a quarter of them where a perfect rod is in contact,
       !> but not less than a span needs, nor more than rounding allows.
@@ -169,13 +202,24 @@ contains
          real(wp), intent(in) :: to
          integer, intent(in) :: contact              ! of a line, 0: a free span
          real(wp) :: wanted
-         integer :: n, least, i
+         integer :: n, least, i, stages
+         type(demand_t) :: deck
          if (.not. to > from) return
+         stages = base%deck%mesh%stages(base%layout%stretch(stretch)%element(1))
          if (base%layout%stretch(stretch)%placed) then
             wanted = between(base%demand(stretch), from, to)
+            if (.not. any(cut%stretch == stretch)) wanted = max(wanted, (to - from) / looking_length(base, stretch))
             n = max(least_placed, ceiling(min(wanted, (to - from) / (finest * base%size)) - whole_number))
             if (contact > 0) then
                if (is_perfect(base, stretch) .and. on_straight(base, contact)) n = least_conforming
+            end if
+            if (any(layer > 0.0_wp)) then
+               n = max(1, n)
+               associate (shares => graded(base%demand(stretch), from, to, n, layer, stages))
+                  at = [at, shares(2:)]
+               end associate
+               from = to
+               return
             end if
             associate (shares => equal_shares(base%demand(stretch), from, to, n))
                at = [at, shares(2:)]
@@ -185,6 +229,16 @@ contains
          end if
          wanted = deck_elements(base, stretch, to) - deck_elements(base, stretch, from)
          least = least_free
+         if (any(cut%stretch == stretch)) then
+            n = max(1, ceiling(wanted - whole_number))
+            deck%at = base%layout%stretch(stretch)%at
+            deck%elements = spread(1.0_wp, 1, size(deck%at) - 1)
+            associate (nodes => graded(deck, from, to, n, layer, stages))
+               at = [at, nodes(2:)]
+            end associate
+            from = to
+            return
+         end if
          if (contact > 0) then
             least = least_conforming
             if (is_perfect(base, stretch)) wanted = merge(0.0_wp, 0.25_wp, on_straight(base, contact)) * wanted
@@ -195,6 +249,53 @@ contains
          from = to
       end subroutine divide
    end function stretch_division
+
+   !> The longest element that can find out for itself where foundations touch it; as long as can be where none does.
+   pure real(wp) function looking_length(base, stretch) result(longest)
+      type(problem_t), intent(in) :: base
+      integer, intent(in) :: stretch
+      integer :: e, k
+      longest = huge(longest)
+      e = base%along(base%element_first(stretch))
+      do k = base%ground%first(e), base%ground%first(e + 1) - 1
+         associate (c => base%ground%candidate(k), mesh => base%model%mesh)
+            if (.not. has_kinks(base, c)) cycle
+            longest = min(longest, followed_length(base%ground%slope(base%ground%chain%obstacle(c)), &
+               & base%model%section(mesh%section(e))%ei, mesh%stages(e)))
+         end associate
+      end do
+   end function looking_length
+
+   !> The deck's nodes along a stretch, and as many more as elements on foundations need that find out for themselves where they
+   !> touch.
+   pure function looking_division(base, stretch) result(at)
+      type(problem_t), intent(in) :: base
+      integer, intent(in) :: stretch
+      real(wp), allocatable :: at(:)
+      real(wp) :: longest
+      integer :: i, k, n
+      longest = looking_length(base, stretch)
+      at = [0.0_wp]
+      associate (deck => base%layout%stretch(stretch)%at)
+         do k = 1, size(deck) - 1
+            n = max(1, ceiling((deck(k + 1) - deck(k)) / longest - whole_number))
+            at = [at, [(deck(k) + (deck(k + 1) - deck(k)) * i / n, i=1, n - 1)], deck(k + 1)]
+         end do
+      end associate
+   end function looking_division
+
+   !> True where elements of the deck on foundations are too long to find out for themselves where they touch.
+   pure logical function looks_badly(base)
+      type(problem_t), intent(in) :: base            !! of the deck
+      integer :: k
+      looks_badly = .false.
+      do k = 1, size(base%layout%stretch)
+         associate (whole => base%layout%stretch(k))
+            if (whole%free .and. .not. whole%placed) looks_badly = looks_badly .or. &
+               & size(looking_division(base, k)) > size(whole%at)
+         end associate
+      end do
+   end function looks_badly
 
    !> True for a stretch without imperfections: in contact it is as smooth as the obstacle.
    pure logical function is_perfect(base, stretch)
@@ -357,23 +458,33 @@ contains
    end function present_demand
 
    !> True where some span has grown so much that it wants a quarter more elements than it has.
-   logical function outgrown(problem, state)
+   logical function outgrown(problem, state, cuts)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      type(cut_t), intent(in), optional :: cuts(:)   !! sorted, where the kinks of foundations are
       type(touch_t), allocatable :: touch(:)
+      type(cut_t), allocatable :: cut(:)
       real(wp), allocatable :: at(:), now(:), ends(:)
       integer :: k, i
       touch = present_touches(problem, state)
       call sort_touches(touch)
+      allocate (cut(0))
+      if (present(cuts)) cut = cuts
       outgrown = .false.
       do k = 1, size(problem%layout%stretch)
          if (problem%layout%stretch(k)%placed) cycle
-         at = stretch_division(problem, touch, k, state)
+         at = stretch_division(problem, touch, cut, k, state)
+         do i = 1, size(cut)
+            if (cut(i)%stretch == k) outgrown = outgrown .or. coarse_beside(cut(i))
+         end do
          at = 0.5_wp * (at(2:) + at(:size(at) - 1))
          now = element_middles(problem, state, k)
          ends = [0.0_wp]
          do i = 1, size(touch)
             if (touch(i)%stretch == k) ends = [ends, touch(i)%at]
+         end do
+         do i = 1, size(cut)
+            if (cut(i)%stretch == k) ends = [ends, cut(i)%at]
          end do
          ends = [ends, problem%layout%stretch(k)%length]
          do i = 2, size(ends)
@@ -381,6 +492,30 @@ contains
                & 5 * count(now > ends(i - 1) .and. now < ends(i))
          end do
       end do
+
+   contains
+
+      !> True where an element beside a mark with a layer is a quarter longer than a new mesh would have it.
+      pure logical function coarse_beside(mark)
+         type(cut_t), intent(in) :: mark
+         real(wp) :: wanted(2), has(2)
+         integer :: e, j
+         coarse_beside = .false.
+         j = minloc(abs(at - mark%at), 1)
+         if (j == 1 .or. j == size(at)) return
+         wanted = [at(j) - at(j - 1), at(j + 1) - at(j)]
+         has = 0.0_wp
+         do e = problem%element_first(k), problem%element_last(k)
+            associate (s => state%geometry%element(e)%s + problem%origin(e))
+               if (s(1) < mark%at - 0.1_wp * wanted(1) .and. s(2) <= mark%at + 0.1_wp * wanted(2)) has(1) = s(2) - s(1)
+               if (s(1) >= mark%at - 0.1_wp * wanted(1)) then
+                  has(2) = s(2) - s(1)
+                  exit
+               end if
+            end associate
+         end do
+         coarse_beside = any(has > 1.25_wp * wanted .and. mark%layer > 0.0_wp)
+      end function coarse_beside
    end function outgrown
 
    !> All candidates of touches active; their reactions are unknown yet.

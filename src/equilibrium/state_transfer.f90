@@ -14,6 +14,7 @@ module state_transfer
    use conforming_span, only: conforming_forces, conforming_displacement, conforming_resultant, conforming_point, &
       & conforming_guess
    use gauss_tableau, only: max_stages
+   use force_law, only: segment_unknown
    use ge_element, only: ge_interior
    implicit none
    private
@@ -113,7 +114,6 @@ contains
 
    !> The same for a state whose geometry is set: it gets load factor, displacements, resultants, and the contact of candidates
    !> that act at nodes on both meshes; contacts that have spans are not active.
-   !> Foundations stand on stretches that are not free, and there elements are the same: their forces are not known in between.
    pure subroutine carry_to(from, state, to, new, moved)
       type(problem_t), intent(in) :: from       !! of the same deck as `to`
       type(state_t), intent(in) :: state        !! of `from`
@@ -134,6 +134,7 @@ contains
       new%active = spread(.false., 1, to%candidates%n)
       new%reaction = spread(0.0_wp, 1, to%candidates%n)
       new%grounded = spread(.false., 1, to%model%mesh%n_elements)
+      new%segment = spread(segment_unknown, 1, to%ground%chain%n)
       call carry_nodal_contact(from, state, to, new)
       do d = 1, size(to%mesh_node)
          if (to%mesh_node(d) > 0) new%u(:, to%mesh_node(d)) = state%u(:, from%mesh_node(d))
@@ -282,7 +283,42 @@ contains
             & element_load(problem, state, e), element_displacement(problem, state, e), state%z(:problem%z_size(e), e), tau, &
             & span, rotation, resultant)
       end associate
+      if (problem%ground%founded(e)) resultant(1:2) = force_on_ground(problem, state, e, tau)
    end function point_resultant
+
+   !> n at a place of an element on a foundation, whose force is in no sum: the polynomial through its values at the stages and at
+   !> the ends. That at the second end is what the next element begins with: a node that goes nowhere changes nothing.
+   pure function force_on_ground(problem, state, e, tau) result(force)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau
+      real(wp) :: force(2)
+      real(wp) :: at(0:max_stages + 1), value(2, 0:max_stages + 1), weight
+      integer :: i, j, n, next
+      n = problem%model%mesh%stages(e)
+      at(0) = 0.0_wp
+      at(1:n) = problem%tableau(n)%c(:n)
+      value(:, 0) = state%z(1:2, e)
+      value(:, 1:n) = reshape(state%z(4 + n:3 + 3 * n, e), [2, n])
+      next = problem%beside(2, problem%model%mesh%node(2, e))
+      if (next > 0) then
+         if (problem%stretch(next) == problem%stretch(e) .and. &
+            & next /= problem%along(problem%element_first(problem%stretch(e)))) then
+            n = n + 1
+            at(n) = 1.0_wp
+            value(:, n) = state%z(1:2, next)
+         end if
+      end if
+      force = 0.0_wp
+      do i = 0, n
+         weight = 1.0_wp
+         do j = 0, n
+            if (j /= i) weight = weight * (tau - at(j)) / (at(i) - at(j))
+         end do
+         force = force + weight * value(:, i)
+      end do
+   end function force_on_ground
 
    !> Moves nodes along their stretches, nothing but the geometry.
    pure subroutine move_nodes(problem, shift, geometry)

@@ -14,6 +14,7 @@ module touchdown_points
       & flat_excess
    use state_transfer, only: carry_to, move_nodes
    use span_problem, only: touch_place
+   use ground_marks, only: mark_step
    implicit none
    private
    public :: misfit, opening_misfit, move_touchdown_points, shift_touchdown_points, point_force, held_force, carry_forces, &
@@ -215,28 +216,34 @@ contains
 
    !> Brings the touchdown points to where the state has them, by the slopes of the iterate before, about which the equations
    !> were linear; all nodes between go along, displacements and resultants are those of the material points that they come to.
-   subroutine move_touchdown_points(problem, before, state)
+   subroutine move_touchdown_points(problem, before, state, marks_act)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before
       type(state_t), intent(inout) :: state
+      logical, intent(in) :: marks_act       !! the linear equations had the marks as unknowns
       real(wp), dimension(problem%candidates%n) :: error, slope, now
+      real(wp) :: mark(size(problem%mark))
+      integer :: m
+      mark = 0.0_wp
+      if (marks_act) mark = [(mark_step(problem, before, state, m), m=1, size(mark))]
       call measure_errors(problem, before, error, slope)
       call measure_errors(problem, state, error, now)
       where (held(problem)) error = 0.0_wp
       ! A point that was flat was held like a line's end: its slope is that of what it has become.
       where (abs(now) > abs(slope) .and. (problem%candidates%follows .or. abs(slope) * problem%size <= flat_excess)) slope = now
       error = quotient(error, slope)
-      call shift_touchdown_points(problem, state, error)
+      call shift_touchdown_points(problem, state, error, mark)
    end subroutine move_touchdown_points
 
-   !> Moves touchdown points by given distances.
-   subroutine shift_touchdown_points(problem, state, distance)
+   !> Moves touchdown points and marks by given distances.
+   subroutine shift_touchdown_points(problem, state, distance, mark)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
       real(wp), intent(inout) :: distance(:) !! (candidates) reduced where spans would vanish
+      real(wp), intent(in), optional :: mark(:) !! (marks)
       real(wp) :: shift(problem%model%mesh%n_nodes)
       type(state_t) :: before
-      call node_shifts(problem, state, distance, shift)
+      call node_shifts(problem, state, distance, shift, mark)
       if (.not. any(abs(shift) > 0.0_wp)) return
       before = state
       call move_nodes(problem, shift, state%geometry)
@@ -244,24 +251,32 @@ contains
       state%active = before%active
       state%reaction = before%reaction
       state%grounded = before%grounded
+      state%segment = before%segment
    end subroutine shift_touchdown_points
 
-   !> How far all nodes go along with the touchdown points: in proportion between these and the breakpoints, which stay.
-   subroutine node_shifts(problem, state, distance, shift)
+   !> How far all nodes go along with the touchdown points and marks: in proportion between these and the breakpoints, which stay.
+   subroutine node_shifts(problem, state, distance, shift, mark)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), intent(inout) :: distance(:) !! (candidates) reduced where spans would vanish
       real(wp), intent(out) :: shift(:)      !! (nodes)
-      integer, allocatable :: node(:), mark(:)
+      real(wp), intent(in), optional :: mark(:) !! (marks) how far these are to go
+      integer, allocatable :: node(:), stop(:)
       real(wp), allocatable :: at(:)
-      real(wp) :: closing, length
-      integer :: k, i, c, n, first, last, at_node(problem%model%mesh%n_nodes)
+      real(wp) :: closing, length, goes(problem%model%mesh%n_nodes)
+      logical :: leads(problem%model%mesh%n_nodes)
+      integer :: k, i, c, n, first, last
       shift = 0.0_wp
-      if (.not. any(abs(distance) > 0.0_wp)) return
-      at_node = 0
+      goes = 0.0_wp
+      leads = .false.
+      leads(problem%mark%node) = .true.
+      if (present(mark)) goes(problem%mark%node) = mark
       do c = 1, problem%candidates%n
-         if (problem%candidates%moves(c)) at_node(problem%candidates%node(c)) = c
+         if (.not. problem%candidates%moves(c)) cycle
+         leads(problem%candidates%node(c)) = .true.
+         goes(problem%candidates%node(c)) = distance(c)
       end do
+      if (.not. any(abs(goes) > 0.0_wp)) return
       do k = 1, size(problem%layout%stretch)
          first = problem%element_first(k)
          n = problem%element_last(k) - first + 2
@@ -269,37 +284,39 @@ contains
          node = [problem%model%mesh%node(1, first), problem%model%mesh%node(2, first:first + n - 2)]
          at = [state%geometry%element(first)%s(1) + problem%origin(first), &
             & state%geometry%element(first:first + n - 2)%s(2) + problem%origin(first:first + n - 2)]
-         mark = pack([(i, i=1, n)], [(i == 1 .or. i == n .or. at_node(node(i)) > 0, i=1, n)])
-         if (size(mark) == 2) cycle
+         stop = pack([(i, i=1, n)], [(i == 1 .or. i == n .or. leads(node(i)), i=1, n)])
+         if (size(stop) == 2) cycle
          ! Twice, from both sides: what one end gives up the next may need.
-         do i = 1, size(mark) - 1
-            length = at(mark(i + 1)) - at(mark(i))
+         do i = 1, size(stop) - 1
+            length = at(stop(i + 1)) - at(stop(i))
             closing = way(i) - way(i + 1)
             if (closing <= most * length) cycle
             call shorten(i, most * length / closing)
             call shorten(i + 1, most * length / closing)
          end do
-         do i = 1, size(mark) - 1
-            first = mark(i)
-            last = mark(i + 1)
+         do i = 1, size(stop) - 1
+            first = stop(i)
+            last = stop(i + 1)
             length = at(last) - at(first)
             shift(node(first:last)) = way(i) + (way(i + 1) - way(i)) * (at(first:last) - at(first)) / length
          end do
       end do
+      do c = 1, problem%candidates%n
+         if (problem%candidates%moves(c)) distance(c) = goes(problem%candidates%node(c))
+      end do
 
    contains
 
-      !> How far a mark goes.
+      !> How far a touchdown point or a mark goes.
       pure real(wp) function way(i)
          integer, intent(in) :: i
-         way = 0.0_wp
-         if (at_node(node(mark(i))) > 0) way = distance(at_node(node(mark(i))))
+         way = goes(node(stop(i)))
       end function way
 
       subroutine shorten(i, factor)
          integer, intent(in) :: i
          real(wp), intent(in) :: factor
-         if (at_node(node(mark(i))) > 0) distance(at_node(node(mark(i)))) = factor * distance(at_node(node(mark(i))))
+         goes(node(stop(i))) = factor * goes(node(stop(i)))
       end subroutine shorten
    end subroutine node_shifts
 end module touchdown_points

@@ -194,8 +194,8 @@ contains
       end associate
    end function goes_on
 
-   !> Elements whose nodes stay: all but GE of two and more stages on curves, and where something acts at the nodes or is
-   !> counted from them: foundations, and rigid contact that the deck wants at its nodes.
+   !> Elements whose nodes stay: all but GE of two and more stages on curves, and where something acts at the nodes: contact that
+   !> the deck wants there, and foundations that couple them.
    function elements_that_stay(model) result(kept)
       type(model_t), intent(in) :: model
       logical, allocatable :: kept(:)         !! (elements)
@@ -205,7 +205,7 @@ contains
          kept = .not. conforms(mesh%family) .or. mesh%stages < 2 .or. mesh%curve == 0
          do k = 1, size(model%contact)
             associate (contact => model%contact(k))
-               if (contact%along .and. model%obstacle(contact%obstacle)%rigid .and. .not. contact%distributed) cycle
+               if (contact%distributed .or. (contact%along .and. model%obstacle(contact%obstacle)%rigid)) cycle
                allocate (member(mesh%n_nodes), source=.false.)
                member(contact%node) = .true.
                kept = kept .or. (member(mesh%node(1, :)) .and. member(mesh%node(2, :)) .and. &

@@ -13,6 +13,9 @@ module corrector
    use step_search, only: shorten_step, step_work
    use touchdown_points, only: move_touchdown_points, misfit
    use element_foundation, only: foundation_forces
+   use force_law, only: segment_unknown
+   use ground_segments, only: segments_hold
+   use ground_marks, only: mark_step, mark_spring
    use inner_forces, only: inner_forces_t
    use timing, only: timers_t, count_up, counter_newton
    implicit none
@@ -105,7 +108,7 @@ contains
       end if
       origin = base
       seen = control
-      if (problem%spans) call follow_nodes(problem, base, control, state, origin, seen)
+      if (problem%moving) call follow_nodes(problem, base, control, state, origin, seen)
       call control_row(problem, seen, origin, state, system, rhs, timers)
       call iterate(problem, base, control, state, system, rhs, keep_contact, huge(1), report, timers)
    end subroutine correct
@@ -150,10 +153,10 @@ contains
       last_change = 0
       last_progress = 0
       same_tangent = 0
-      searching = any(problem%ground%founded)
+      searching = any(state%segment == segment_unknown .and. problem%ground%chain%element(2, :) > 0)
       ! How long an arc is matters to nothing on the path, and nodes that go along it make it uncertain until they rest.
       at_length = max(tolerance, 1.0e-9_wp)
-      if (problem%spans .and. is_arc_length(given%method) .and. .not. given%whole > 0.0_wp) at_length = large_correction
+      if (problem%moving .and. is_arc_length(given%method) .and. .not. given%whole > 0.0_wp) at_length = large_correction
       previous = 0.0_wp
       second_order = huge(1.0_wp)
       ! Foundations find out where they touch while Newton goes on; the limit counts from then on.
@@ -199,7 +202,16 @@ contains
             & (report%residual <= max(sharper * tolerance, system%round_off) .or. (iteration > 1 .and. report%residual <= &
             & tolerance .and. report%residual > 0.1_wp * last_residual)) .and. &
             & control_error(problem, control, origin, state) <= at_length) then
-            if (frozen .or. contact_holds(problem, state, system)) then
+            call segments_hold(problem, state, settled)
+            if (.not. settled) then
+               ! Other equations: what has been reached with the last ones is nothing to compare with.
+               searching = .true.
+               refactor = .true.
+               last_change = iteration
+               call assemble(problem, state, origin, system, timers)
+               report%residual = max(system%force_residual, system%defect_residual, constraint_residual(problem, state, system))
+               best = huge(best)
+            else if (frozen .or. contact_holds(problem, state, system)) then
                call factor_system(system, timers)
                report%converged = system%ok
                if (.not. system%ok) report%message = 'the tangent is singular'
@@ -237,8 +249,9 @@ contains
       subroutine take_step()
          type(state_t) :: from
          real(wp) :: work
-         logical :: assembled
+         logical :: assembled, marks_act
          from = state
+         marks_act = system%marks_act
          if (searching) work = step_work(system, step%x)
          call move(problem, system, step, state)
          assembled = searching
@@ -250,8 +263,8 @@ contains
                & call shorten_step(problem, origin, from, step%x, work, state, system, timers)
          end if
          correction = metric(problem, state%u - from%u, state%u - from%u)
-         if (problem%spans) then
-            call move_touchdown_points(problem, from, state)
+         if (problem%moving) then
+            call move_touchdown_points(problem, from, state, marks_act)
             call follow_nodes(problem, start, given, state, origin, control)
             assembled = .false.
          end if
@@ -302,11 +315,20 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      real(wp) :: distance(problem%candidates%n), moment
+      real(wp) :: distance(problem%candidates%n), moment, spring, force, rate, normal(2)
+      integer :: m
       worst = 0.0_wp
       if (any(system%fixed)) worst = maxval(abs(system%value), mask=system%fixed) / problem%size
       if (any(state%active .and. .not. system%soft .and. system%unknown == 0 .and. problem%candidates%touch == 0)) &
          & worst = huge(1.0_wp)
+      ! What is not yet where it belongs would take part in the forces by the square of its way.
+      if (size(problem%mark) > 0) then
+         do m = 1, size(problem%mark)
+            call mark_spring(problem, state, m, spring, force, rate, normal)
+            worst = max(worst, abs(force) / max(system%force_scale, tiny(worst)), (mark_step(problem, state, state, m) / &
+               & problem%size)**2)
+         end do
+      end if
       if (.not. problem%spans) return
       call misfit(problem, state, distance, moment)
       worst = max(worst, moment / (problem%size * max(system%force_scale, tiny(worst))))

@@ -8,8 +8,13 @@ module span_mesh
    use bordered_system, only: linearise
    use contact_touch, only: touch_t
    use span_start, only: prepare_spans
-   use span_problem, only: new_span_problem, hold_touches, present_touches, present_demand, outgrown
+   use mesh_demand, only: new_demands
+   use span_problem, only: looks_badly, new_span_problem, hold_touches, present_touches, present_demand, outgrown
    use touchdown_points, only: carry_forces
+   use ground_mark, only: cut_t
+   use ground_cuts, only: find_cuts
+   use ground_marks, only: is_live
+   use ground_segments, only: tell_segments
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t
    use path_continuity, only: heading_t, heading_at
@@ -29,22 +34,42 @@ contains
       type(touch_t) :: none(0)
       if (any(problem%deck%contact%along)) then
          call prepare_spans(problem)
-      else if (any(problem%layout%stretch%placed)) then
+      else if (any(problem%layout%stretch%placed) .or. looks_badly(problem)) then
          problem = new_span_problem(problem, none)
       end if
    end subroutine prepare_mesh
 
-   !> Another mesh at the point where the run stands: finer for spans that have grown.
+   !> Another mesh at the point where the run stands: finer for spans that have grown, with nodes where the kinks of foundations
+   !> lie.
    subroutine renew_mesh(problem, run, timers)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
       type(timers_t), intent(inout) :: timers
       logical :: done
+      type(cut_t), allocatable :: cut(:)
       if (any(problem%layout%stretch%placed)) problem%demand = present_demand(problem, run%state)
-      if (.not. problem%spans) return
-      if (.not. outgrown(problem, run%state)) return
-      call stand_on(new_span_problem(problem, present_touches(problem, run%state), run%state), problem, run, done, timers)
+      if (problem%sampled) return
+      cut = find_cuts(problem, run%state)
+      if (.not. (problem%spans .or. size(cut) > 0 .or. size(problem%mark) > 0)) return
+      ! What the nodes were needed for that found out where contact ends nobody needs any more.
+      if (size(problem%mark) == 0 .and. .not. problem%spans) problem%demand = new_demands(problem%layout)
+      if (marked(problem, run%state, cut)) then
+         if (.not. outgrown(problem, run%state, cut)) return
+      end if
+      call stand_on(new_span_problem(problem, present_touches(problem, run%state), run%state, cut), problem, run, done, timers)
    end subroutine renew_mesh
+
+   !> True where the mesh has marks at all kinks, and no others.
+   logical function marked(problem, state, cut)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(cut_t), intent(in) :: cut(:)              !! of this state
+      integer :: m
+      marked = size(cut) == size(problem%mark)
+      do m = 1, size(problem%mark)
+         marked = marked .and. is_live(problem, state, m)
+      end do
+   end function marked
 
    !> The mesh that the run's last trial asked for: at the point where it stands, from which the increment is to be made anew, or
    !> else at the trial itself.
@@ -59,12 +84,19 @@ contains
       type(state_t) :: start
       type(heading_t) :: heading
       type(probe_t) :: probe
+      type(cut_t), allocatable :: cut(:)
       taken = .false.
+      done = .false.
       asked = problem
       asked%demand = run%wanted
       deallocate (run%wanted)
-      asked = new_span_problem(asked, present_touches(problem, run%state), run%state)
-      call stand_on(asked, problem, run, done, timers)
+      cut = find_cuts(problem, trial)
+      if (problem%spans .or. marked(problem, trial, cut)) then
+         asked = new_span_problem(asked, present_touches(problem, run%state), run%state, find_cuts(problem, run%state))
+         call stand_on(asked, problem, run, done, timers)
+      else
+         asked = new_span_problem(asked, present_touches(problem, trial), trial, cut)
+      end if
       if (.not. done) then
          ! Where contact has just been told by nodes the run does not stand on a point of these spans.
          before = problem
@@ -80,6 +112,7 @@ contains
          run%probe = probe
          if (taken) then
             run%state = carried(before, start, problem)
+            call tell_segments(problem, run%state)
             call hold_touches(problem, run%state%active)
             run%heading%u = carried_field(before, start, heading%u, problem, run%state)
          end if
@@ -98,7 +131,7 @@ contains
       asked = problem
       asked%demand = run%spare
       deallocate (run%spare)
-      asked = new_span_problem(asked, present_touches(problem, run%state), run%state)
+      asked = new_span_problem(asked, present_touches(problem, run%state), run%state, find_cuts(problem, run%state))
       if (asked%model%mesh%n_elements >= problem%model%mesh%n_elements) then
          ! Spans have their least.
          run%kept_meshes = rest_of_mesh
@@ -184,6 +217,7 @@ contains
       type(timers_t), intent(inout) :: timers
       type(state_t) :: state
       state = carried(problem, run%state, next)
+      call tell_segments(next, state)
       call hold_touches(next, state%active)
       call carry_forces(problem, run%state, next, state)
       run%heading%u = carried_field(problem, run%state, run%heading%u, next, state)

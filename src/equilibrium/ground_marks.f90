@@ -1,0 +1,114 @@
+!> Marks: where along the rod the gap of a foundation takes the value at which its law has a corner.
+!>
+!> The reaction is the same on both sides of a mark that stands where it belongs, so that its place changes the forces by nothing to
+!> first order: with the marks frozen the tangent is exact at a solution, and symmetric. Elsewhere it is not: a mark that is off by
+!> d leaves the force dk (g - g_0) d, dk the jump of the law's stiffness. With d = -(g - g_0 + n.du) / g' by Newton's method,
+!> g' the slope of the gap along the rod, that is a spring at the mark's node, dk (g - g_0) / g' along the normal, and a force.
+!> With both the method is Newton's for displacements and marks at once, however stiff the foundation is: without, a mark would
+!> go no further than the length over which such a foundation bends a rod, (EI/k)^(1/4). That holds near equilibrium with the marks
+!> frozen. What a stiff foundation does to a rod just beside a mark does not go along with the mark by itself, so that far from
+!> equilibrium the marks wait.
+module ground_marks
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t, chain_gap, closing_rate, element_load
+   use obstacle_geometry, only: obstacle_gap
+   use reference_curve, only: curve_point
+   use ground_segments, only: segment_stiffness
+   use force_law, only: segment_unknown
+   use ge_element, only: ge_load_t
+   implicit none
+   private
+   public :: mark_error, mark_spring, mark_step, is_live
+
+contains
+
+   !> True for a mark that Newton moves: both spans beside it are settled, on different segments.
+   pure logical function is_live(problem, state, m)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: m
+      associate (c => problem%mark(m)%candidate)
+         is_live = all(state%segment(c) /= segment_unknown) .and. state%segment(c(1)) /= state%segment(c(2))
+      end associate
+   end function is_live
+
+   !> The gap at a mark over that where it belongs, and how much it grows per unit of the nominal coordinate.
+   pure subroutine mark_error(problem, state, m, error, slope, normal)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: m
+      real(wp), intent(out) :: error, slope
+      real(wp), intent(out), optional :: normal(2) !! of the obstacle
+      real(wp) :: gap, n(2), bend, at_home, away(2), x(2), angle, speed, t(2), rate(2)
+      type(ge_load_t) :: load
+      associate (mark => problem%mark(m), c => problem%mark(m)%candidate(2), chain => problem%ground%chain)
+         call chain_gap(problem, state, chain, c, gap, n, bend)
+         error = gap - mark%level
+         associate (e => chain%element(2, c), node => mark%node)
+            associate (g => state%geometry%element(e), z => state%z(:, e), compliance => problem%compliance(e), &
+               & curve => problem%model%curve(problem%model%mesh%curve(e)))
+               load = element_load(problem, state, e)
+               angle = g%end_angle(1) + state%u(3, node)
+               t = [cos(angle), sin(angle)]
+               rate = (1.0_wp + load%strain + compliance%axial * dot_product(z(1:2), t)) * t + &
+                  & (compliance%shear * (t(1) * z(2) - t(2) * z(1))) * [-t(2), t(1)]
+               slope = dot_product(n, rate)
+               if (chain%bilateral(c)) then
+                  ! Its gap is what has been added to that of the stress-free axis.
+                  call obstacle_gap(problem%model%obstacle(chain%obstacle(c)), state%geometry%x(:, node), at_home, away, bend)
+                  slope = slope - dot_product(away, [cos(g%end_angle(1)), sin(g%end_angle(1))])
+               end if
+               call curve_point(curve, problem%model%imperfection, g%s(1), x, angle, speed)
+               slope = slope * speed
+            end associate
+         end associate
+      end associate
+      if (present(normal)) normal = n
+   end subroutine mark_error
+
+   !> What the place of a mark that is off does to its node: a spring along the normal, a force that is out of balance, and what
+   !> the load factor adds to it. Zero for a mark that stands where it belongs.
+   pure subroutine mark_spring(problem, state, m, spring, force, rate, normal)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: m
+      real(wp), intent(out) :: spring        !! force per displacement
+      real(wp), intent(out) :: force, rate   !! along the normal; rate: of minus that, by the load factor
+      real(wp), intent(out) :: normal(2)
+      real(wp) :: error, slope, jump
+      spring = 0.0_wp
+      force = 0.0_wp
+      rate = 0.0_wp
+      normal = 0.0_wp
+      if (.not. is_live(problem, state, m)) return
+      call mark_error(problem, state, m, error, slope, normal)
+      associate (c => problem%mark(m)%candidate, chain => problem%ground%chain)
+         if (.not. abs(slope) > 0.0_wp) return
+         jump = segment_stiffness(problem, c(2), state%segment(c(2))) - segment_stiffness(problem, c(1), state%segment(c(1)))
+         spring = jump * error / slope
+         force = spring * error
+         rate = spring * (dot_product(normal, problem%model%step(problem%step)%load%motion(:, chain%obstacle(c(2)))) + &
+            & closing_rate(problem, chain, c(2)))
+      end associate
+   end subroutine mark_spring
+
+   !> How far a mark goes along its rod with a step of the displacements, in the nominal coordinate: as the linear equations have it
+   !> that mark_spring is a part of.
+   pure real(wp) function mark_step(problem, before, after, m) result(distance)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: before, after !! the step, on the same nodes
+      integer, intent(in) :: m
+      real(wp) :: error, slope, normal(2)
+      distance = 0.0_wp
+      if (.not. is_live(problem, after, m)) return
+      call mark_error(problem, before, m, error, slope, normal)
+      if (.not. abs(slope) > 0.0_wp) return
+      associate (mark => problem%mark(m), chain => problem%ground%chain, load => problem%model%step(problem%step)%load)
+         error = error + dot_product(normal, after%u(1:2, mark%node) - before%u(1:2, mark%node)) - &
+            & (after%load_factor - before%load_factor) * (closing_rate(problem, chain, mark%candidate(2)) + &
+            & dot_product(normal, load%motion(:, chain%obstacle(mark%candidate(2)))))
+      end associate
+      distance = -error / slope
+   end function mark_step
+end module ground_marks

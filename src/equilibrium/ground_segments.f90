@@ -1,0 +1,306 @@
+!> Which segment of its foundation's law an element is on: a property of the span between two marks, not of a sign at a point.
+!>
+!> While Newton iterates a span of contact pushes and pulls, and a free one feels nothing; where its ends are is told by the marks.
+!> At the solution the gaps must agree with that. Elements that they do not agree with find out for themselves what touches, as all
+!> do on meshes without marks: that is right, too, but of a lower order.
+module ground_segments
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use force_law, only: law_segment, law_reaction, segment_open, segment_unknown
+   use element_gap, only: element_gap_t, ground_gap, gap_value, gap_crossings, most_crossings
+   use rod_profile, only: profile_error
+   use state_transfer, only: find_point
+   use gauss_tableau, only: max_stages
+   implicit none
+   private
+   public :: has_kinks, tell_segments, segments_hold, element_cuts, segment_at, segment_stiffness, is_cut, &
+      & gap_uncertainty, followed_length, stiffest
+
+   real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! of what moves: the rounding of gaps, and what Newton leaves
+   real(wp), parameter :: at_node = 1.0e-6_wp !! of an element: a place as near as that to a mark is the mark
+
+   !> k h^4/EI up to which the collocation of so many stages follows what a foundation does to a rod. There the amplitudes fall
+   !> along the rod as the exponential of z = (k/EI)^(1/4) h at 45 degrees to the real axis; the stability function of the
+   !> method, the diagonal Pade approximant, falls up to the fourth root of these values only: stiffer is longer waves.
+   real(wp), parameter :: stiffest(max_stages) = [16.0_wp, 144.0_wp, 667.4_wp, 2059.0_wp, 4434.6_wp]
+
+contains
+
+   !> The longest element of so many stages that follows what a foundation of a stiffness does to a rod of a bending stiffness.
+   pure real(wp) function followed_length(stiffness, bending, stages) result(length)
+      real(wp), intent(in) :: stiffness      !! [force/length^2]
+      real(wp), intent(in) :: bending        !! EI
+      integer, intent(in) :: stages
+      length = (stiffest(stages) * bending / stiffness)**0.25_wp
+   end function followed_length
+
+   !> True for the element after a candidate of the foundations' chain that the foundation may leave: one that pushes only, with
+   !> one stiffness. Laws with corners have none of this, see force_law: their elements find out for themselves where they are.
+   pure logical function has_kinks(problem, candidate)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: candidate
+      has_kinks = problem%ground%chain%element(2, candidate) > 0
+      if (.not. has_kinks) return
+      has_kinks = .not. problem%ground%chain%bilateral(candidate) .and. &
+         & problem%model%obstacle(problem%ground%chain%obstacle(candidate))%law == 0
+   end function has_kinks
+
+   !> The gaps at which it has.
+   pure function kink_levels(problem, candidate) result(level)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: candidate
+      real(wp), allocatable :: level(:)
+      integer :: n
+      level = [real(wp) ::]
+      if (.not. problem%ground%chain%bilateral(candidate)) level = [0.0_wp]
+      associate (number => problem%model%obstacle(problem%ground%chain%obstacle(candidate))%law)
+         if (number == 0) return
+         associate (at => problem%model%law(number)%penetration)
+            n = size(at)
+            level = [level, -at(2:n - 1)]
+            if (problem%ground%chain%bilateral(candidate)) level = [level, at(2:n - 1)]
+         end associate
+      end associate
+   end function kink_levels
+
+   !> The segment that a gap lies on.
+   pure integer function segment_of(problem, candidate, gap) result(segment)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: candidate
+      real(wp), intent(in) :: gap
+      associate (number => problem%model%obstacle(problem%ground%chain%obstacle(candidate))%law)
+         segment = 1
+         if (.not. problem%ground%chain%bilateral(candidate) .and. gap >= 0.0_wp) then
+            segment = segment_open
+         else if (number > 0) then
+            segment = law_segment(problem%model%law(number), -gap)
+         end if
+      end associate
+   end function segment_of
+
+   !> Reaction per penetration and length on a segment; 0 where there is no contact.
+   pure real(wp) function segment_stiffness(problem, candidate, segment) result(stiffness)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: candidate, segment
+      stiffness = 0.0_wp
+      if (segment == segment_open .or. segment == segment_unknown) return
+      associate (obstacle => problem%model%obstacle(problem%ground%chain%obstacle(candidate)))
+         stiffness = obstacle%modulus
+         if (obstacle%law == 0) return
+         associate (law => problem%model%law(obstacle%law), k => abs(segment))
+            stiffness = obstacle%width * (law%force(k + 1) - law%force(k)) / (law%penetration(k + 1) - law%penetration(k))
+         end associate
+      end associate
+   end function segment_stiffness
+
+   !> The segment that a contact is on at a place along a stretch, and its stiffness.
+   subroutine segment_at(problem, state, stretch, contact, at, segment, stiffness)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: stretch, contact
+      real(wp), intent(in) :: at                !! coordinate along the stretch
+      integer, intent(out) :: segment
+      real(wp), intent(out) :: stiffness
+      real(wp) :: tau
+      integer :: e, k
+      segment = segment_unknown
+      stiffness = 0.0_wp
+      call find_point(problem, state, stretch, at, e, tau)
+      do k = problem%ground%first(e), problem%ground%first(e + 1) - 1
+         associate (c => problem%ground%candidate(k))
+            if (problem%ground%chain%contact(c) /= contact) cycle
+            segment = segment_of(problem, c, gap_value(problem, ground_gap(problem, state, c), tau))
+            stiffness = segment_stiffness(problem, c, segment)
+         end associate
+      end do
+   end subroutine segment_at
+
+   !> What is not known of the gap between the nodes: the error of the element's polynomial, and rounding.
+   real(wp) function uncertainty(state, gap)
+      type(state_t), intent(in) :: state
+      type(element_gap_t), intent(in) :: gap
+      uncertainty = profile_error(gap%profile) + noise * maxval(abs(state%u(1:2, :)))
+   end function uncertainty
+
+   !> The same on the element after a candidate.
+   real(wp) function gap_uncertainty(problem, state, candidate)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      gap_uncertainty = uncertainty(state, ground_gap(problem, state, candidate))
+   end function gap_uncertainty
+
+   !> Places inside the element after a candidate where the gap takes the value of a corner, with what lies between them beyond
+   !> rounding. None at the marks that it lies between.
+   subroutine element_cuts(problem, state, candidate, n, tau, level)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      integer, intent(out) :: n
+      real(wp), allocatable, intent(out) :: tau(:), level(:) !! (n) in order for each level
+      type(element_gap_t) :: gap
+      real(wp) :: place(most_crossings), least
+      real(wp), allocatable :: levels(:)
+      logical :: mine(2), known(most_crossings)
+      integer :: k, j, m, crossings
+      n = 0
+      allocate (tau(0), level(0))
+      if (.not. has_kinks(problem, candidate)) return
+      gap = ground_gap(problem, state, candidate)
+      levels = kink_levels(problem, candidate)
+      least = noise * maxval(abs(state%u(1:2, :)))
+      do k = 1, size(levels)
+         ! What lies on its foundation without force has no ends of contact.
+         if (maxval(abs([(gap_value(problem, gap, 0.125_wp * j) - levels(k), j=0, 8)])) <= least) cycle
+         mine = .false.
+         do m = 1, size(problem%mark)
+            if (abs(problem%mark(m)%level - levels(k)) > 0.0_wp) cycle
+            mine = mine .or. problem%mark(m)%candidate([2, 1]) == candidate
+         end do
+         call gap_crossings(problem, gap, levels(k), crossings, place)
+         known = .true.
+         do j = 1, crossings
+            if (mine(1) .and. place(j) <= at_node) known(j) = .false.
+            if (mine(2) .and. place(j) >= 1.0_wp - at_node) known(j) = .false.
+         end do
+         ! A wave between two crossings that is no larger than the error of the polynomial.
+         do j = 1, crossings - 1
+            if (abs(gap_value(problem, gap, 0.5_wp * (place(j) + place(j + 1))) - levels(k)) <= uncertainty(state, gap)) &
+               & known(j:j + 1) = .false.
+         end do
+         tau = [tau, pack(place(:crossings), known(:crossings))]
+         level = [level, spread(levels(k), 1, count(known(:crossings)))]
+      end do
+      n = size(tau)
+   end subroutine element_cuts
+
+   !> True where a kink lies inside the element after a candidate.
+   logical function is_cut(problem, state, candidate)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      real(wp), allocatable :: tau(:), level(:)
+      integer :: n
+      is_cut = .false.
+      if (state%segment(candidate) /= segment_unknown .or. .not. has_kinks(problem, candidate)) return
+      call element_cuts(problem, state, candidate, n, tau, level)
+      is_cut = any(tau > at_node .and. tau < 1.0_wp - at_node)
+   end function is_cut
+
+   !> Sets the segments of a state whose marks stand where they belong. Elements that kinks lie in are left to themselves, and so
+   !> is everything on meshes without marks.
+   subroutine tell_segments(problem, state)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(inout) :: state
+      type(element_gap_t) :: gap
+      real(wp), allocatable :: tau(:), level(:)
+      real(wp) :: value, distance, farthest
+      integer :: c, k, n, last, segment
+      state%segment = segment_unknown
+      if (size(problem%mark) == 0) return
+      last = 0
+      do while (last < problem%ground%chain%n)
+         c = last + 1
+         last = c
+         if (.not. has_kinks(problem, c)) cycle
+         do while (goes_on(last))
+            last = last + 1
+         end do
+         ! All of a span is on one segment: the one that the farthest gap tells.
+         farthest = 0.0_wp
+         segment = segment_unknown
+         do n = c, last
+            gap = ground_gap(problem, state, n)
+            value = gap_value(problem, gap, 0.5_wp)
+            distance = minval(abs(value - kink_levels(problem, n)))
+            if (distance <= farthest) cycle
+            farthest = distance
+            segment = segment_of(problem, n, value)
+         end do
+         if (farthest <= noise * maxval(abs(state%u(1:2, :)))) cycle
+         state%segment(c:last) = segment
+         do k = c, last
+            call element_cuts(problem, state, k, n, tau, level)
+            if (n > 0) state%segment(k) = segment_unknown
+         end do
+      end do
+
+   contains
+
+      !> True where the next candidate's element follows this one's without a mark between.
+      pure logical function goes_on(at)
+         integer, intent(in) :: at
+         integer :: m
+         goes_on = .false.
+         if (at == problem%ground%chain%n) return
+         if (problem%ground%chain%neighbour(2, at) /= at + 1 .or. .not. has_kinks(problem, at + 1)) return
+         do m = 1, size(problem%mark)
+            if (problem%mark(m)%candidate(2) == at + 1) return
+         end do
+         goes_on = .true.
+      end function goes_on
+   end subroutine tell_segments
+
+   !> Whether the gaps of a converged state agree with its segments; where they do not the segment is given up.
+   subroutine segments_hold(problem, state, hold)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(inout) :: state
+      logical, intent(out) :: hold
+      type(element_gap_t) :: gap
+      real(wp) :: value, low, high, slack
+      integer :: c, j, step
+      logical :: marked(2)
+      hold = .true.
+      do c = 1, size(state%segment)
+         if (state%segment(c) == segment_unknown) cycle
+         gap = ground_gap(problem, state, c)
+         call segment_range(problem, c, state%segment(c), low, high)
+         slack = uncertainty(state, gap)
+         associate (mesh => problem%model%mesh, e => problem%ground%chain%element(2, c))
+            ! A mark that is not yet where it belongs takes the gap of its node along.
+            marked = .false.
+            do j = 1, size(problem%mark)
+               marked = marked .or. problem%mark(j)%candidate([2, 1]) == c
+            end do
+            ! What is too long to follow its foundation tells nothing of it between its nodes.
+            step = 1
+            if (segment_stiffness(problem, c, state%segment(c)) * state%geometry%element(e)%length**4 > stiffest(mesh%stages(e)) * &
+               & problem%model%section(mesh%section(e))%ei) step = gap%samples
+            do j = 0, gap%samples, step
+               if ((j == 0 .and. marked(1)) .or. (j == gap%samples .and. marked(2))) cycle
+               value = gap_value(problem, gap, real(j, wp) / gap%samples)
+               if (value >= low - slack .and. value <= high + slack) cycle
+               hold = .false.
+               state%segment(c) = segment_unknown
+               exit
+            end do
+         end associate
+      end do
+   end subroutine segments_hold
+
+   !> The gaps of a segment.
+   pure subroutine segment_range(problem, candidate, segment, low, high)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: candidate, segment
+      real(wp), intent(out) :: low, high
+      real(wp) :: range(2)
+      low = -huge(low)
+      high = 0.0_wp
+      associate (number => problem%model%obstacle(problem%ground%chain%obstacle(candidate))%law)
+         if (segment == segment_open) then
+            low = 0.0_wp
+            high = huge(high)
+         else if (number > 0) then
+            associate (at => problem%model%law(number)%penetration, k => abs(segment))
+               range = [at(k), huge(high)]
+               if (k < size(at) - 1) range(2) = at(k + 1)
+               if (k == 1 .and. problem%ground%chain%bilateral(candidate)) range(1) = -range(2)
+            end associate
+            if (segment > 0) range = -range([2, 1])
+            low = range(1)
+            high = range(2)
+         end if
+      end associate
+   end subroutine segment_range
+end module ground_segments

@@ -1,0 +1,71 @@
+"""The ring in a tensionless medium with the ends of its contact as points of the mesh: order, bars, meshes made for a tolerance.
+
+Exact: extrema of the load on k R^4/EI = 1e3 to 1e8, R/h = 100, to eleven digits (reference/ring_winkler_critical.csv). The elements
+that the program adds beside an end of contact are not those of the deck: orders are measured where it adds none.
+"""
+import functools
+
+import numpy as np
+import pytest
+
+import deck_runner as dr
+
+LIMIT = {1e3: 13.28648196568, 1e5: 58.99056700141, 3.6e6: 80.35789295248, 1e8: 81.50496807413}
+RING = """*HEADING
+ring on a foundation, equal elements or none given
+*NODE
+1, 0., 1.
+2, 0., -1.
+*ARC, ELSET=RING, NSET=RING, TYPE={element}
+1, 2, 0., 0.{count}
+*BEAM SECTION, ELSET=RING, SECTION=STIFFNESS
+120000., 1.
+*BOUNDARY
+1, XSYMM
+2, XSYMM
+*OBSTACLE, NAME=MEDIUM, TYPE=CIRCLE, SIDE=INSIDE, FOUNDATION=WINKLER, MODULUS={k!r}
+0., 0., 1.
+*CONTACT, OBSTACLE=MEDIUM, NSET=RING
+*MONITOR, NAME=v
+1, U2, -1.
+*STEP
+*STATIC, METHOD=CYLINDRICAL
+1., 1E-9, 0.02
+*DLOAD
+RING, PY, -1.
+{accuracy}*STOP
+v, ABOVE, {stop}
+*END STEP
+"""
+
+
+@functools.cache
+def limit(k, elements=None, element="GE8", tolerance=None):
+    text = RING.format(k=k, element=element, count=f", {elements}" if elements else "", stop=0.3 if k < 1e4 else 0.06,
+                       accuracy=f"*ACCURACY, TOLERANCE={tolerance}\n" if tolerance else "")
+    points = dr.run_deck(text).labelled("LP")
+    assert len(points) == 1
+    return points[0]
+
+
+@pytest.mark.parametrize("k, elements", [(1e5, 16), (1e5, 32), (3.6e6, 16), (3.6e6, 32), (1e8, 16), (1e8, 32)])
+def test_bars_hold(k, elements):
+    """Each critical load has a bar, which its error keeps; the corrected value is a hundred times better."""
+    point = limit(k, elements)
+    error = abs(point.load_factor - LIMIT[k])
+    assert 0.0 < error <= point.error < 1e-5 * LIMIT[k]
+    assert abs(point.corrected - LIMIT[k]) <= 0.01 * error + 1e-10 * LIMIT[k]
+
+
+@pytest.mark.parametrize("element, order, counts", [("GE4", 4.0, (32, 64, 128)), ("GE6", 6.0, (24, 48, 96))])
+def test_order(element, order, counts):
+    """With a kink inside an element the fifth derivative would jump there: no more than the fifth order, and no steady one."""
+    errors = [limit(1e5, n, element).load_factor / LIMIT[1e5] - 1.0 for n in counts]
+    dr.assert_mean_order(errors, order)
+
+
+@pytest.mark.parametrize("k", [1e5, 3.6e6, 1e8])
+def test_no_elements_given(k):
+    point = limit(k, tolerance=1e-6)
+    assert abs(point.load_factor - LIMIT[k]) <= point.error <= 1e-6 * LIMIT[k]
+    np.testing.assert_allclose(point.load_factor, LIMIT[k], rtol=1e-6)
