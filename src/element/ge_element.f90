@@ -85,13 +85,12 @@ contains
    !> Sign: f = (-n, -m) at the first node and (n, m) at the second, so that the sum over elements minus the node loads
    !> vanishes in equilibrium. With du the six node displacement increments and dl that of the load factor,
    !>   f + k du - fl dl   are the end forces after one Newton step,   z + op (du, 1, dl)   the stored unknowns.
-   subroutine ge_evaluate(tab, h, scale, angle, chord, compliance, load, u, z, f, raw, k, fl, op, defect, ok, more_force, inner, &
+   subroutine ge_evaluate(tab, h, scale, angle, compliance, load, u, z, f, raw, k, fl, op, defect, ok, more_force, inner, &
       & shift)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h                !! stress-free length
       real(wp), intent(in) :: scale            !! C
       real(wp), intent(in) :: angle(:)         !! (stages) stress-free tangent angle at the stages [rad]
-      real(wp), intent(in) :: chord(2)         !! stress-free position of node 2 minus node 1
       type(ge_stiffness_t), intent(in) :: compliance
       type(ge_load_t), intent(in) :: load
       real(wp), intent(in) :: u(6)             !! node displacements (u, v, rotation) twice
@@ -112,8 +111,9 @@ contains
       real(wp) :: system(max_unknowns, max_unknowns), rhs(max_unknowns, n_by), moved(2, n_by)
       real(wp) :: dphi(n_by), dn(2, n_by), dend(3, n_by), dtail(3, n_by), flexibility(3, 3), &
          & ends(3, ge_columns + 2)
-      real(wp) :: t(2), nu(2), axial, shear, beta, end_defect(3), tail(3), hc, he, residual_m, turn(2), more(2), along, across
-      real(wp) :: free, heat(2, max_stages), g_heat(max_stages)
+      real(wp) :: t(2), nu(2), axial, shear, beta, end_defect(3), tail(3), hc, he, residual_m, span(2), more(2), along, across
+      real(wp) :: free, heat(2, max_stages), g_heat(max_stages), half
+      real(wp) :: moved_direction(2, max_stages) ! rho less that of the stress-free element
       real(wp) :: row_weight(max_unknowns)
       integer :: s, i, j, l, q, unknowns, nb
       logical :: stored, founded, singular
@@ -137,10 +137,15 @@ contains
          else
             nn(:, i) = z(1:2) - (tab%c(i) * h) * load%line
          end if
-         t = [cos(angle(i) + phi(i)), sin(angle(i) + phi(i))]
+         half = 0.5_wp * phi(i)
+         t = [cos(angle(i)), sin(angle(i))]
+         moved_direction(:, i) = (2.0_wp * sin(half)) * (cos(half) * [-t(2), t(1)] - sin(half) * t)
+         t = t + moved_direction(:, i)
          nu = [-t(2), t(1)]
          axial = dot_product(nn(:, i), t)
          shear = dot_product(nn(:, i), nu)
+         moved_direction(:, i) = moved_direction(:, i) + (load%strain + axial * compliance%axial) * t + &
+            & (shear * compliance%shear) * nu
          rho(:, i) = (free + axial * compliance%axial) * t + (shear * compliance%shear) * nu
          g(i) = -free * shear - axial * shear * beta
          g_phi(i) = free * axial + beta * (axial**2 - shear**2)
@@ -210,7 +215,9 @@ contains
       dtail(3, by_m) = 1.0_wp
       dtail(1:2, by_load) = -h * load%line_rate
       dend(3, by_load) = h * load%curvature_rate
-      end_defect = [chord + u(4:5) - u(1:2), u(6) - u(3) - h * load%curvature]
+      ! Of displacements, not of positions: that is known to their own rounding, and C closes the stress-free element.
+      end_defect = [u(4:5) - u(1:2), u(6) - u(3) - h * load%curvature]
+      span = 0.0_wp
       tail = z(1:3)
       tail(1:2) = tail(1:2) - h * load%line
       do i = 1, s
@@ -233,16 +240,16 @@ contains
          dtail(3, :) = dtail(3, :) + (hc * tab%b(i)) * (g_phi(i) * dphi - d(1, i) * dn(1, :) - d(2, i) * dn(2, :))
          dend(1:2, by_load) = dend(1:2, by_load) + (hc * tab%b(i)) * heat(:, i)
          dtail(3, by_load) = dtail(3, by_load) + (hc * tab%b(i)) * g_heat(i)
-         end_defect(1:2) = end_defect(1:2) - (hc * tab%b(i)) * rho(:, i)
+         end_defect(1:2) = end_defect(1:2) - (hc * tab%b(i)) * moved_direction(:, i)
+         span = span + (hc * tab%b(i)) * rho(:, i)
          end_defect(3) = end_defect(3) - (he * tab%b(i)) * m(i)
          tail(3) = tail(3) + (hc * tab%b(i)) * g(i)
       end do
       if (stored) then
-         turn = [chord(1) + u(4) - u(1) - end_defect(1), chord(2) + u(5) - u(2) - end_defect(2)]
-         tail(1:2) = tail(1:2) - load%pressure * [-turn(2), turn(1)]
+         tail(1:2) = tail(1:2) - load%pressure * [-span(2), span(1)]
          dtail(1, :) = dtail(1, :) + load%pressure * dend(2, :)
          dtail(2, :) = dtail(2, :) - load%pressure * dend(1, :)
-         dtail(1:2, by_load) = dtail(1:2, by_load) - load%pressure_rate * [-turn(2), turn(1)]
+         dtail(1:2, by_load) = dtail(1:2, by_load) - load%pressure_rate * [-span(2), span(1)]
       end if
       if (founded) then
          do q = 1, inner%n

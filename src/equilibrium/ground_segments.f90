@@ -18,7 +18,8 @@ module ground_segments
       & gap_uncertainty, followed_length, stiffest
 
    real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! of what moves: the rounding of gaps, and what Newton leaves
-   real(wp), parameter :: at_node = 1.0e-6_wp !! of an element: a place as near as that to a mark is the mark
+   real(wp), parameter :: at_mark = 0.1_wp !! of an element: a crossing as near as that to a mark is its own, which Newton goes to
+   real(wp), parameter :: at_node = 1.0e-6_wp !! of an element: one as near as that to a node cuts no element
 
    !> k h^4/EI up to which the collocation of so many stages follows what a foundation does to a rod. There the amplitudes fall
    !> along the rod as the exponential of z = (k/EI)^(1/4) h at 45 degrees to the real axis; the stability function of the
@@ -161,8 +162,8 @@ contains
          call gap_crossings(problem, gap, levels(k), crossings, place)
          known = .true.
          do j = 1, crossings
-            if (mine(1) .and. place(j) <= at_node) known(j) = .false.
-            if (mine(2) .and. place(j) >= 1.0_wp - at_node) known(j) = .false.
+            if (mine(1) .and. place(j) <= at_mark) known(j) = .false.
+            if (mine(2) .and. place(j) >= 1.0_wp - at_mark) known(j) = .false.
          end do
          ! A wave between two crossings that is no larger than the error of the polynomial.
          do j = 1, crossings - 1

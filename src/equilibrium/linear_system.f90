@@ -26,7 +26,7 @@ module linear_system
    public :: system_t, new_system, assemble, sum_elements, contact_tangent, spring_tangent, add_swings, apply_joints, &
       & matrix_to_node, turn_pair, to_node, to_global, row_times, contact_reaction, worst_round_off
 
-   real(wp), parameter :: near_balance = 0.01_wp      !! residual from which on the marks of foundations take part
+   real(wp), parameter :: near_balance = 1.0e9_wp      !! residual from which on the marks of foundations take part
 
 contains
 

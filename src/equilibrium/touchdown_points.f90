@@ -15,6 +15,7 @@ module touchdown_points
    use state_transfer, only: carry_to, move_nodes
    use span_problem, only: touch_place
    use ground_marks, only: mark_step
+   use ground_following, only: keep_to_ground, keep_layers
    implicit none
    private
    public :: misfit, opening_misfit, move_touchdown_points, shift_touchdown_points, point_force, held_force, carry_forces, &
@@ -226,6 +227,7 @@ contains
       integer :: m
       mark = 0.0_wp
       if (marks_act) mark = [(mark_step(problem, before, state, m), m=1, size(mark))]
+      if (size(mark) > 0) call keep_to_ground(problem, before, state)
       call measure_errors(problem, before, error, slope)
       call measure_errors(problem, state, error, now)
       where (held(problem)) error = 0.0_wp
@@ -252,6 +254,7 @@ contains
       state%reaction = before%reaction
       state%grounded = before%grounded
       state%segment = before%segment
+      if (size(problem%mark) > 0) call keep_layers(problem, before, shift, state)
    end subroutine shift_touchdown_points
 
    !> How far all nodes go along with the touchdown points and marks: in proportion between these and the breakpoints, which stay.

@@ -173,7 +173,7 @@ contains
             cycle points
          end if
          if (allocated(run%control%tangent)) run%control%previous = run%control%tangent
-         call next_increment(step, report%iterations, relation, problem%spans, run%control)
+         call next_increment(step, report%iterations, relation, problem%moving, run%control)
       end do points
 
    contains

@@ -1,0 +1,122 @@
+!> What is in contact with a foundation goes along its surface while Newton iterates, and what the foundation does to it just beside
+!> the end of contact goes along with that end.
+!>
+!> A step of Newton's method is straight. Where a node slides on a curved foundation by d it would leave it by d^2/(2 r), which a stiff
+!> foundation answers with forces that have nothing to do with the solution; and where a mark goes along the rod further than the
+!> length over which the foundation bends the rod beside it, (EI/k)^(1/4), nodes that take over the displacements of the material
+!> points they come to leave that layer behind. So the gap and the angle between the rod and the surface, which are small and which the
+!> foundation answers to, change by what is linear in the step; position along the surface and direction follow the surface.
+module ground_following
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t, chain_gap, closing_rate
+   use force_law, only: segment_open
+   use state_transfer, only: carry_to, move_nodes
+   implicit none
+   private
+   public :: keep_to_ground, keep_layers
+
+   real(wp), parameter :: short = 1.0e-3_wp !! of an element: over that the layers are straight
+
+contains
+
+   !> Takes out of a step what is not linear in it of the gaps and angles of nodes in contact.
+   subroutine keep_to_ground(problem, before, state)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: before        !! the step, on the same nodes
+      type(state_t), intent(inout) :: state      !! after it
+      real(wp) :: gap(2), normal(2, 2), bend(2), way(2), wanted, load, linear
+      integer :: c
+      load = state%load_factor - before%load_factor
+      do c = 1, problem%ground%chain%n
+         if (.not. lies(problem, before, c)) cycle
+         associate (chain => problem%ground%chain, node => problem%ground%chain%node(c))
+            call chain_gap(problem, before, chain, c, gap(1), normal(:, 1), bend(1))
+            way = state%u(1:2, node) - before%u(1:2, node) - &
+               & load * problem%model%step(problem%step)%load%motion(:, chain%obstacle(c))
+            wanted = gap(1) + dot_product(normal(:, 1), way) - load * closing_rate(problem, chain, c)
+            linear = -bend(1) * (normal(2, 1) * way(1) - normal(1, 1) * way(2))
+            ! Its square would be rounding.
+            if (abs(linear) <= sqrt(epsilon(linear))) cycle
+            call chain_gap(problem, state, chain, c, gap(2), normal(:, 2), bend(2))
+            state%u(1:2, node) = state%u(1:2, node) + (wanted - gap(2)) * normal(:, 2)
+            state%u(3, node) = state%u(3, node) + turn(normal) - linear
+         end associate
+      end do
+   end subroutine keep_to_ground
+
+   !> Takes layers beside marks along: gaps, angles and resultants in contact are those of a straight continuation of how a short
+   !> move of the nodes changes them.
+   subroutine keep_layers(problem, before, shift, state)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: before        !! before the nodes go
+      real(wp), intent(in) :: shift(:)           !! (nodes) of nominal length
+      type(state_t), intent(inout) :: state      !! carried to where the nodes are now
+      type(state_t) :: ahead
+      real(wp) :: part, gap(3), normal(2, 3), bend, angle(3)
+      integer :: c, e
+      part = 1.0_wp
+      do c = 1, problem%ground%chain%n
+         e = problem%ground%chain%element(2, c)
+         if (.not. pressed(before, c)) cycle
+         associate (far => maxval(abs(shift(problem%model%mesh%node(:, e)))), s => before%geometry%element(e)%s)
+            if (far > 0.0_wp) part = min(part, short * (s(2) - s(1)) / far)
+         end associate
+      end do
+      if (part >= 1.0_wp) return
+      ahead = before
+      call move_nodes(problem, part * shift, ahead%geometry)
+      call carry_to(problem, before, problem, ahead, moved=.true.)
+      do c = 1, problem%ground%chain%n
+         if (.not. lies(problem, before, c)) cycle
+         associate (chain => problem%ground%chain, node => problem%ground%chain%node(c))
+            call chain_gap(problem, before, chain, c, gap(1), normal(:, 1), bend)
+            call chain_gap(problem, ahead, chain, c, gap(2), normal(:, 2), bend)
+            call chain_gap(problem, state, chain, c, gap(3), normal(:, 3), bend)
+            angle = [direction(problem, before, c), direction(problem, ahead, c), direction(problem, state, c)]
+            state%u(1:2, node) = state%u(1:2, node) + (gap(1) + (gap(2) - gap(1)) / part - gap(3)) * normal(:, 3)
+            state%u(3, node) = state%u(3, node) + (angle(2) - angle(1) - turn(normal(:, [1, 2]))) / part - &
+               & (angle(3) - angle(1) - turn(normal(:, [1, 3])))
+         end associate
+         if (.not. pressed(before, c)) cycle
+         e = problem%ground%chain%element(2, c)
+         state%z(:, e) = before%z(:, e) + (ahead%z(:, e) - before%z(:, e)) / part
+      end do
+   end subroutine keep_layers
+
+   !> True where the element after a candidate of the foundations' chain is known to be in contact.
+   pure logical function pressed(state, candidate)
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      pressed = state%segment(candidate) > segment_open
+   end function pressed
+
+   !> True where an element beside a candidate is.
+   pure logical function lies(problem, state, candidate)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      lies = pressed(state, candidate)
+      associate (last => problem%ground%chain%neighbour(1, candidate))
+         if (last > 0) lies = lies .or. pressed(state, last)
+      end associate
+   end function lies
+
+   !> Direction of the rod at a candidate.
+   pure real(wp) function direction(problem, state, candidate) result(angle)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      integer :: side
+      side = merge(2, 1, problem%ground%chain%element(2, candidate) > 0)
+      associate (e => problem%ground%chain%element(side, candidate))
+         angle = state%geometry%element(e)%end_angle(3 - side) + state%u(3, problem%ground%chain%node(candidate))
+      end associate
+   end function direction
+
+   !> Angle between two unit vectors, anticlockwise.
+   pure real(wp) function turn(pair)
+      real(wp), intent(in) :: pair(2, 2)         !! (components, vectors)
+      turn = atan2(pair(1, 1) * pair(2, 2) - pair(2, 1) * pair(1, 2), dot_product(pair(:, 1), pair(:, 2)))
+   end function turn
+end module ground_following
