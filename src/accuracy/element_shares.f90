@@ -13,6 +13,7 @@ module element_shares
    use rod_state, only: state_t
    use linear_system, only: system_t, to_node
    use tied_nodes, only: node_unknowns, spread_force
+   use element_products, only: element_deformation
    use bordered_system, only: solve_effective
    use band_matrix, only: band_times
    use path_control, only: control_t, control_row
@@ -23,7 +24,7 @@ module element_shares
    use timing, only: timers_t
    implicit none
    private
-   public :: shares_t, find_shares
+   public :: shares_t, find_shares, eigenvalue_shares
 
    type :: shares_t
       real(wp), allocatable :: sum(:)            !! (1 + monitors) linear estimate of the error: exact less computed
@@ -161,6 +162,21 @@ contains
          rounding_of = epsilon(rounding_of) * sqrt(rounding_of)
       end function rounding_of
    end subroutine find_shares
+
+   !> Sizes of what the elements contribute to the error of an eigenvalue, the state held: what the finer ones make of the mode's
+   !> deformations. How they compare is what counts; of order 2 and 4 they are too large, see above.
+   function eigenvalue_shares(problem, system, finer, mode) result(share)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system, finer
+      real(wp), intent(in) :: mode(:)            !! (unknowns) node axes
+      real(wp) :: share(problem%model%mesh%n_elements)
+      real(wp) :: relative(6)
+      integer :: e
+      do e = 1, size(share)
+         relative = element_deformation(problem, system, e, mode)
+         share(e) = abs(dot_product(relative, matmul(finer%ek(:, :, e) - system%ek(:, :, e), relative)))
+      end do
+   end function eigenvalue_shares
 
    !> Forces of an element on its nodes that are out of balance by what the finer element says of it. Node axes.
    function unbalanced(problem, system, finer, e) result(force)

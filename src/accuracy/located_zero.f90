@@ -9,8 +9,10 @@ module located_zero
    use tied_nodes, only: node_unknowns
    use path_events, only: event_t, new_probe, event_value, event_bifurcation
    use span_tests, only: span_test_t, run_span_tests
-   use tangent_modes, only: modes_t, lowest_modes, mode_tolerance
-   use null_directions, only: likeness
+   use tangent_modes, only: modes_t, lowest_modes, apply_tangent
+   use axial_rigidity, only: shrinking_forces
+   use bordered_system, only: solve_effective
+   use null_directions, only: likeness, times_metric, new_null_directions, leave_out
    use timing, only: timers_t
    implicit none
    private
@@ -20,7 +22,6 @@ module located_zero
    type :: zero_t
       type(event_t), allocatable :: event
       real(wp), allocatable :: modes(:, :)       !! (unknowns, multiplicity) bifurcation: null vectors, node axes
-      real(wp) :: next = 0.0_wp                  !! bifurcation: size of the next eigenvalue
       integer :: test = 0                        !! number of the test in run_span_tests
    end type zero_t
 
@@ -46,7 +47,6 @@ contains
       ! Next to a singular tangent the iteration may not settle, and has the mode all the same.
       n = max(count(abs(modes%mu) <= as_zero * event%scale), min(modes%n, 1))
       if (n > 0) zero%modes = modes%x(:, :n)
-      if (modes%n > n) zero%next = abs(modes%mu(n + 1))
    end subroutine new_zero
 
    !> Its function at a converged point; not a number where it is not to be had.
@@ -96,10 +96,12 @@ contains
    !> What rounding does to the eigenvalue of a bifurcation's null vector: that of the mode's displacements on the forces that it
    !> makes in the elements (its products are taken from the elements' own deformations, see tangent_modes), and what the
    !> iteration leaves of other modes.
-   pure real(wp) function mode_rounding(problem, system, zero) result(rounding)
+   real(wp) function mode_rounding(problem, state, system, zero, timers) result(rounding)
       type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system       !! assembled where the mode is
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system       !! factored where the mode is
       type(zero_t), intent(in) :: zero           !! with its mode
+      type(timers_t), intent(inout) :: timers
       real(wp) :: local(6)
       integer :: e, i
       rounding = 0.0_wp
@@ -109,6 +111,34 @@ contains
          end do
          rounding = rounding + sum((local * matmul(system%ek(:, :, e), local))**2)
       end do
-      rounding = epsilon(rounding) * sqrt(rounding) + mode_tolerance**2 * zero%next
+      rounding = epsilon(rounding) * sqrt(rounding) + other_modes(problem, state, system, zero%modes(:, 1), timers)
    end function mode_rounding
+
+   !> What other modes add to the eigenvalue of a mode that was iterated for. A share c of one with the eigenvalue m adds c^2 m and
+   !> leaves the residual r = c m M phi, so that r.K^-1 r is what all of them add.
+   real(wp) function other_modes(problem, state, system, mode, timers) result(added)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system       !! factored
+      real(wp), intent(in) :: mode(:)            !! (unknowns) node axes
+      type(timers_t), intent(inout) :: timers
+      real(wp), dimension(size(mode)) :: held, weighted, left, answer
+      real(wp) :: direction(size(mode), 1), given(2, system%rigidity%n), eigenvalue
+      added = 0.0_wp
+      held = merge(0.0_wp, mode, system%fixed)
+      weighted = merge(0.0_wp, times_metric(problem, held), system%fixed)
+      call apply_tangent(problem, state, system, held, left, eigenvalue)
+      if (system%rigidity%n > 0) then
+         call solve_effective(system, weighted, answer, timers, given)
+         if (.not. abs(dot_product(held, answer)) > 0.0_wp) return
+         call shrinking_forces(system%rigidity, given * (dot_product(held, held) / dot_product(held, answer)), answer)
+         left = left - answer
+      end if
+      left = merge(0.0_wp, left, system%fixed)
+      left = left - dot_product(held, left) * weighted
+      call solve_effective(system, left, answer, timers)
+      direction = new_null_directions(problem, system, spread(held, 2, 1), timers)
+      call leave_out(problem, spread(held, 2, 1), direction, answer)
+      added = abs(dot_product(answer, left))
+   end function other_modes
 end module located_zero

@@ -131,7 +131,7 @@ contains
       logical, intent(in) :: bounds              !! a load's bar without bounds does not do, however narrow
       logical, intent(in) :: can_settle          !! the iteration can go on
       real(wp), intent(out) :: indicator(:)      !! (elements) over the sizes
-      real(wp), intent(out) :: ratio             !! of the widest bar, without rounding, to what is allowed
+      real(wp), intent(out) :: ratio             !! of the widest bar, without rounding and what the iteration has left, to what these leave of what is allowed
       logical, intent(out) :: known              !! the bars tell something
       logical, intent(out) :: bounded            !! and those that count have bounds
       logical, intent(out) :: unsettled          !! the iteration has left more than its part: it is to go on first
@@ -159,16 +159,16 @@ contains
          logical, intent(in) :: told, has_bounds
          real(wp), intent(in) :: bar, rounding
          integer, intent(in) :: row
-         real(wp) :: allowed, of_mesh
+         real(wp) :: allowed, of_mesh, left
          if (.not. told .or. .not. sizes(row) > 0.0_wp) return
          allowed = asked * sizes(row)
-         of_mesh = bar - rounding
          unsettled = unsettled .or. (can_settle .and. abs(bars%rest(row)) > max(part_of_iteration * allowed, rounding))
-         of_mesh = of_mesh - of_rest * abs(bars%rest(row))
+         left = rounding + of_rest * abs(bars%rest(row))
+         of_mesh = bar - left
          ! Rounding that is wider than what is asked for is told at the end.
-         if (rounding >= allowed .or. .not. of_mesh > 0.0_wp) return
-         if (of_mesh > allowed - rounding .or. (bounds .and. row == 1)) bounded = bounded .and. has_bounds
-         ratio = max(ratio, of_mesh / (allowed - rounding))
+         if (left >= allowed .or. .not. of_mesh > 0.0_wp) return
+         if (of_mesh > allowed - left .or. (bounds .and. row == 1)) bounded = bounded .and. has_bounds
+         ratio = max(ratio, of_mesh / (allowed - left))
          if (.not. sum(bars%share(row, :)) > 0.0_wp) return
          indicator = max(indicator, bars%share(row, :) * of_mesh / (sum(bars%share(row, :)) * sizes(row)))
       end subroutine add

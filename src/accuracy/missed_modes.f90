@@ -49,11 +49,10 @@ contains
       type(zero_t) :: zero
       integer :: k
       k = 1 + zeros
-      call lowest_modes(problem, state, system, k + 1, modes, error, timers)
+      call lowest_modes(problem, state, system, k, modes, error, timers)
       signs_tell = .not. allocated(error) .and. modes%n >= k
       if (.not. signs_tell) return
       zero%modes = modes%x(:, k:k)
-      if (modes%n > k) zero%next = abs(modes%mu(k + 1))
-      signs_tell = abs(modes%mu(k)) > beyond_rounding * mode_rounding(problem, system, zero)
+      signs_tell = abs(modes%mu(k)) > beyond_rounding * mode_rounding(problem, state, system, zero, timers)
    end function signs_tell
 end module missed_modes

@@ -13,7 +13,7 @@ module null_directions
    use timing, only: timers_t
    implicit none
    private
-   public :: new_null_directions, leave_out, likeness
+   public :: new_null_directions, leave_out, likeness, times_metric
 
 contains
 
@@ -24,16 +24,10 @@ contains
       real(wp), intent(in) :: modes(:, :)        !! (unknowns, any number) null vectors, orthonormal in the metric, node axes
       type(timers_t), intent(inout) :: timers
       real(wp), allocatable :: direction(:, :)   !! (unknowns, as many)
-      real(wp) :: weighted(size(modes, 1))
-      integer :: node, d, k
+      integer :: k
       allocate (direction, mold=modes)
       do k = 1, size(modes, 2)
-         weighted = 0.0_wp
-         do node = 1, size(problem%weight)
-            d = dof(problem, node, 1)
-            weighted(d:d + 1) = problem%weight(node) * modes(d:d + 1, k)
-         end do
-         call solve_effective(system, merge(0.0_wp, weighted, system%fixed), direction(:, k), timers)
+         call solve_effective(system, merge(0.0_wp, times_metric(problem, modes(:, k)), system%fixed), direction(:, k), timers)
          direction(:, k) = direction(:, k) / norm2([tiny(1.0_wp), direction(:, k)])
       end do
    end function new_null_directions
@@ -57,6 +51,19 @@ contains
       if (singular) return
       x = x - matmul(direction, b(:, 1))
    end subroutine leave_out
+
+   !> M x.
+   pure function times_metric(problem, x) result(weighted)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: x(:)               !! (unknowns) node axes
+      real(wp) :: weighted(size(x))
+      integer :: node, d
+      weighted = 0.0_wp
+      do node = 1, size(problem%weight)
+         d = dof(problem, node, 1)
+         weighted(d:d + 1) = problem%weight(node) * x(d:d + 1)
+      end do
+   end function times_metric
 
    !> The part of a vector that is a mode.
    pure real(wp) function likeness(problem, mode, x)

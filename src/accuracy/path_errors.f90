@@ -15,7 +15,7 @@ module path_errors
    use error_bar, only: error_bar_t, error_bars_t, new_error_bar, no_error_bars
    use accuracy_limits, only: why_not_told
    use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point
-   use element_shares, only: shares_t, find_shares
+   use element_shares, only: shares_t, find_shares, eigenvalue_shares
    use missed_modes, only: unstable_difference
    use located_zero, only: zero_t, zero_value, mode_rounding
    use timing, only: timers_t
@@ -80,6 +80,7 @@ contains
       type(finer_path_t) :: path
       type(finer_point_t) :: first, ahead, near
       type(shares_t) :: shares
+      type(system_t) :: start                    ! of the finer problem at the point
       real(wp), allocatable :: modes(:, :), value(:), rate(:), final(:), unseen(:), sizes(:), rounding(:)
       real(wp) :: f, f_ahead, slope, way, more, reach, bend
       bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state))
@@ -95,6 +96,7 @@ contains
       ! The control's measure of the increment: where nothing moves its arc length is rounding.
       reach = sqrt(length**2 + (control%load_scale * rise)**2)
       call begin(problem, state, system, control, heading, modes, path, first, shares, value, timers)
+      start = first%system
       if (first%ok) call next_point(path, 0.0_wp, first, timers)
       ahead = first
       if (first%ok) call next_point(path, small_part * reach, ahead, timers)
@@ -145,9 +147,23 @@ contains
       sizes = shares%size + abs(near%value - first%value)
       rounding = shares%rounding + abs(rate) * location_rounding() / abs(slope)
       if (is_kind(event_limit)) rounding(1) = shares%rounding(1) + 0.5_wp * location_rounding()**2 / abs(slope)
+      call share_way()
       call set_bars(shares, value, final - value, unseen, sizes, rounding, bars)
 
    contains
+
+      !> What the event's place errs by is the elements', too: of a bifurcation by what they err in its eigenvalue, of others as
+      !> they do in the load.
+      subroutine share_way()
+         real(wp) :: part(size(shares%element, 2))
+         integer :: m
+         part = shares%element(1, :)
+         if (size(modes, 2) > 0) part = eigenvalue_shares(problem, system, start, modes(:, 1))
+         if (.not. sum(part) > 0.0_wp) return
+         do m = 1, size(shares%element, 1)
+            shares%element(m, :) = shares%element(m, :) + abs(final(m) - first%value(m)) * part / sum(part)
+         end do
+      end subroutine share_way
 
       !> The event's function on the finer path.
       real(wp) function value_at(point)
@@ -175,7 +191,7 @@ contains
             stiffness = max(stiffness, bending_stiffness(problem))
             error = rounding / stiffness * abs(slope) * reach
          else if (allocated(zero%modes)) then
-            error = mode_rounding(problem, system, zero)
+            error = mode_rounding(problem, state, system, zero, timers)
          end if
       end function location_rounding
    end subroutine event_errors

@@ -17,6 +17,7 @@ module read_accuracy
    ! Parts of the error asked for. Of the residual a tenth of what the last correction leaves, see corrector; where it turns out to
    ! be too much the iteration goes on.
    real(wp), parameter :: part_of_residual = 1.0e-3_wp, part_of_place = 0.01_wp
+   real(wp), parameter :: closest = 1.0e-11_wp   !! nearer than that the function of an event is rounding
    real(wp), parameter :: coarsest = 1.0e-5_wp   !! a tenth of what checks of balance allow
 
 contains
@@ -61,7 +62,7 @@ contains
       do s = 1, size(model%step)
          associate (step => model%step(s), finest => min(model%step(s)%asked, model%step(s)%asked_of_path))
             if (.not. step%tolerance_given) step%tolerance = max(step%tolerance, min(part_of_residual * finest, coarsest))
-            if (.not. locate_given(s)) step%locate_tolerance = max(step%locate_tolerance, min(part_of_place * finest, coarsest))
+            if (.not. locate_given(s)) step%locate_tolerance = max(closest, min(part_of_place * finest, coarsest))
          end associate
       end do
    end subroutine balance_iteration

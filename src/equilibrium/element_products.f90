@@ -6,7 +6,7 @@ module element_products
    use linear_system, only: system_t, to_global, turn_pair
    implicit none
    private
-   public :: apply_elements
+   public :: apply_elements, element_deformation
 
 contains
 
@@ -22,22 +22,14 @@ contains
       real(wp), intent(in) :: x(:)             !! (n) node axes
       real(wp), intent(out) :: y(:)            !! (n) their sum times x
       real(wp), intent(out) :: form            !! x^T y
-      real(wp) :: relative(6), force(6), held(6), moved(2), u(3), stretch(3), pair(2), own(3)
+      real(wp) :: relative(6), force(6), held(6), moved(2), u(3), stretch(3), pair(2)
       integer :: e, i, node(2)
       form = 0.0_wp
       y = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
          node = problem%model%mesh%node(:, e)
          u = to_global(problem, system, x, node(1))
-         do i = 1, 2
-            own = node_unknowns(problem, system%tie_block, node(i), x)
-            moved = u(1:2)
-            if (system%turned(node(i))) call turn_pair(system%axis(:, node(i)), moved)
-            ! What moves without turning turns against the track of a contact span.
-            relative(3 * i - 2:3 * i) = own - [moved, -system%roll(node(i)) * moved(1)]
-            ! On a track a translation is none.
-            if (problem%conforms(e) > 0) relative(3 * i - 2:3 * i) = own
-         end do
+         relative = element_deformation(problem, system, e, x)
          force = matmul(k(:, :, e), relative)
          form = form + dot_product(relative, force)
          if (size(shift, 3) > 0 .and. problem%conforms(e) == 0) then
@@ -65,4 +57,26 @@ contains
          end do
       end do
    end subroutine apply_elements
+
+   !> An element's part of x, free of the translation of its first node.
+   pure function element_deformation(problem, system, e, x) result(relative)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: e
+      real(wp), intent(in) :: x(:)             !! (n) node axes
+      real(wp) :: relative(6)
+      real(wp) :: moved(2), u(3), own(3)
+      integer :: i, node(2)
+      node = problem%model%mesh%node(:, e)
+      u = to_global(problem, system, x, node(1))
+      do i = 1, 2
+         own = node_unknowns(problem, system%tie_block, node(i), x)
+         moved = u(1:2)
+         if (system%turned(node(i))) call turn_pair(system%axis(:, node(i)), moved)
+         ! What moves without turning turns against the track of a contact span.
+         relative(3 * i - 2:3 * i) = own - [moved, -system%roll(node(i)) * moved(1)]
+         ! On a track a translation is none.
+         if (problem%conforms(e) > 0) relative(3 * i - 2:3 * i) = own
+      end do
+   end function element_deformation
 end module element_products

@@ -67,6 +67,11 @@ def finding(check: Check, values: dict, code: int, results: Results | None, wher
     return Finding(exact, value, error, bar, verdict(code, value, error, bar, tolerance, math.isnan(exact)), estimate)
 
 
+def asked_of(check: Check, values: dict, results: Results | None, where: str) -> float:
+    """The tolerance of a check."""
+    return _number(check.tolerance, values, results, where)
+
+
 def verdict(code: int, value: float, error: float, bar: float, tolerance: float, none: bool) -> str:
     """The class of one quantity. `none`: there is no such quantity, a value is one too many."""
     if math.isnan(value):

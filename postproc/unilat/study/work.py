@@ -68,6 +68,10 @@ def time_study(args) -> int:
     if is_effectivity(args.file):
         name = os.path.splitext(os.path.basename(args.file))[0]
         return study_bars(args.file, RunFolder(args.folder or f"{name}-bars", find_program(args.program)), args.jobs)
+    from .delivered import is_delivered, study_delivered
+    if is_delivered(args.file):
+        name = os.path.splitext(os.path.basename(args.file))[0]
+        return study_delivered(args.file, RunFolder(args.folder or f"{name}-asked", find_program(args.program)), args.jobs)
     from .study_work import draw_study, make_study, write_study
     program = find_program(args.program)
     study = read_study(args.file, program)

@@ -1,0 +1,173 @@
+"""Asked and delivered: meshes made for a tolerance, of all runs of several maps, held against exact values.
+
+A case is a value with an exact one. What was asked of it is the tolerance of its check: relative to it, as its error and bar are.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+import statistics
+from dataclasses import dataclass
+
+from matplotlib.lines import Line2D
+
+from ..plot import style
+from ..results import Results, ResultsError, read_results
+from ..sweep.pool import Progress, run_pool
+from ..sweep.run_folder import RunFolder
+from ..sweep.sweep_file import read_text, read_toml
+from ..sweep.work import to_do
+from .effectivity import told_to
+from .map_file import Map, read_map
+from .verdict import asked_of, finding
+
+LEAST = 1e-14       # errors below are drawn there
+
+
+@dataclass(frozen=True)
+class Case:
+    scene: str
+    values: dict        # parameters of the run
+    quantity: str
+    asked: float
+    error: float        # NaN: the run has no such value
+    told: float         # errors below this the exact value does not tell
+    bar: float          # inf: the mesh is too coarse to tell
+    elements: float     # of the largest mesh
+    seconds: float      # of the program's own phases
+    of_bars: float      # their part of these
+    code: int
+    message: str
+
+    @property
+    def within(self) -> bool:
+        return self.error <= self.asked
+
+    @property
+    def better(self) -> float:
+        """Asked over delivered."""
+        return self.asked / max(self.error, self.told, LEAST)
+
+
+def is_delivered(filename: str) -> bool:
+    return "asked" in read_toml(read_text(filename), filename)
+
+
+def study_delivered(filename: str, folder: RunFolder, jobs: int) -> int:
+    """Makes the runs of all maps, a table of the cases, one of the scenes, a picture. 1: a run has no value, or an error larger than
+    asked without a word."""
+    content = read_toml(read_text(filename), filename)
+    if set(content) - {"title", "asked"}:
+        raise ResultsError(f"{filename}: a study of tolerances has title and asked only, a list of maps")
+    maps = [read_map(os.path.join(os.path.dirname(filename), name), folder.program) for name in content["asked"]]
+    keys = [[folder.key(deck) for deck in each.decks] for each in maps]
+    missing = to_do(folder, {key: deck for each, own in zip(maps, keys) for key, deck in zip(own, each.decks)}, retry=False)
+    run_pool(folder, missing, jobs, max(each.sweep.timeout or 60.0 for each in maps), Progress(len(missing)))
+    folder.sweep_up()
+    cases = [case for each, own in zip(maps, keys) for case in _cases(each, folder, own)]
+    stem = os.path.join(folder.folder, os.path.splitext(os.path.basename(filename))[0])
+    write_cases(cases, f"{stem}.csv")
+    text = summary(cases)
+    with open(f"{stem}.txt", "w", encoding="utf-8") as file:
+        file.write(text)
+    print(text, end="")
+    draw_cases(cases, f"{stem}.png")
+    print(f"table: {stem}.csv\npicture: {stem}.png")
+    return int(any(not case.within and case.code == 0 for case in cases))
+
+
+def _cases(checked: Map, folder: RunFolder, keys: list[str]) -> list[Case]:
+    found = []
+    for values, known, key in zip(checked.sweep.values, checked.known, keys):
+        record = folder.record(key)
+        if record is None:
+            continue
+        results = read_results(folder.results(key)) if record.code in (0, 2) and os.path.exists(folder.results(key)) else None
+        elements, seconds, of_bars = _work(results)
+        for check in checked.checks:
+            each = finding(check, known, record.code, results, checked.sweep.name)
+            if math.isnan(each.exact):
+                continue
+            found.append(Case(checked.sweep.name.removeprefix("asked-"), values, check.name,
+                              asked_of(check, known, results, checked.sweep.name), each.error, told_to(check.exact) / (abs(each.exact) or 1.0),
+                              each.bar, elements, seconds, of_bars, record.code, record.message))
+    return found
+
+
+def _work(results: Results | None) -> tuple[float, float, float]:
+    """Elements of the largest mesh, seconds, the bars' part of them."""
+    if results is None:
+        return (math.nan,) * 3
+    counters = dict(zip(results.performance["counter"], results.performance["value"]))
+    seconds = dict(zip(results.performance["phase"], results.performance["seconds"]))
+    whole = sum(seconds.values())
+    return counters["elements at the most"], whole, seconds["error bars"] / whole
+
+
+def summary(cases: list[Case]) -> str:
+    """A line a scene and a tolerance asked, the last of all."""
+    lines = ["| scene | asked | values | delivered | median of asked / delivered | bar / error, median | exit code 0 | elements | ms | of it bars |",
+             "|---|---|---|---|---|---|---|---|---|---|"]
+    scenes = list(dict.fromkeys(case.scene for case in cases))
+    tolerances = sorted({case.values["asked"] for case in cases}, reverse=True)
+    for scene in scenes:
+        for asked in tolerances:
+            lines.append(_line(scene, f"{asked:.0e}", [case for case in cases if (case.scene, case.values["asked"]) == (scene, asked)]))
+    for asked in tolerances:
+        lines.append(_line("all", f"{asked:.0e}", [case for case in cases if case.values["asked"] == asked]))
+    lines.append(_line("all", "", cases))
+    return "\n".join(lines) + "\n"
+
+
+def _line(scene: str, asked: str, cases: list[Case]) -> str:
+    there = [case for case in cases if not math.isnan(case.error)]
+    if not there:
+        return f"| {scene} | {asked} | {len(cases)} | 0 | | | | | | |"
+
+    def middle(values) -> str:
+        return f"{statistics.median(values):.3g}" if values else ""
+
+    ratios = [case.bar / case.error for case in there if math.isfinite(case.bar) and case.error > max(case.told, 1e-11)]
+    return (f"| {scene} | {asked} | {len(cases)} | {sum(case.within for case in there)} | {middle([case.better for case in there])} | "
+            f"{middle(ratios)} | {sum(case.code == 0 for case in cases)} | {middle([case.elements for case in there])} | "
+            f"{middle([1e3 * case.seconds for case in there])} | {100.0 * statistics.median(case.of_bars for case in there):.0f} % |")
+
+
+def write_cases(cases: list[Case], filename: str):
+    names = list(dict.fromkeys(name for case in cases for name in case.values))
+    with open(f"{filename}.part", "w", newline="", encoding="utf-8") as file:
+        file.write("# tolerance, error and bar over the size of the exact value; bar inf: the mesh is too coarse to tell\n")
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(["map", *names, "quantity", "tolerance", "error", "bar", "asked over delivered", "elements", "seconds",
+                        "part of bars", "code", "message"])
+        for case in cases:
+            table.writerow([case.scene, *(case.values.get(name, "") for name in names), case.quantity, f"{case.asked:.4g}", f"{case.error:.4g}",
+                            f"{case.bar:.4g}", f"{case.better:.4g}", case.elements, f"{case.seconds:.5f}", f"{case.of_bars:.3f}",
+                            case.code, case.message])
+    os.replace(f"{filename}.part", filename)
+
+
+@style.drawing
+def draw_cases(cases: list[Case], filename: str):
+    """Delivered over asked. Hollow: the run ended with 2. The line: as good as asked; the dashed one: ten times better."""
+    figure = style.new_figure(130.0, 90.0, 200.0, constrained_layout=True)
+    axes = figure.add_subplot()
+    scenes = list(dict.fromkeys(case.scene for case in cases))
+    ends = [min(case.asked for case in cases) / 3.0, 3.0 * max(case.asked for case in cases)]
+    axes.plot(ends, ends, color=style.REFERENCE, linewidth=0.8)
+    axes.plot(ends, [0.1 * end for end in ends], color=style.REFERENCE, linewidth=0.8, linestyle="--")
+    for number, name in enumerate(scenes):
+        colour = style.COLOURS[number % len(style.COLOURS)]
+        # Side by side.
+        aside = 1.12 ** (number - 0.5 * len(scenes))
+        for case in cases:
+            if case.scene == name and not math.isnan(case.error):
+                axes.plot(aside * case.asked, max(case.error, LEAST), marker="o", markersize=2.2, linestyle="none", color=colour,
+                          markerfacecolor="white" if case.code else colour, markeredgewidth=0.5)
+    axes.set(xscale="log", yscale="log", xlabel="asked", ylabel="delivered")
+    handles = [Line2D([], [], marker="o", markersize=3.0, linestyle="none", color=style.COLOURS[k % len(style.COLOURS)], label=name)
+               for k, name in enumerate(scenes)]
+    axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.01, 0.5))
+    figure.savefig(filename)
