@@ -12,7 +12,8 @@
 !> Half of the first, at a mirror. Where a force F lifts the end of a line that a breakpoint of the rod holds, the line is pressed
 !> as before, r > 0, and w = T x^3/(6 EI) - r x^4/(24 EI) with x from its new end: l = 2 F/r, T = F at a free end of the rod,
 !> l = 3 F/(2 r), T = F/2 at a mirror. Between two lines each of them takes half of F. Where a support lifts it by d instead, the
-!> same shape has l^4 = 24 EI d/r where it lets the rod turn, 72 EI d/r where it, or the line beyond, does not.
+!> same shape has l^4 = 24 EI d/r where it lets the rod turn, 72 EI d/r where it, or the line beyond, does not. A line with
+!> l beyond its own length, as one that a straight wall does not press, leaves a point at its other end.
 !> From there Newton's method finds the ends.
 module span_opening
    use kinds, only: wp
@@ -169,15 +170,17 @@ contains
          c = problem%candidates%neighbour(side, candidate)
          if (problem%conforms(e) == 0 .or. c == 0) return
          call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, x, angle, density)
-         if (.not. density > 0.0_wp) return
-         if (force > 0.0_wp) then
-            length = merge(2.0_wp, 1.5_wp, turns) * force / density
-         else
-            length = (merge(24.0_wp, 72.0_wp, turns) * lift / (problem%compliance(e)%bending * density))**0.25_wp
-         end if
          k = problem%candidates%touch(c)
+         length = now(k)%at(2) - now(k)%at(1)
+         if (density > 0.0_wp .and. force > 0.0_wp) then
+            length = min(length, merge(2.0_wp, 1.5_wp, turns) * force / density)
+         else if (density > 0.0_wp) then
+            length = min(length, (merge(24.0_wp, 72.0_wp, turns) * lift / (problem%compliance(e)%bending * density))**0.25_wp)
+         end if
          now(k)%at(3 - side) = now(k)%at(3 - side) + merge(-length, length, side == 1)
-         if (.not. now(k)%at(2) > now(k)%at(1)) return
+         ! A line that nothing presses goes all at once; what pushes at its other end stays.
+         now(k)%line = now(k)%at(2) > now(k)%at(1)
+         if (.not. now(k)%line) now(k)%at = now(k)%at(side)
       end do
       touch = now
    end subroutine lifted_touches
