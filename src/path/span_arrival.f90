@@ -157,14 +157,14 @@ contains
          control%increment = here%load_factor - run%state%load_factor
          call correct(problem, run%state, control, .true., here, run%system, report, timers)
          if (.not. report%converged) exit
-         call open_line(problem, here, change%tests(change%which), run%touches + 1, nearer%problem, nearer%state, nearer%system, &
-            & found, timers)
+         call open_line(problem, run%state, here, change%tests(change%which), leg%scale, run%touches + 1, nearer%problem, &
+            & nearer%state, nearer%system, found, timers)
          if (.not. found) exit
          next = nearer
       end do
       problem = next%problem
       run = on
-      run%touches = run%touches + 1
+      run%touches = max(run%touches, maxval(problem%touch%number))
       call accept(problem, step, run, next%state, heading, '  ', report, .false., recorder, shorter, finished, outcome, timers)
    end subroutine take_opened
 end module span_arrival
