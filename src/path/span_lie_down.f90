@@ -76,8 +76,8 @@ contains
       end associate
    end function closes
 
-   !> Where a line ends at a breakpoint, or with its rod, nothing gives the couple that the obstacle's curvature may want: the moment
-   !> is that of the free part beyond, or none.
+   !> Where a line ends at a breakpoint, or with its rod, nothing gives the couple that the obstacle's curvature may want: the
+   !> moment is that of the free part beyond, or none.
    subroutine look_at_ends(problem, state, scale, balanced)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
