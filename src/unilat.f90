@@ -74,13 +74,15 @@ program unilat
 
    ! ---- the path ----
    call follow_deck()
-   ! What contact spans cannot follow nodes may, as well as the deck's mesh can.
+   ! Where contact at the start has not become spans the nodes of the deck may tell more. What spans have followed stays.
    if (begins_again()) then
       why_nodes = outcome%why
       deck_model%contact%along = .false.
       call follow_deck()
       call note_failure('contact is at the nodes of the deck, where errors are not known, because spans do not get on: '//why_nodes)
    end if
+   if (outcome%dead_end .and. any(deck_model%contact%along)) &
+      & call note_failure('*CONTACT, POINTS=NODES may go on, as well as the elements of the deck can')
    if (allocated(outcome%accuracy%bar_words)) call note_failure(outcome%accuracy%bar_words)
 
    ! ---- the end ----
@@ -132,10 +134,10 @@ contains
       end if
    end subroutine note_failure
 
-   !> True where contact spans lead nowhere, or to what the run's own checks refuse; says so, and closes the results.
+   !> True where what touches at the start has led nowhere; says so, and closes the results.
    logical function begins_again()
       character(*), parameter :: how = 'with contact at the nodes of the deck'
-      begins_again = outcome%spans .and. (outcome%dead_end .or. checks /= '')
+      begins_again = outcome%sampled .and. outcome%dead_end
       if (.not. begins_again) return
       call results_close(recorder%results, 'begun again '//how, timers, outcome%accuracy, error)
       if (.not. options%quiet) write (output_unit, '(/a)') 'Contact spans do not get on: '//outcome%why// &

@@ -38,7 +38,7 @@ module path_acceptance
    type :: outcome_t
       logical :: complete = .false.
       character(:), allocatable :: why           !! the run cannot go on: the reason, one sentence
-      logical :: spans = .false.                 !! contact was described by spans
+      logical :: sampled = .false.               !! contact at the start is at nodes still: it has not become spans
       logical :: turns = .false.                 !! stopped where the path turns back for a strategy that cannot follow it
       logical :: used_up = .false.               !! stopped after the number of points that the deck allows
       logical :: dead_end = .false.              !! stopped because there is no way on, and not for these reasons

@@ -55,7 +55,6 @@ contains
       n_branches = 0
       perfect = problem%deck
       call prepare_mesh(problem)
-      outcome%spans = any(problem%deck%contact%along)
       run%state = new_state(problem)
       call hold_touches(problem, run%state%active)
       run%touches = size(problem%touch)
@@ -91,6 +90,7 @@ contains
          call freeze_loads(problem, run%state)
       end do steps
       outcome%dead_end = allocated(outcome%why) .and. outcome%deck_line == 0 .and. .not. (outcome%turns .or. outcome%used_up)
+      outcome%sampled = problem%sampled
       outcome%complete = .not. (allocated(outcome%why) .or. allocated(outcome%trouble))
       if (allocated(outcome%trouble)) then
          if (allocated(outcome%why)) outcome%trouble = outcome%why//'; '//outcome%trouble

@@ -12,7 +12,7 @@ module span_arrival
    use span_events, only: leg_t, change_t, next_t
    use span_opening, only: open_line
    use span_set, only: begin_touch, touched_at
-   use state_transfer, only: carried
+   use state_transfer, only: carried, carried_field
    use path_control, only: control_t, path_length, displacement_between
    use path_continuity, only: heading_t, heading_at, between
    use path_events, only: event_t, new_probe, detect_events
@@ -93,6 +93,8 @@ contains
          & merges = size(find_span_regions(next%problem, next%state)) < size(find_span_regions(problem, change%place))
       before = carried(problem, run%state, next%problem)
       call hold_touches(next%problem, before%active)
+      ! A line that presses already goes on as the path came.
+      run%heading%u = carried_field(problem, run%state, run%heading%u, next%problem, before)
       problem = next%problem
       run%system = next%system
       if (change%standing) then
@@ -155,14 +157,14 @@ contains
          control%increment = here%load_factor - run%state%load_factor
          call correct(problem, run%state, control, .true., here, run%system, report, timers)
          if (.not. report%converged) exit
-         call open_line(problem, here, change%tests(change%which), run%touches + 1, nearer%problem, nearer%state, nearer%system, &
-            & found, timers)
+         call open_line(problem, run%state, here, change%tests(change%which), leg%scale, run%touches + 1, nearer%problem, &
+            & nearer%state, nearer%system, found, timers)
          if (.not. found) exit
          next = nearer
       end do
       problem = next%problem
       run = on
-      run%touches = run%touches + 1
+      run%touches = max(run%touches, maxval(problem%touch%number))
       call accept(problem, step, run, next%state, heading, '  ', report, .false., recorder, shorter, finished, outcome, timers)
    end subroutine take_opened
 end module span_arrival

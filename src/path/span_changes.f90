@@ -92,8 +92,8 @@ contains
       logical :: opened
       if (opens_line(problem, change%tests(change%which))) then
          ! Here nothing tells yet where the span that opens ends; a little further on it does.
-         call open_line(problem, leg%to, leg%after(change%which), run%touches + 1, next%problem, next%state, next%system, opened, &
-            & timers)
+         call open_line(problem, change%place, leg%to, leg%after(change%which), leg%scale, run%touches + 1, next%problem, &
+            & next%state, next%system, opened, timers)
          change%missed = .not. opened
          return
       end if

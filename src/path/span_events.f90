@@ -219,8 +219,7 @@ contains
          if (leg%after(k)%value <= 0.0_wp .or. leg%after(k)%value > reach * (leg%before(k)%value - leg%after(k)%value)) cycle
          change%place = leg%to
          call find_flat_point(problem, run, leg%after(k)%candidate, change%place, found, timers)
-         if (found) found = abs(change%place%load_factor - leg%to%load_factor) <= &
-            & 2.0_wp * reach * abs(leg%to%load_factor - leg%from%load_factor)
+         if (found) found = leads_to(problem, leg%to, leg%ahead, .false., change%place)
          if (found) exit
       end do
       if (.not. found) return
@@ -316,6 +315,7 @@ contains
       if (leg%before(change%which)%value > -leg%after(change%which)%value) place = leg%to
       call find_flat_point(problem, run, leg%after(change%which)%candidate, place, change%found, timers)
       if (change%found) change%found = path_length(problem, run%state, place) <= path_length(problem, run%state, leg%to)
+      if (change%found) change%found = leads_to(problem, run%state, run%heading, run%fresh, place)
       if (.not. change%found) return
       change%place = place
       change%report = increment_t(converged=.true.)
@@ -364,13 +364,30 @@ contains
       type(run_t), intent(in) :: run              !! its system is factored at the place
       type(state_t), intent(in) :: place
       type(heading_t) :: heading
-      real(wp) :: length
       heading = heading_of(problem, run, place)
       if (same_path(relate(problem, run%state, place, run%heading, heading, run%fresh))) return
-      heading%u = displacement_between(problem, run%state, place)
-      length = path_length(problem, run%state, place)
-      if (.not. length > 0.0_wp) return
-      heading%u = heading%u / length
-      heading%load = (place%load_factor - run%state%load_factor) / length
+      if (path_length(problem, run%state, place) > 0.0_wp) heading = chord(problem, run%state, place)
    end function arrival
+
+   !> True for an equilibrium that lies ahead on the path: Newton's method may find one on another. Its own tangent may tell
+   !> nothing, so the chord must have the direction that the path starts in.
+   logical function leads_to(problem, from, heading, fresh, place) result(leads)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, place
+      type(heading_t), intent(in) :: heading      !! at `from`
+      logical, intent(in) :: fresh                !! as relate has it
+      leads = .not. path_length(problem, from, place) > 0.0_wp
+      if (.not. leads) leads = same_path(relate(problem, from, place, heading, chord(problem, from, place), fresh))
+   end function leads_to
+
+   !> The way from one state to another, of length 1.
+   function chord(problem, from, to) result(heading)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, to       !! not the same
+      type(heading_t) :: heading
+      real(wp) :: length
+      length = path_length(problem, from, to)
+      heading%u = displacement_between(problem, from, to) / length
+      heading%load = (to%load_factor - from%load_factor) / length
+   end function chord
 end module span_events

@@ -8,6 +8,7 @@ module span_lie_down
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
    use contact_touch, only: touch_t
+   use section_forces, only: end_forces
    use conforming_span, only: conforming_forces
    use span_problem, only: new_span_problem, hold_touches, present_touches, touch_place
    use span_tests, only: span_test_t, run_span_tests, gap_at, test_slack, test_pressure, shortest
@@ -75,23 +76,31 @@ contains
       end associate
    end function closes
 
-   !> Where a line ends with its rod nothing gives the couple that the obstacle's curvature may want.
+   !> Where a line ends at a breakpoint, or with its rod, nothing gives the couple that the obstacle's curvature may want: the
+   !> moment is that of the free part beyond, or none.
    subroutine look_at_ends(problem, state, scale, balanced)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: scale              !! of forces
       logical, intent(out) :: balanced
-      real(wp) :: local(3), place(2), angle
-      integer :: e, side
+      real(wp) :: local(3), ends(3, 2), place(2), angle
+      integer :: e, side, beyond
       balanced = .true.
       do e = 1, problem%model%mesh%n_elements
          if (problem%conforms(e) == 0) cycle
          do side = 1, 2
             associate (node => problem%model%mesh%node(side, e))
-               if (problem%beside(side, node) > 0 .or. problem%model%fixed(3, node)) cycle
+               if (problem%model%fixed(3, node)) cycle
+               if (any(problem%candidates%moves .and. problem%candidates%node == node)) cycle
+               beyond = problem%beside(side, node)
             end associate
+            ends = 0.0_wp
+            if (beyond > 0) then
+               if (problem%conforms(beyond) > 0) cycle
+               call end_forces(problem, state, beyond, ends(:, 1), ends(:, 2))
+            end if
             call conforming_forces(problem, state, e, real(side - 1, wp), local, place, angle)
-            balanced = balanced .and. abs(local(3)) <= sqrt(epsilon(scale)) * scale * problem%size
+            balanced = balanced .and. abs(local(3) - ends(3, 3 - side)) <= sqrt(epsilon(scale)) * scale * problem%size
          end do
       end do
    end subroutine look_at_ends

@@ -12,7 +12,8 @@
 !> Half of the first, at a mirror. Where a force F lifts the end of a line that a breakpoint of the rod holds, the line is pressed
 !> as before, r > 0, and w = T x^3/(6 EI) - r x^4/(24 EI) with x from its new end: l = 2 F/r, T = F at a free end of the rod,
 !> l = 3 F/(2 r), T = F/2 at a mirror. Between two lines each of them takes half of F. Where a support lifts it by d instead, the
-!> same shape has l^4 = 24 EI d/r where it lets the rod turn, 72 EI d/r where it, or the line beyond, does not.
+!> same shape has l^4 = 24 EI d/r where it lets the rod turn, 72 EI d/r where it, or the line beyond, does not. A line with
+!> l beyond its own length, as one that a straight wall does not press, leaves a point at its other end.
 !> From there Newton's method finds the ends.
 module span_opening
    use kinds, only: wp
@@ -24,7 +25,7 @@ module span_opening
    use obstacle_track, only: track_t
    use contact_touch, only: touch_t
    use span_problem, only: new_span_problem, hold_touches, present_touches, touch_place
-   use span_tests, only: span_test_t, test_force
+   use span_tests, only: span_test_t, test_force, test_pressure, test_slack, well_below
    use span_validity, only: spans_hold
    use touchdown_points, only: held_force
    use state_transfer, only: carried, find_point
@@ -42,11 +43,13 @@ contains
 
    !> The equilibrium with the span open at a state whose line is pulled somewhere. Not found where the zone is too long for the
    !> laws, or what opens leaves nothing of the line.
-   subroutine open_line(problem, beyond, test, number, next, state, system, found, timers)
+   subroutine open_line(problem, place, beyond, test, scale, number, next, state, system, found, timers)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: beyond          !! of `problem`, in equilibrium
-      type(span_test_t), intent(in) :: test        !! of pressure or force, below zero there
-      integer, intent(in) :: number                !! of the contact that parts from it
+      type(state_t), intent(in) :: place           !! of `problem`, in equilibrium, where the test is zero
+      type(state_t), intent(in) :: beyond          !! the same a little further on
+      type(span_test_t), intent(in) :: test        !! of pressure or force, below zero beyond
+      real(wp), intent(in) :: scale                !! of forces
+      integer, intent(in) :: number                !! of the first contact that parts from it
       type(problem_t), intent(out) :: next
       type(state_t), intent(out) :: state          !! of `next`, at the load factor of `beyond`
       type(system_t), intent(out) :: system        !! factored there
@@ -60,7 +63,7 @@ contains
       if (test%kind == test_force) then
          call lifted_touches(problem, beyond, test%candidate, touch)
       else
-         call opened_touches(problem, beyond, test%touch, number, touch)
+         call opened_touches(problem, place, beyond, scale, number, touch)
       end if
       found = allocated(touch)
       if (.not. found) return
@@ -93,47 +96,91 @@ contains
       end subroutine settle
    end subroutine open_line
 
-   !> The touches with the span open. Not allocated where the laws do not tell.
-   subroutine opened_touches(problem, state, which, number, touch)
+   !> The touches with open all that opens at one place of the path, as in a symmetric structure two spans do. Not allocated where
+   !> the laws do not tell.
+   subroutine opened_touches(problem, place, state, scale, number, touch)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: place           !! where something opens
+      type(state_t), intent(in) :: state           !! beyond
+      real(wp), intent(in) :: scale                !! of forces
+      integer, intent(in) :: number                !! of the first contact that parts
+      type(touch_t), allocatable, intent(out) :: touch(:)
+      type(touch_t), allocatable :: before(:), now(:), own(:)
+      real(wp), allocatable :: zone(:, :)
+      real(wp) :: nothing
+      integer :: k, i
+      logical :: told
+      now = present_touches(problem, state)
+      before = present_touches(problem, place)
+      nothing = well_below * test_slack(test_pressure) * scale / problem%size
+      allocate (own(0))
+      do k = 1, size(now)
+         own = [own, now(k)]
+         if (.not. now(k)%line) cycle
+         zone = pulled_zones(problem, state, now(k))
+         do i = 1, size(zone, 2)
+            if (least_density(problem, place, before(k), zone(:, i)) > nothing) cycle
+            call open_zone(problem, state, now(k), k, zone(:, i), own, told)
+            if (.not. told) return
+         end do
+      end do
+      if (size(own) == size(now)) then
+         if (all([(all(abs(own(i)%at - now(i)%at) <= 0.0_wp), i=1, size(own))])) return
+      end if
+      do i = 1, size(own)
+         if (own(i)%number == 0) own(i)%number = number + count(own(:i)%number >= number)
+      end do
+      touch = own
+   end subroutine opened_touches
+
+   !> One zone of a line open.
+   subroutine open_zone(problem, state, line, which, zone, touch, told)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: which, number
-      type(touch_t), allocatable, intent(out) :: touch(:)
-      type(touch_t), allocatable :: now(:)
+      type(touch_t), intent(in) :: line            !! as it is now
+      integer, intent(in) :: which                 !! its index
+      real(wp), intent(in) :: zone(2)
+      type(touch_t), allocatable, intent(inout) :: touch(:) !! the last one is what is left of the line after this zone
+      logical, intent(out) :: told                 !! false: the laws do not tell
       type(touch_t) :: rest
-      real(wp) :: zone(2), length
-      integer :: c, side, away
+      real(wp) :: length
+      integer :: c, n, side, away
       logical :: pulled(2)
-      now = present_touches(problem, state)
-      call pulled_zone(problem, state, now(which), zone)
       length = zone(2) - zone(1)
-      pulled = [zone(1) <= now(which)%at(1), zone(2) >= now(which)%at(2)]
-      if (.not. length > 0.0_wp .or. all(pulled)) return
-      rest = now(which)
-      rest%number = number
+      pulled = [zone(1) <= line%at(1), zone(2) >= line%at(2)]
+      told = length > 0.0_wp .and. .not. all(pulled)
+      if (.not. told) return
+      n = size(touch)
+      rest = touch(n)
+      rest%number = 0
       if (.not. any(pulled)) then
-         now(which)%at(2) = 0.5_wp * (sum(zone) - whole_zone * length)
+         touch(n)%at(2) = 0.5_wp * (sum(zone) - whole_zone * length)
          rest%at(1) = 0.5_wp * (sum(zone) + whole_zone * length)
-         if (now(which)%at(2) > now(which)%at(1) .and. rest%at(1) < rest%at(2)) touch = [now, rest]
+         told = touch(n)%at(2) > touch(n)%at(1) .and. rest%at(1) < rest%at(2)
+         touch = [touch, rest]
          return
       end if
       side = merge(1, 2, pulled(1))
       away = merge(1, -1, pulled(1))
       c = line_end(problem, state, which, side)
-      rest%at = now(which)%at(side)
+      rest%at = line%at(side)
       rest%line = .false.
       if (problem%candidates%moves(c)) then
-         now(which)%at(side) = rest%at(1) + away * half_zone * length
-         now = [now, rest]
+         touch(n)%at(side) = rest%at(1) + away * half_zone * length
+         told = touch(n)%at(2) > touch(n)%at(1)
+         ! What is left of the line stays the last.
+         touch = [touch(:n - 1), rest, touch(n)]
+         return
       else if (.not. problem%model%fixed(3, problem%candidates%node(c))) then
          ! A line that goes on over a breakpoint, or ends at one that holds it.
+         told = .false.
          return
       else if (free_across(c)) then
-         now(which)%at(side) = rest%at(1) + away * whole_zone * length
+         touch(n)%at(side) = rest%at(1) + away * whole_zone * length
       else
-         now(which)%at(side) = rest%at(1) + away * half_zone * length
+         touch(n)%at(side) = rest%at(1) + away * half_zone * length
       end if
-      if (now(which)%at(2) > now(which)%at(1)) touch = now
+      told = touch(n)%at(2) > touch(n)%at(1)
 
    contains
 
@@ -144,7 +191,7 @@ contains
          track = node_track(problem, state, c)
          free_across = may_react(problem, c, [-track%tangent(2), track%tangent(1)])
       end function free_across
-   end subroutine opened_touches
+   end subroutine open_zone
 
    !> The touches with lines that end before a breakpoint that a force lifts. Not allocated where the laws do not tell.
    subroutine lifted_touches(problem, state, candidate, touch)
@@ -169,15 +216,17 @@ contains
          c = problem%candidates%neighbour(side, candidate)
          if (problem%conforms(e) == 0 .or. c == 0) return
          call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, x, angle, density)
-         if (.not. density > 0.0_wp) return
-         if (force > 0.0_wp) then
-            length = merge(2.0_wp, 1.5_wp, turns) * force / density
-         else
-            length = (merge(24.0_wp, 72.0_wp, turns) * lift / (problem%compliance(e)%bending * density))**0.25_wp
-         end if
          k = problem%candidates%touch(c)
+         length = now(k)%at(2) - now(k)%at(1)
+         if (density > 0.0_wp .and. force > 0.0_wp) then
+            length = min(length, merge(2.0_wp, 1.5_wp, turns) * force / density)
+         else if (density > 0.0_wp) then
+            length = min(length, (merge(24.0_wp, 72.0_wp, turns) * lift / (problem%compliance(e)%bending * density))**0.25_wp)
+         end if
          now(k)%at(3 - side) = now(k)%at(3 - side) + merge(-length, length, side == 1)
-         if (.not. now(k)%at(2) > now(k)%at(1)) return
+         ! A line that nothing presses goes all at once; what pushes at its other end stays.
+         now(k)%line = now(k)%at(2) > now(k)%at(1)
+         if (.not. now(k)%line) now(k)%at = now(k)%at(side)
       end do
       touch = now
    end subroutine lifted_touches
@@ -196,31 +245,29 @@ contains
       if (side == 2) c = maxloc(place, 1, member)
    end function line_end
 
-   !> The part of a line that would have to be pulled, about the place where it would most; of no length where there is none.
-   subroutine pulled_zone(problem, state, line, zone)
+   !> The parts of a line that would have to be pulled, in their order along it.
+   function pulled_zones(problem, state, line) result(zone)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(touch_t), intent(in) :: line            !! as it is now
-      real(wp), intent(out) :: zone(2)
-      real(wp) :: at(0:samples), density(0:samples)
-      integer :: i, least
+      real(wp), allocatable :: zone(:, :)          !! (2, zones)
+      real(wp) :: at(-1:samples + 1), density(-1:samples + 1), ends(2)
+      integer :: i
+      ! Beyond its ends a line is not pulled.
+      density = 0.0_wp
+      at(-1) = line%at(1)
+      at(samples + 1) = line%at(2)
       do i = 0, samples
          at(i) = line%at(1) + (line%at(2) - line%at(1)) * i / samples
-         density(i) = density_at(at(i))
+         density(i) = density_at(problem, state, line, at(i))
       end do
-      least = minloc(density, 1) - 1
-      zone = at(least)
-      if (density(least) >= 0.0_wp) return
-      zone = line%at
-      do i = least - 1, 0, -1
-         if (density(i) < 0.0_wp) cycle
-         zone(1) = zero_between(at(i + 1), at(i))
-         exit
-      end do
-      do i = least + 1, samples
-         if (density(i) < 0.0_wp) cycle
-         zone(2) = zero_between(at(i - 1), at(i))
-         exit
+      allocate (zone(2, 0))
+      do i = 0, samples
+         if (density(i) >= 0.0_wp) cycle
+         if (density(i - 1) >= 0.0_wp) ends(1) = zero_between(at(i), at(i - 1))
+         if (density(i + 1) < 0.0_wp) cycle
+         ends(2) = zero_between(at(i), at(i + 1))
+         zone = reshape([zone, ends], [2, size(zone, 2) + 1])
       end do
 
    contains
@@ -232,21 +279,37 @@ contains
          ends = [negative, positive]
          do i = 1, digits(zero)
             zero = 0.5_wp * sum(ends)
-            ends(merge(1, 2, density_at(zero) < 0.0_wp)) = zero
+            ends(merge(1, 2, density_at(problem, state, line, zero) < 0.0_wp)) = zero
          end do
       end function zero_between
+   end function pulled_zones
 
-      real(wp) function density_at(at) result(density)
-         real(wp), intent(in) :: at
-         real(wp) :: local(3), place(2), angle, tau
-         integer :: e
-         call find_point(problem, state, line%stretch, at, e, tau)
-         if (problem%conforms(e) == 0) then
-            ! The last end of the line begins a free span.
-            e = e - 1
-            tau = 1.0_wp
-         end if
-         call conforming_forces(problem, state, e, tau, local, place, angle, density)
-      end function density_at
-   end subroutine pulled_zone
+   !> Least density in a zone of a line.
+   real(wp) function least_density(problem, state, line, zone) result(least)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(touch_t), intent(in) :: line            !! as it is now
+      real(wp), intent(in) :: zone(2)              !! found at another state
+      real(wp) :: ends(2)
+      integer :: i
+      ends = min(max(zone, line%at(1)), line%at(2))
+      least = minval([(density_at(problem, state, line, ends(1) + (ends(2) - ends(1)) * i / samples), i=0, samples)])
+   end function least_density
+
+   !> Density of a line's force at one place along its stretch.
+   real(wp) function density_at(problem, state, line, at) result(density)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(touch_t), intent(in) :: line            !! as it is now
+      real(wp), intent(in) :: at
+      real(wp) :: local(3), place(2), angle, tau
+      integer :: e
+      call find_point(problem, state, line%stretch, at, e, tau)
+      if (problem%conforms(e) == 0) then
+         ! The last end of the line begins a free span.
+         e = e - 1
+         tau = 1.0_wp
+      end if
+      call conforming_forces(problem, state, e, tau, local, place, angle, density)
+   end function density_at
 end module span_opening

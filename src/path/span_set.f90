@@ -116,7 +116,9 @@ contains
          run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
       case (test_curvature)
          if (all(opened == 0)) then
-            call rest_held(problem, run, spread(touch(k)%number, 1, 2), timers)
+            call open_span(problem, run, spread(touch(k)%number, 1, 2), ok, timers)
+            if (.not. ok) call rest_held(problem, run, spread(touch(k)%number, 1, 2), timers)
+            ok = .true.
             rate = spreading_rate(problem, run, spread(touch(k)%number, 1, 2))
             run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
          else
@@ -163,10 +165,10 @@ contains
          real(wp) :: long, half
          integer :: numbers(2)
          long = problem%layout%stretch(touch(point)%stretch)%length
-         half = 0.5_wp * share * long
+         half = shortest * long
          touch(point)%line = .true.
          touch(point)%at = [max(touch(point)%at(1) - half, 0.0_wp), min(touch(point)%at(2) + half, long)]
-         if (.not. moves) call go_on_behind(point, share * long, numbers)
+         if (.not. moves) call go_on_behind(point, 2.0_wp * half, numbers)
       end subroutine become_line
 
       !> What was a point at a breakpoint is a touch beside it, and another one on the other side, where the rod goes on.
