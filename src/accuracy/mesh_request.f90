@@ -237,8 +237,8 @@ contains
                sizes(1 + m) = max(motion(merge(2, 1, monitor%component == 3)), place_rounding / asked * &
                   & merge(1.0_wp, problem%size, monitor%component == 3))
             else
-               sizes(1 + m) = system%force_scale * merge(problem%size, 1.0_wp, monitor%component == 3 .and. &
-                  & monitor%obstacle == 0)
+               sizes(1 + m) = max(system%force_scale, problem%force_floor / asked) * &
+                  & merge(problem%size, 1.0_wp, monitor%component == 3 .and. monitor%obstacle == 0)
             end if
             sizes(1 + m) = max(sizes(1 + m) * abs(monitor%factor), abs(monitor%offset))
          end associate

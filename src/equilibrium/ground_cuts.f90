@@ -12,9 +12,12 @@ module ground_cuts
    use force_law, only: segment_unknown
    implicit none
    private
-   public :: find_cuts, add_marks, graded
+   public :: find_cuts, marked, add_marks, graded
 
    real(wp), parameter :: shortest = 1.0e-6_wp !! span between two cuts, over the size: shorter ones stay inside elements
+   !> The same over the length of a layer beside it. Such a span comes and goes by the root of the load, so that no mark could follow
+   !> it then; what an element misses of its forces is the third power of this.
+   real(wp), parameter :: shortest_of_layer = 0.1_wp
    real(wp), parameter :: here = 1.0e-12_wp    !! of the size: one and the same place
 
 contains
@@ -45,6 +48,7 @@ contains
          end associate
       end do
       call sort(cut)
+      call add_layers(problem, state, cut)
       call thin(problem, cut)
       call add_layers(problem, state, cut)
 
@@ -57,6 +61,18 @@ contains
             & at=s + problem%origin(e), level=at_level)]
       end subroutine add
    end function find_cuts
+
+   !> True where the mesh has marks at all kinks, and no others.
+   logical function marked(problem, state, cut)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(cut_t), intent(in) :: cut(:)              !! of this state
+      integer :: m
+      marked = size(cut) == size(problem%mark)
+      do m = 1, size(problem%mark)
+         marked = marked .and. is_live(problem, state, m)
+      end do
+   end function marked
 
    !> Orders cuts along the stretches.
    pure subroutine sort(cut)
@@ -78,7 +94,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(cut_t), allocatable, intent(inout) :: cut(:)
       logical :: kept(size(cut))
-      real(wp) :: from
+      real(wp) :: from, least
       integer :: i
       kept = .true.
       do i = 1, size(cut)
@@ -87,7 +103,9 @@ contains
             if (i > 1) then
                if (cut(i - 1)%stretch == cut(i)%stretch) from = cut(i - 1)%at
             end if
-            if (cut(i)%at - from > shortest * problem%size .and. length - cut(i)%at > shortest * problem%size) cycle
+            least = shortest * problem%size
+            if (from > 0.0_wp) least = max(least, shortest_of_layer * max(maxval(cut(i - 1)%layer), maxval(cut(i)%layer)))
+            if (cut(i)%at - from > least .and. length - cut(i)%at > shortest * problem%size) cycle
             kept(max(1, merge(i - 1, i, from > 0.0_wp)):i) = .false.
          end associate
       end do

@@ -67,12 +67,20 @@ contains
       type(problem_t) :: problem
       type(touch_t) :: touch(size(like%touch))
       type(division_t) :: division(size(like%layout%stretch))
-      type(cut_t) :: cut(0)
+      type(cut_t) :: cut(size(like%mark))
       integer :: k, i
       do k = 1, size(division)
          associate (first => like%element_first(k), last => like%element_last(k))
             division(k)%at = [0.0_wp, like%model%mesh%s(2, first:last) + like%origin(first:last)]
             division(k)%at(last - first + 2) = like%layout%stretch(k)%length
+         end associate
+      end do
+      do k = 1, size(cut)
+         associate (c => like%mark(k)%candidate(2), chain => like%ground%chain)
+            associate (e => chain%element(2, c))
+               cut(k) = cut_t(stretch=like%stretch(e), contact=chain%contact(c), at=like%model%mesh%s(1, e) + like%origin(e), &
+                  & level=like%mark(k)%level)
+            end associate
          end associate
       end do
       touch = like%touch

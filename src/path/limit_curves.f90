@@ -15,6 +15,7 @@ module limit_curves
    use path_acceptance, only: outcome_t, note_trouble
    use span_validity, only: spans_hold
    use second_parameter, only: present_value
+   use limit_mesh, only: renew_marks, take_marks_off
    use limit_search, only: follower_t, trial_t, stand_here, scale_rate, evaluate, search, as_coordinate, as_value, small_drop
    use monitors, only: monitor_values
    use path_continuity, only: heading_at
@@ -65,7 +66,8 @@ contains
       real(wp) :: turned_at, way(2), place(2), last, start, distance, largest, target
       character(2) :: label
       integer :: i, passed, points, searches, cuts
-      logical :: final, turned, exact
+      real(wp), allocatable :: direction(:, :)
+      logical :: final, turned, exact, ok
 
       associate (curve => step%limit_curve(number))
          passed = 0
@@ -79,9 +81,10 @@ contains
             return
          end if
          follower%base = own%list(i)%problem
+         follower%state = own%list(i)%state
+         direction = own%list(i)%direction
          follower%problem = follower%base
          follower%curve = curve
-         follower%state = own%list(i)%state
          follower%system = new_system(follower%base)
          follower%coordinate = as_coordinate(curve, present_value(follower%base, curve))
          start = follower%coordinate
@@ -90,7 +93,7 @@ contains
          follower%unit(2) = abs(curve%increment)
          ! Along the path: first by a length at which the path is curved, then as far as one step of the curve takes it.
          follower%unit(1) = first_distance
-         call stand_here(follower, own%list(i)%direction, own%list(i)%direction_load, timers)
+         call stand_here(follower, direction, own%list(i)%direction_load, timers)
          if (.not. follower%system%ok) then
             trouble = 'the tangent at the limit point is singular'
             return
@@ -165,6 +168,13 @@ contains
             return
          end if
          if (.not. curve%to_rigid) return
+         direction = follower%control%tangent
+         call take_marks_off(follower%problem, follower%state, direction, ok, timers)
+         if (ok) call stand_here(follower, direction, 0.0_wp, timers)
+         if (.not. ok) then
+            trouble = 'no equilibrium was found on the mesh that the rigid obstacle is to have'
+            return
+         end if
          place = 0.0_wp
          call search(follower, step, place, [1.0_wp, 0.0_wp], trial, searches, timers, rigid=.true.)
          if (.not. trial%report%converged) then
@@ -223,10 +233,13 @@ contains
       !> Makes a trial the last limit point.
       subroutine go(to)
          type(trial_t), intent(in) :: to
-         real(wp) :: direction(3, size(to%state%u, 2)), unit
+         real(wp) :: unit
          direction = follower%control%tangent
          follower%problem = to%problem
          follower%state = to%state
+         call renew_marks(follower%base, follower%problem, follower%state, direction, follower%system%ok, timers)
+         if (.not. follower%system%ok) return
+         follower%system = new_system(follower%problem)
          call linearise(follower%problem, follower%state, follower%state, follower%system, timers)
          call stand_here(follower, direction, 0.0_wp, timers)
          ! The unit of arc length is what lowers the load by a hundredth; the step keeps its place in the plane.

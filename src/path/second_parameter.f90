@@ -58,9 +58,9 @@ contains
       if (curve%parameter == parameter_imperfection) &
          & k = base%deck%curve(base%deck%mesh%curve(curve%element(1)))%imperfection
       call set_value(problem%deck, curve, value, k)
-      if (.not. base%spans) call set_value(problem%model, curve, value, k)
+      if (.not. base%moving) call set_value(problem%model, curve, value, k)
       if (k > 0) problem%layout = new_layout(problem%deck)
-      if (base%spans) then
+      if (base%moving) then
          call lay_spans_again(base, problem)
       else
          call derive_again(base, problem)
@@ -142,7 +142,7 @@ contains
       logical :: done(size(state%u, 2))
       carried = state
       carried%geometry = new_geometry(to%model, to%tableau)
-      if (to%spans) then
+      if (to%moving) then
          ! The same mesh: its nodes are at the same material points.
          do node = 1, to%model%mesh%n_nodes
             e = from%beside(1, node)

@@ -12,8 +12,7 @@ module span_mesh
    use span_problem, only: looks_badly, new_span_problem, hold_touches, present_touches, present_demand, outgrown
    use touchdown_points, only: carry_forces
    use ground_mark, only: cut_t
-   use ground_cuts, only: find_cuts
-   use ground_marks, only: is_live
+   use ground_cuts, only: find_cuts, marked
    use ground_segments, only: tell_segments
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t
@@ -58,18 +57,6 @@ contains
       end if
       call stand_on(new_span_problem(problem, present_touches(problem, run%state), run%state, cut), problem, run, done, timers)
    end subroutine renew_mesh
-
-   !> True where the mesh has marks at all kinks, and no others.
-   logical function marked(problem, state, cut)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(cut_t), intent(in) :: cut(:)              !! of this state
-      integer :: m
-      marked = size(cut) == size(problem%mark)
-      do m = 1, size(problem%mark)
-         marked = marked .and. is_live(problem, state, m)
-      end do
-   end function marked
 
    !> The mesh that the run's last trial asked for: at the point where it stands, from which the increment is to be made anew, or
    !> else at the trial itself.
