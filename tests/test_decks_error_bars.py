@@ -182,13 +182,14 @@ def test_sums_of_contact_forces():
 # ---- what is not known, and what fails ----
 
 def test_nothing_is_told_without_reason():
-    """UL2 elements, contact at nodes, foundations: no estimate, and the listing says why."""
-    for name, why in (("ring-ul2", "the nodes of the mesh"), ("arch-soil", "a foundation may end inside"),
-                      ("winkler-point", "a foundation may end inside")):
-        run = dr.run_deck(dr.on_given_mesh(name))
+    """UL2 elements, contact at nodes, foundations at nodes: no estimate, and the listing says why."""
+    texts = [dr.on_given_mesh("ring-ul2")] + [dr.changed(dr.on_given_mesh(name), ("OBSTACLE=SOIL,", "OBSTACLE=SOIL, POINTS=NODES,"))
+                                              for name in ("arch-soil", "winkler-point")]
+    for text in texts:
+        run = dr.run_deck(text)
         assert run.results.critical
         assert all(math.isnan(c.error) and math.isnan(c.corrected) for c in run.results.critical)
-        assert "no estimate" in run.stdout and why in run.stdout
+        assert "no estimate" in run.stdout and "the nodes of the mesh" in run.stdout
 
 
 def test_too_wide_a_bar_fails_the_run():

@@ -57,11 +57,12 @@ def test_bars_hold(k, elements):
     assert abs(point.corrected - LIMIT[k]) <= 0.01 * error + 1e-10 * LIMIT[k]
 
 
-@pytest.mark.parametrize("element, order, counts", [("GE4", 4.0, (32, 64, 128)), ("GE6", 6.0, (24, 48, 96))])
+@pytest.mark.parametrize("element, order, counts", [("GE4", 4.0, (32, 64, 128)), ("GE6", 6.0, (16, 32, 64)), ("GE8", 8.0, (16, 32, 64))])
 def test_order(element, order, counts):
-    """With a kink inside an element the fifth derivative would jump there: no more than the fifth order, and no steady one."""
-    errors = [limit(1e5, n, element).load_factor / LIMIT[1e5] - 1.0 for n in counts]
-    dr.assert_mean_order(errors, order)
+    """With a kink inside an element the fifth derivative would jump there: no more than the fifth order, and no steady one. The
+    last error of GE8 is that of the reference's digits."""
+    errors = [limit(1e3, n, element).load_factor / LIMIT[1e3] - 1.0 for n in counts]
+    dr.assert_mean_order(errors, order, below=0.5, above=2.0 if element == "GE8" else 0.7)
 
 
 @pytest.mark.parametrize("k", [1e5, 3.6e6, 1e8])

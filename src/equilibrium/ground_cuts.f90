@@ -15,8 +15,9 @@ module ground_cuts
    public :: find_cuts, marked, add_marks, graded
 
    real(wp), parameter :: shortest = 1.0e-6_wp !! span between two cuts, over the size: shorter ones stay inside elements
-   !> The same over the length of a layer beside it. Such a span comes and goes by the root of the load, so that no mark could follow
-   !> it then; what an element misses of its forces is the third power of this.
+   !> The same over the length of a layer beside it, and what lies between a cut and a breakpoint. Such a span comes and goes by the
+   !> root of the load, or goes on beyond the breakpoint, where no mark can follow; what elements that find out for themselves miss of
+   !> its forces is the third power of this.
    real(wp), parameter :: shortest_of_layer = 0.1_wp
    real(wp), parameter :: here = 1.0e-12_wp    !! of the size: one and the same place
 
@@ -103,9 +104,9 @@ contains
             if (i > 1) then
                if (cut(i - 1)%stretch == cut(i)%stretch) from = cut(i - 1)%at
             end if
-            least = shortest * problem%size
-            if (from > 0.0_wp) least = max(least, shortest_of_layer * max(maxval(cut(i - 1)%layer), maxval(cut(i)%layer)))
-            if (cut(i)%at - from > least .and. length - cut(i)%at > shortest * problem%size) cycle
+            least = max(shortest * problem%size, shortest_of_layer * maxval(cut(i)%layer))
+            if (from > 0.0_wp) least = max(least, shortest_of_layer * maxval(cut(i - 1)%layer))
+            if (cut(i)%at - from > least .and. length - cut(i)%at > least) cycle
             kept(max(1, merge(i - 1, i, from > 0.0_wp)):i) = .false.
          end associate
       end do

@@ -10,6 +10,7 @@ module ground_following
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t, chain_gap, closing_rate
+   use node_rates, only: rod_rate
    use force_law, only: segment_open
    use state_transfer, only: carry_to, move_nodes
    implicit none
@@ -45,42 +46,51 @@ contains
       end do
    end subroutine keep_to_ground
 
-   !> Takes layers beside marks along: gaps, angles and resultants in contact are those of a straight continuation of how a short
-   !> move of the nodes changes them.
+   !> Takes layers beside marks along: gaps, angles and resultants in contact change by what is linear in the way of the nodes, at
+   !> rates that hold on the side of contact.
    subroutine keep_layers(problem, before, shift, state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before        !! before the nodes go
       real(wp), intent(in) :: shift(:)           !! (nodes) of nominal length
       type(state_t), intent(inout) :: state      !! carried to where the nodes are now
-      type(state_t) :: ahead
-      real(wp) :: part, gap(3), normal(2, 3), bend, angle(3)
-      integer :: c, e
-      part = 1.0_wp
+      type(state_t) :: moved(2)
+      real(wp) :: part, gap(2), normal(2, 2), bend(2), rate(2), bow
+      integer :: c, e, side
+      part = huge(part)
       do c = 1, problem%ground%chain%n
-         e = problem%ground%chain%element(2, c)
          if (.not. pressed(before, c)) cycle
+         e = problem%ground%chain%element(2, c)
          associate (far => maxval(abs(shift(problem%model%mesh%node(:, e)))), s => before%geometry%element(e)%s)
             if (far > 0.0_wp) part = min(part, short * (s(2) - s(1)) / far)
          end associate
       end do
-      if (part >= 1.0_wp) return
-      ahead = before
-      call move_nodes(problem, part * shift, ahead%geometry)
-      call carry_to(problem, before, problem, ahead, moved=.true.)
+      ! What comes after that is the rounding of directions.
+      if (maxval(abs(shift)) <= sqrt(epsilon(part)) * problem%size .or. .not. part < huge(part)) return
       do c = 1, problem%ground%chain%n
          if (.not. lies(problem, before, c)) cycle
+         e = problem%ground%chain%element(2, c)
          associate (chain => problem%ground%chain, node => problem%ground%chain%node(c))
-            call chain_gap(problem, before, chain, c, gap(1), normal(:, 1), bend)
-            call chain_gap(problem, ahead, chain, c, gap(2), normal(:, 2), bend)
-            call chain_gap(problem, state, chain, c, gap(3), normal(:, 3), bend)
-            angle = [direction(problem, before, c), direction(problem, ahead, c), direction(problem, state, c)]
-            state%u(1:2, node) = state%u(1:2, node) + (gap(1) + (gap(2) - gap(1)) / part - gap(3)) * normal(:, 3)
-            state%u(3, node) = state%u(3, node) + (angle(2) - angle(1) - turn(normal(:, [1, 2]))) / part - &
-               & (angle(3) - angle(1) - turn(normal(:, [1, 3])))
+            if (e == 0) cycle
+            call chain_gap(problem, before, chain, c, gap(1), normal(:, 1), bend(1))
+            call chain_gap(problem, state, chain, c, gap(2), normal(:, 2), bend(2))
+            call rod_rate(problem, before, e, rate, bow)
+            bow = bow + bend(1) * (normal(2, 1) * rate(1) - normal(1, 1) * rate(2))
+            state%u(1:2, node) = state%u(1:2, node) + &
+               & (gap(1) + dot_product(normal(:, 1), rate) * shift(node) - gap(2)) * normal(:, 2)
+            state%u(3, node) = state%u(3, node) + bow * shift(node) - &
+               & (direction(problem, state, c) - direction(problem, before, c) - turn(normal))
          end associate
+      end do
+      do side = 1, 2
+         moved(side) = before
+         call move_nodes(problem, merge(part, -part, side == 1) * shift, moved(side)%geometry)
+         call carry_to(problem, before, problem, moved(side), moved=.true.)
+      end do
+      do c = 1, problem%ground%chain%n
          if (.not. pressed(before, c)) cycle
          e = problem%ground%chain%element(2, c)
-         state%z(:, e) = before%z(:, e) + (ahead%z(:, e) - before%z(:, e)) / part
+         ! Errors of the polynomials at their ends have two signs.
+         state%z(:, e) = before%z(:, e) + (moved(1)%z(:, e) - moved(2)%z(:, e)) / (2.0_wp * part)
       end do
    end subroutine keep_layers
 

@@ -11,12 +11,10 @@
 module ground_marks
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, chain_gap, closing_rate, element_load
-   use obstacle_geometry, only: obstacle_gap
-   use reference_curve, only: curve_point
+   use rod_state, only: state_t, chain_gap, closing_rate
+   use node_rates, only: rod_rate
    use ground_segments, only: segment_stiffness
    use force_law, only: segment_unknown
-   use ge_element, only: ge_load_t
    implicit none
    private
    public :: mark_error, mark_spring, mark_step, is_live
@@ -40,29 +38,12 @@ contains
       integer, intent(in) :: m
       real(wp), intent(out) :: error, slope
       real(wp), intent(out), optional :: normal(2) !! of the obstacle
-      real(wp) :: gap, n(2), bend, at_home, away(2), x(2), angle, speed, t(2), rate(2)
-      type(ge_load_t) :: load
+      real(wp) :: gap, n(2), bend, rate(2), turn
       associate (mark => problem%mark(m), c => problem%mark(m)%candidate(2), chain => problem%ground%chain)
          call chain_gap(problem, state, chain, c, gap, n, bend)
          error = gap - mark%level
-         associate (e => chain%element(2, c), node => mark%node)
-            associate (g => state%geometry%element(e), z => state%z(:, e), compliance => problem%compliance(e), &
-               & curve => problem%model%curve(problem%model%mesh%curve(e)))
-               load = element_load(problem, state, e)
-               angle = g%end_angle(1) + state%u(3, node)
-               t = [cos(angle), sin(angle)]
-               rate = (1.0_wp + load%strain + compliance%axial * dot_product(z(1:2), t)) * t + &
-                  & (compliance%shear * (t(1) * z(2) - t(2) * z(1))) * [-t(2), t(1)]
-               slope = dot_product(n, rate)
-               if (chain%bilateral(c)) then
-                  ! Its gap is what has been added to that of the stress-free axis.
-                  call obstacle_gap(problem%model%obstacle(chain%obstacle(c)), state%geometry%x(:, node), at_home, away, bend)
-                  slope = slope - dot_product(away, [cos(g%end_angle(1)), sin(g%end_angle(1))])
-               end if
-               call curve_point(curve, problem%model%imperfection, g%s(1), x, angle, speed)
-               slope = slope * speed
-            end associate
-         end associate
+         call rod_rate(problem, state, chain%element(2, c), rate, turn)
+         slope = dot_product(n, rate)
       end associate
       if (present(normal)) normal = n
    end subroutine mark_error
