@@ -100,7 +100,7 @@ def liner(modulus, factor=1):
 def test_liner_in_a_soft_host_converges():
     """The bars fall by the order, and each of them holds the finest load. The loads themselves go through it."""
     points = [liner(1e6, factor).labelled("LP")[0] for factor in (1, 2, 4)]
-    dr.assert_order([point.error for point in points], 4.0)
+    dr.assert_mean_order([point.error for point in points], 4.0, below=0.8)
     for point in points[:2]:
         assert abs(point.load_factor - points[2].load_factor) <= point.error + points[2].error
     dr.assert_close(points[0].load_factor, points[2].load_factor, relative=1e-6)

@@ -74,7 +74,6 @@ contains
       type(control_t) :: control, seen
       real(wp) :: rhs
       integer :: k
-      logical :: marks_act
       control = path%control
       control%increment = increment
       origin = path%base
@@ -89,10 +88,9 @@ contains
             if (.not. point%ok) return
             call leave_out(problem, path%modes, new_null_directions(problem, point%system, path%modes, timers), step%x)
             before = point%state
-            marks_act = point%system%marks_act
             call apply_increment(problem, point%system, step%x, step%y, point%state)
             point%state%reaction = step%reaction
-            if (problem%moving) call move_touchdown_points(problem, before, point%state, marks_act)
+            if (problem%moving) call move_touchdown_points(problem, before, point%state)
             call linearise(problem, point%state, point%state, point%system, timers)
             point%ok = point%system%ok
          end do

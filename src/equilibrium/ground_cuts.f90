@@ -183,7 +183,8 @@ contains
       first = from + side(layer(1), 1.0_wp, from)
       last = to - side(layer(2), -1.0_wp, to)
       associate (a => first(size(first)), b => last(size(last)))
-         middle = max(1, ceiling(n * between(demand, a, b) / whole - 0.01_wp))
+         middle = max(1, ceiling(n * between(demand, a, b) / whole - 0.01_wp), &
+            & ceiling(wanted(layer(1), a - from, b - from) + wanted(layer(2), to - b, to - a) - 0.01_wp))
          inner = equal_shares(demand, a, b, middle)
       end associate
       at = [first, inner(2:middle), [(last(i), i=size(last), 1, -1)]]
@@ -199,7 +200,7 @@ contains
          if (.not. l > 0.0_wp) return
          now = 0.0_wp
          do
-            h = l * exp(now / ((2 * stages + 1) * sqrt(2.0_wp) * l))
+            h = l * exp(now / grown(l))
             if (now + 1.5_wp * h > 0.5_wp * (to - from)) exit
             if (n * between(demand, min(end + sense * now, end + sense * (now + h)), max(end + sense * now, &
                & end + sense * (now + h))) >= whole) exit
@@ -207,5 +208,18 @@ contains
             x = [x, now]
          end do
       end function side
+
+      !> How many elements of these lengths lie between two distances from an end with a layer.
+      pure real(wp) function wanted(l, near, far)
+         real(wp), intent(in) :: l, near, far
+         wanted = 0.0_wp
+         if (l > 0.0_wp) wanted = grown(l) / l * (exp(-near / grown(l)) - exp(-far / grown(l)))
+      end function wanted
+
+      !> The distance over which these lengths grow by e.
+      pure real(wp) function grown(l)
+         real(wp), intent(in) :: l
+         grown = (2 * stages + 1) * sqrt(2.0_wp) * l
+      end function grown
    end function graded
 end module ground_cuts

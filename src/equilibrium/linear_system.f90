@@ -26,8 +26,6 @@ module linear_system
    public :: system_t, new_system, assemble, sum_elements, contact_tangent, spring_tangent, add_swings, apply_joints, &
       & matrix_to_node, turn_pair, to_node, to_global, row_times, contact_reaction, worst_round_off
 
-   real(wp), parameter :: near_balance = 1.0e9_wp      !! residual from which on the marks of foundations take part
-
 contains
 
    !> Assembles at `state`; `base` is the last converged configuration, which the UL2 element refers to.
@@ -81,8 +79,7 @@ contains
       call add_swings(problem, system, system%swing, system%k)
       call measure_residual(problem, state, system)
       system%defect_residual = max(worst(1), worst(2) / system%force_scale, worst(3) / problem%size)
-      system%marks_act = max(system%force_residual, system%defect_residual) <= near_balance
-      if (system%marks_act) call add_marks(problem, state, system)
+      call add_marks(problem, state, system)
       call timing_stop(timers, phase_assembly)
    end subroutine assemble
 

@@ -65,7 +65,6 @@ module system_type
       real(wp) :: gap_error = 0.0_wp            !! of the gaps to foundations, by rounding [length]
       real(wp) :: gap_noise = 0.0_wp            !! what that makes of the forces, relative
       real(wp) :: round_off = 0.0_wp            !! of force_residual, from stiff springs and UL2 elements
-      logical :: marks_act = .true.             !! the marks of foundations are unknowns, too: near equilibrium
       logical :: ok = .true.                    !! false: an element or the matrix was singular
    end type system_t
 

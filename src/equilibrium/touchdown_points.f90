@@ -217,16 +217,14 @@ contains
 
    !> Brings the touchdown points to where the state has them, by the slopes of the iterate before, about which the equations
    !> were linear; all nodes between go along, displacements and resultants are those of the material points that they come to.
-   subroutine move_touchdown_points(problem, before, state, marks_act)
+   subroutine move_touchdown_points(problem, before, state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before
       type(state_t), intent(inout) :: state
-      logical, intent(in) :: marks_act       !! the linear equations had the marks as unknowns
       real(wp), dimension(problem%candidates%n) :: error, slope, now
       real(wp) :: mark(size(problem%mark))
       integer :: m
-      mark = 0.0_wp
-      if (marks_act) mark = [(mark_step(problem, before, state, m), m=1, size(mark))]
+      mark = [(mark_step(problem, before, state, m), m=1, size(mark))]
       if (size(mark) > 0) call keep_to_ground(problem, before, state)
       call measure_errors(problem, before, error, slope)
       call measure_errors(problem, state, error, now)

@@ -249,9 +249,8 @@ contains
       subroutine take_step()
          type(state_t) :: from
          real(wp) :: work
-         logical :: assembled, marks_act
+         logical :: assembled
          from = state
-         marks_act = system%marks_act
          if (searching) work = step_work(system, step%x)
          call move(problem, system, step, state)
          assembled = searching
@@ -264,7 +263,7 @@ contains
          end if
          correction = metric(problem, state%u - from%u, state%u - from%u)
          if (problem%moving) then
-            call move_touchdown_points(problem, from, state, marks_act)
+            call move_touchdown_points(problem, from, state)
             call follow_nodes(problem, start, given, state, origin, control)
             assembled = .false.
          end if
