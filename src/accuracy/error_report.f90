@@ -286,7 +286,7 @@ contains
       counted = step%asked_of
       ! At critical points of a given mesh it is the load that is looked for.
       if (.not. made .and. label /= 'EP') counted = pack(counted, counted == 0)
-      call excess(bars, sizes, counted, asked, ratio, which)
+      call excess(bars, sizes, counted, asked, label /= '', ratio, which)
       if (ratio <= 1.0_wp) return
       what = 'the load factor'
       if (which > 0) what = trim(problem%deck%monitor(which)%name)
@@ -294,7 +294,8 @@ contains
       if (made) then
          accuracy%bar_words = 'the errors asked for are not reached: the error bar of '//what//there//' is '// &
             & scientific(ratio * asked, 2)//' of its size, TOLERANCE on *ACCURACY allows '//brief(asked)
-         if (2.0_wp * widest%rounding > widest%bar) accuracy%bar_words = accuracy%bar_words//', and rounding does not allow more'
+         if (2.0_wp * widest%rounding > widest%bar) accuracy%bar_words = accuracy%bar_words// &
+            & '; rounding does not allow more than '//scientific(2.0_wp * widest%rounding / sizes(1 + which), 1)
       else
          accuracy%bar_words = coarse_words(what//there//' has the error bar '//bar_text(widest), brief(asked)//' of '// &
             & brief(sizes(1 + which)))

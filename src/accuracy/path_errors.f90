@@ -48,7 +48,7 @@ contains
       real(wp), allocatable :: value(:), unseen(:)
       bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state))
       if (bars%why /= '') return
-      call begin(problem, state, system, holding(problem, control, heading, state%load_factor), heading, no_modes, path, point, &
+      call begin(problem, state, system, holding(problem, state, control, heading), heading, no_modes, path, point, &
          & shares, value, timers)
       if (point%ok) call next_point(path, 0.0_wp, point, timers)
       if (.not. point%ok) then
@@ -92,9 +92,11 @@ contains
       allocate (modes(size(system%residual), 0))
       if (allocated(zero%modes)) modes = zero%modes
       control%method = method_linearised
-      control = holding(problem, control, heading, state%load_factor)
-      ! The control's measure of the increment: where nothing moves its arc length is rounding.
-      reach = sqrt(length**2 + (control%load_scale * rise)**2)
+      control = holding(problem, state, control, heading)
+      ! The increment along this control: at a limit point the load does not count, and where nothing moves only the load does.
+      reach = length
+      if (control%method == method_linearised) reach = sqrt(metric(problem, control%tangent, control%tangent)) * length + &
+         & control%load_scale**2 * abs(control%tangent_load * rise)
       call begin(problem, state, system, control, heading, modes, path, first, shares, value, timers)
       start = first%system
       if (first%ok) call next_point(path, 0.0_wp, first, timers)
@@ -197,13 +199,13 @@ contains
    end subroutine event_errors
 
    !> What holds a point of an arc-length path: the plane normal to it. Load and monitor are held as they are. A change by all of
-   !> the load counts as much as a displacement by the structure's size: where little moves the load is held, at limit points the
-   !> displacements are.
-   function holding(problem, control, heading, load_factor) result(held)
+   !> the load counts as much as one by all of the displacement, so that at limit points the displacements are held, however
+   !> little a slender structure has moved until then.
+   function holding(problem, state, control, heading) result(held)
       type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
       type(control_t), intent(in) :: control
       type(heading_t), intent(in) :: heading
-      real(wp), intent(in) :: load_factor        !! at the point
       type(control_t) :: held
       real(wp) :: norm
       held%method = control%method
@@ -212,7 +214,9 @@ contains
       held%method = method_load
       if (.not. metric(problem, heading%u, heading%u) > 0.0_wp) return
       held%method = method_linearised
-      if (abs(load_factor) > 0.0_wp) held%load_scale = 1.0_wp / abs(load_factor)
+      ! Displacements that have lost half of their digits to rounding are not what holds a point.
+      if (abs(state%load_factor) > 0.0_wp) held%load_scale = max(sqrt(metric(problem, state%u, state%u)), &
+         & sqrt(epsilon(norm)) * problem%size) / abs(state%load_factor)
       norm = sqrt(1.0_wp + (held%load_scale * heading%load)**2)
       held%tangent = heading%u / norm
       held%tangent_load = heading%load / norm

@@ -215,10 +215,11 @@ contains
 
    !> Brings the touchdown points to where the state has them, by the slopes of the iterate before, about which the equations
    !> were linear; all nodes between go along, displacements and resultants are those of the material points that they come to.
-   subroutine move_touchdown_points(problem, before, state)
+   subroutine move_touchdown_points(problem, before, state, travelled)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before
       type(state_t), intent(inout) :: state
+      real(wp), intent(out), optional :: travelled !! the largest part of a span beside it that one has gone
       real(wp), dimension(problem%candidates%n) :: error, slope, now
       call measure_errors(problem, before, error, slope)
       call measure_errors(problem, state, error, now)
@@ -226,17 +227,19 @@ contains
       ! A point that was flat was held like a line's end: its slope is that of what it has become.
       where (abs(now) > abs(slope) .and. (problem%candidates%follows .or. abs(slope) * problem%size <= flat_excess)) slope = now
       error = quotient(error, slope)
-      call shift_touchdown_points(problem, state, error)
+      call shift_touchdown_points(problem, state, error, travelled)
    end subroutine move_touchdown_points
 
    !> Moves touchdown points by given distances.
-   subroutine shift_touchdown_points(problem, state, distance)
+   subroutine shift_touchdown_points(problem, state, distance, travelled)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
       real(wp), intent(inout) :: distance(:) !! (candidates) reduced where spans would vanish
-      real(wp) :: shift(problem%model%mesh%n_nodes)
+      real(wp), intent(out), optional :: travelled !! the largest part of a span beside it that one has gone
+      real(wp) :: shift(problem%model%mesh%n_nodes), part
       type(state_t) :: before
-      call node_shifts(problem, state, distance, shift)
+      call node_shifts(problem, state, distance, shift, part)
+      if (present(travelled)) travelled = part
       if (.not. any(abs(shift) > 0.0_wp)) return
       before = state
       call move_nodes(problem, shift, state%geometry)
@@ -247,16 +250,18 @@ contains
    end subroutine shift_touchdown_points
 
    !> How far all nodes go along with the touchdown points: in proportion between these and the breakpoints, which stay.
-   subroutine node_shifts(problem, state, distance, shift)
+   subroutine node_shifts(problem, state, distance, shift, part)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), intent(inout) :: distance(:) !! (candidates) reduced where spans would vanish
       real(wp), intent(out) :: shift(:)      !! (nodes)
+      real(wp), intent(out) :: part          !! the largest distance over the length of the span that it shortens
       integer, allocatable :: node(:), mark(:)
       real(wp), allocatable :: at(:)
       real(wp) :: closing, length
       integer :: k, i, c, n, first, last, at_node(problem%model%mesh%n_nodes)
       shift = 0.0_wp
+      part = 0.0_wp
       if (.not. any(abs(distance) > 0.0_wp)) return
       at_node = 0
       do c = 1, problem%candidates%n
@@ -283,6 +288,7 @@ contains
             first = mark(i)
             last = mark(i + 1)
             length = at(last) - at(first)
+            part = max(part, (way(i) - way(i + 1)) / length)
             shift(node(first:last)) = way(i) + (way(i + 1) - way(i)) * (at(first:last) - at(first)) / length
          end do
       end do

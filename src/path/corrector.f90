@@ -30,6 +30,7 @@ module corrector
    end type increment_t
 
    integer, parameter :: settling_grip = 20     !! times the most iterations while foundations still change where they touch
+   real(wp), parameter :: far = 0.01_wp         !! part of a span that a touchdown point goes and is still on its way
    integer, parameter :: stalled = 4            !! times the most iterations without a smaller residual: it goes round in circles
    real(wp), parameter :: far_worse = 10.0_wp   !! a step that raises the residual by this factor may be far too long
    real(wp), parameter :: far_from_balance = 0.1_wp !! and above this residual
@@ -236,7 +237,7 @@ contains
       !> Goes along the solved step, not as far where foundations make it far too long, then lets the touchdown points follow.
       subroutine take_step()
          type(state_t) :: from
-         real(wp) :: work
+         real(wp) :: work, travelled
          logical :: assembled
          from = state
          if (searching) work = step_work(system, step%x)
@@ -251,7 +252,10 @@ contains
          end if
          correction = metric(problem, state%u - from%u, state%u - from%u)
          if (problem%spans) then
-            call move_touchdown_points(problem, from, state)
+            call move_touchdown_points(problem, from, state, travelled)
+            ! Touchdown points find out where they are while Newton goes on, a tenth nearer each time as long as a span is much too
+            ! long: its moment falls with the square of its length. The limit counts from then on.
+            if (travelled > far) last_change = iteration
             call follow_nodes(problem, start, given, state, origin, control)
             assembled = .false.
          end if

@@ -48,44 +48,61 @@ contains
 
    !> The mesh that the run's last trial asked for: at the point where it stands, from which the increment is to be made anew, or
    !> else at the trial itself.
-   subroutine refine_mesh(problem, run, trial, taken, done, timers)
+   subroutine refine_mesh(problem, run, trial, settled, taken, done, timers)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
       type(state_t), intent(inout) :: trial
+      logical, intent(in) :: settled                 !! the trial is in equilibrium
       logical, intent(out) :: taken                  !! the trial is in equilibrium on the new mesh, and the system factored there
       logical, intent(out) :: done                   !! false: no equilibrium was found on it, nothing has changed
       type(timers_t), intent(inout) :: timers
-      type(problem_t) :: asked, before
-      type(state_t) :: start
-      type(heading_t) :: heading
-      type(probe_t) :: probe
+      type(problem_t) :: asked
       taken = .false.
+      done = .false.
       asked = problem
       asked%demand = run%wanted
       deallocate (run%wanted)
-      asked = new_span_problem(asked, present_touches(problem, run%state), run%state)
-      call stand_on(asked, problem, run, done, timers)
-      if (.not. done) then
-         ! Where contact has just been told by nodes the run does not stand on a point of these spans.
-         before = problem
-         start = run%state
-         heading = run%heading
-         probe = run%probe
-         run%state = trial
-         call stand_on(asked, problem, run, taken, timers)
-         done = taken
-         trial = run%state
-         run%state = start
-         run%heading = heading
-         run%probe = probe
-         if (taken) then
-            run%state = carried(before, start, problem)
-            call hold_touches(problem, run%state%active)
-            run%heading%u = carried_field(before, start, heading%u, problem, run%state)
-         end if
-      end if
+      ! Without a load nothing says where contact will end.
+      if (settled .and. run%fresh) call take_trial(asked, problem, run, trial, taken, timers)
+      if (.not. taken) call stand_on(new_span_problem(asked, present_touches(problem, run%state), run%state), problem, run, done, &
+         & timers)
+      ! Where contact has just been told by nodes the run does not stand on a point of these spans.
+      if (.not. (taken .or. done)) call take_trial(asked, problem, run, trial, taken, timers)
+      done = done .or. taken
       if (done) call count_up(timers, counter_remeshed)
    end subroutine refine_mesh
+
+   !> The trial on another mesh, and the run's point, as it is, with it.
+   subroutine take_trial(asked, problem, run, trial, taken, timers)
+      type(problem_t), intent(in) :: asked           !! the problem with another demand
+      type(problem_t), intent(inout) :: problem
+      type(run_t), intent(inout) :: run
+      type(state_t), intent(inout) :: trial
+      logical, intent(out) :: taken                  !! false: no equilibrium was found on it, nothing has changed
+      type(timers_t), intent(inout) :: timers
+      type(problem_t) :: before
+      type(state_t) :: start
+      type(heading_t) :: heading
+      type(probe_t) :: probe
+      logical :: fresh
+      before = problem
+      start = run%state
+      heading = run%heading
+      probe = run%probe
+      run%state = trial
+      fresh = run%fresh
+      run%fresh = .false.
+      call stand_on(new_span_problem(asked, present_touches(problem, trial), trial), problem, run, taken, timers)
+      run%fresh = fresh
+      trial = run%state
+      run%state = start
+      run%heading = heading
+      run%probe = probe
+      if (.not. taken) return
+      run%state = carried(before, start, problem)
+      call hold_touches(problem, run%state%active)
+      run%heading%u = carried_field(before, start, heading%u, problem, run%state)
+   end subroutine take_trial
 
    !> The coarser mesh that the run's last point would have done with, if it has fewer elements and an equilibrium there. Whether
    !> it is good enough the next trial tells.
@@ -141,7 +158,7 @@ contains
       call take_problem(next, problem, run, timers)
       done = run%system%ok
       better = run%state
-      if (done .and. .not. is_stress_free(run%state)) then
+      if (done .and. .not. (run%fresh .or. is_stress_free(run%state))) then
          ! What the strategy prescribes stays; else across the path: at a limit point, too.
          hold%method = method_linearised
          if (any(run%control%method == [method_load, method_displacement])) hold = run%control
