@@ -16,13 +16,13 @@ module span_changes
    use held_openings, only: held_load, first_length, longest_length
    use span_opening, only: open_line
    use span_lie_down, only: lie_down
-   use path_continuity, only: heading_t
+   use path_continuity, only: heading_t, heading_at
    use path_run, only: run_t
    use path_acceptance, only: accept, wants_another, outcome_t
    use step_control, only: smallest
    use path_record, only: recorder_t
    use error_bar, only: error_bars_t
-   use error_report, only: bars_at_point
+   use error_report, only: bars_at_point, bars_of_line
    use timing, only: timers_t
    implicit none
    private
@@ -125,6 +125,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
       character(2) :: label
+      type(run_t) :: line
       real(wp) :: increment
       logical :: divides
       shorter = .false.
@@ -134,6 +135,14 @@ contains
       ! What happens on the way to a place beyond is looked for in parts of the increment.
       if (change%looked_ahead .and. run%control%method == method_load) &
          & run%control%increment = change%place%load_factor - run%state%load_factor
+      if (change%lies .and. label == '  ') then
+         line = run
+         line%state = next%state
+         line%system = next%system
+         line%heading = heading_at(next%problem, next%system, 0.0_wp * next%state%u, sign(1.0_wp, &
+            & merge(next%rate, change%heading%load, abs(next%rate) > 0.0_wp)))
+         call bars_of_line(problem, step, run, change%place, next%problem, line, bars, timers)
+      end if
       if (change%which > 0 .and. .not. allocated(bars)) &
          & call bars_at_point(problem, step, run, change%place, change%heading, label, .false., change%which, bars, timers)
       ! Two changes at once, of which the first has its point: where contact only spreads Newton's method has yet to follow.
