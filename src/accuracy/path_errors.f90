@@ -8,7 +8,7 @@ module path_errors
    use rod_state, only: state_t
    use linear_system, only: system_t
    use path_control, only: control_t, metric, is_arc_length
-   use path_continuity, only: heading_t
+   use path_continuity, only: heading_t, normal_plane
    use path_events, only: event_limit, event_turning
    use monitors, only: monitor_values
    use tangent_rounding, only: path_stiffness, bending_stiffness
@@ -198,28 +198,16 @@ contains
       end function location_rounding
    end subroutine event_errors
 
-   !> What holds a point of an arc-length path: the plane normal to it. Load and monitor are held as they are. A change by all of
-   !> the load counts as much as one by all of the displacement, so that at limit points the displacements are held, however
-   !> little a slender structure has moved until then.
+   !> What holds a point of a path: the load or the monitor that the strategy prescribes, else the plane normal to it.
    function holding(problem, state, control, heading) result(held)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(control_t), intent(in) :: control
       type(heading_t), intent(in) :: heading
       type(control_t) :: held
-      real(wp) :: norm
       held%method = control%method
       held%monitor = control%monitor
-      if (.not. is_arc_length(control%method)) return
-      held%method = method_load
-      if (.not. metric(problem, heading%u, heading%u) > 0.0_wp) return
-      held%method = method_linearised
-      ! Displacements that have lost half of their digits to rounding are not what holds a point.
-      if (abs(state%load_factor) > 0.0_wp) held%load_scale = max(sqrt(metric(problem, state%u, state%u)), &
-         & sqrt(epsilon(norm)) * problem%size) / abs(state%load_factor)
-      norm = sqrt(1.0_wp + (held%load_scale * heading%load)**2)
-      held%tangent = heading%u / norm
-      held%tangent_load = heading%load / norm
+      if (is_arc_length(control%method)) held = normal_plane(problem, state, heading)
    end function holding
 
    !> The finer problem linearised at the point, and the elements' shares of the errors there.

@@ -5,6 +5,7 @@ module span_changes
    use model, only: step_t, method_load
    use problem, only: problem_t
    use rod_state, only: state_t
+   use state_transfer, only: find_point
    use bordered_system, only: linearise
    use span_regions, only: beginning_region, find_span_regions
    use span_tests, only: span_test_t, virtual_pressure, test_gap, test_force, test_curvature, test_pressure, &
@@ -89,6 +90,7 @@ contains
       type(next_t), intent(inout) :: next
       type(error_bars_t), allocatable, intent(inout) :: bars !! of a touch
       type(timers_t), intent(inout) :: timers
+      real(wp) :: tau
       logical :: opened
       if (opens_line(problem, change%tests(change%which))) then
          ! Here nothing tells yet where the span that opens ends; a little further on it does.
@@ -101,6 +103,7 @@ contains
          call begin_sharply(problem, step, run, leg, change, bars, timers)
          associate (test => change%tests(change%which))
             run%beginning = beginning_region(problem, change%place, test%contact, test%stretch, test%at)
+            call find_point(problem, change%place, test%stretch, test%at, run%beginning_in, tau)
          end associate
       end if
       call lie_down(problem, leg%from, change%place, held_load(run), next%problem, next%state, next%system, next%rate, &
@@ -152,6 +155,7 @@ contains
          & bars=bars, tries=tries)
       run%control%increment = increment
       if (allocated(run%beginning)) deallocate (run%beginning)
+      run%beginning_in = 0
    end subroutine record_change
 
    !> What is told of a change: contact gained or lost; where it only spreads, nothing.

@@ -1,7 +1,7 @@
 !> The run on another mesh, whatever the reason: another set of touches, spans that have grown, errors larger than asked for.
 module span_mesh
    use kinds, only: wp
-   use model, only: method_linearised, method_load, method_displacement
+   use model, only: method_load, method_displacement
    use problem, only: problem_t
    use rod_state, only: state_t, is_stress_free
    use linear_system, only: new_system
@@ -12,7 +12,7 @@ module span_mesh
    use touchdown_points, only: carry_forces
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t
-   use path_continuity, only: heading_t, heading_at
+   use path_continuity, only: heading_t, heading_at, normal_plane
    use path_events, only: probe_t, new_probe
    use path_run, only: run_t, forget_mesh, rest_of_mesh
    use corrector, only: increment_t, correct
@@ -160,9 +160,8 @@ contains
       better = run%state
       if (done .and. .not. (run%fresh .or. is_stress_free(run%state))) then
          ! What the strategy prescribes stays; else across the path: at a limit point, too.
-         hold%method = method_linearised
+         hold = normal_plane(problem, run%state, run%heading)
          if (any(run%control%method == [method_load, method_displacement])) hold = run%control
-         hold%tangent = run%heading%u
          hold%increment = 0.0_wp
          call correct(problem, run%state, hold, .true., better, run%system, report, timers)
          done = run%system%ok .and. report%converged
