@@ -192,7 +192,9 @@ def test_wrong_files_are_refused(folder, old, new, message):
 @pytest.mark.parametrize("path", sorted((ROOT / "input" / "maps").glob("*.toml")), ids=lambda path: path.stem)
 def test_shipped_maps_have_exact_values_in_every_cell(path):
     checked = read_map(str(path), os.environ["UNILAT"])
-    assert 60 <= len(checked.decks) <= 120 and checked.sweep.title
+    # Those of tolerances are parts of one study.
+    least = 8 if path.stem.startswith("asked-") else 60
+    assert least <= len(checked.decks) <= 120 and checked.sweep.title
 
 
 # Error against run time

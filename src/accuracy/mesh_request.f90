@@ -121,7 +121,8 @@ contains
       logical, intent(in) :: bounds              !! a load's bar without bounds does not do, however narrow
       logical, intent(in) :: can_settle          !! the iteration can go on
       real(wp), intent(out) :: indicator(:)      !! (elements) of what is asked, as parts of what is allowed
-      real(wp), intent(out) :: ratio             !! of the widest bar, without rounding and what the iteration has left, to what these leave of what is allowed
+      real(wp), intent(out) :: ratio             !! of what the mesh makes of the widest bar to what rounding and iteration leave
+      !! of what is allowed
       logical, intent(out) :: known              !! the bars tell something
       logical, intent(out) :: bounded            !! and those that count have bounds
       logical, intent(out) :: unsettled          !! the iteration has left more than its part: it is to go on first

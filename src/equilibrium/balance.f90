@@ -196,8 +196,8 @@ contains
          end do
       end subroutine add_spans
 
-      !> Elements on obstacles, or about to be, and the next two: where the gap opens with a power of the distance it is less than what places inside
-      !> elements err by.
+      !> Elements on obstacles, or about to be, and the next two: where the gap opens with a power of the distance it is less than
+      !> what places inside elements err by.
       function beside_contacts() result(beside)
          logical :: beside(problem%model%mesh%n_elements)
          logical :: near(problem%model%mesh%n_nodes)
