@@ -93,6 +93,9 @@ contains
       if (allocated(zero%modes)) modes = zero%modes
       control%method = method_linearised
       control = holding(problem, state, control, heading)
+      ! A bifurcation is looked for by its load, which does not turn there: what a stiff structure's small displacements err by
+      ! is not to come into it.
+      if (size(modes, 2) > 0) control = normal_plane(problem, state, heading, 1.0_wp)
       ! The increment along this control: at a limit point the load does not count, and where nothing moves only the load does.
       reach = length
       if (control%method == method_linearised) reach = sqrt(metric(problem, control%tangent, control%tangent)) * length + &
@@ -160,7 +163,7 @@ contains
          real(wp) :: part(size(shares%element, 2))
          integer :: m
          part = shares%element(1, :)
-         if (size(modes, 2) > 0) part = eigenvalue_shares(problem, system, start, modes(:, 1))
+         if (size(modes, 2) > 0) part = eigenvalue_shares(problem, system, start, modes)
          if (.not. sum(part) > 0.0_wp) return
          do m = 1, size(shares%element, 1)
             shares%element(m, :) = shares%element(m, :) + abs(final(m) - first%value(m)) * part / sum(part)

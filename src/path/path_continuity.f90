@@ -48,18 +48,20 @@ contains
    !> The plane normal to the path at a point, as a control. A change by all of the load counts as much as one by all of the
    !> displacement, so that at limit points the displacements are held, however little a slender structure has moved until then,
    !> and the load where hardly anything moves.
-   function normal_plane(problem, state, heading) result(plane)
+   function normal_plane(problem, state, heading, least) result(plane)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(heading_t), intent(in) :: heading     !! tangent there
+      real(wp), intent(in), optional :: least    !! displacement over the size that counts as all at least
       type(control_t) :: plane
-      real(wp) :: norm
+      real(wp) :: norm, all_of_it
       plane%method = method_load
       if (.not. metric(problem, heading%u, heading%u) > 0.0_wp) return
       plane%method = method_linearised
       ! Displacements that have lost half of their digits to rounding are not what holds a point.
-      if (abs(state%load_factor) > 0.0_wp) plane%load_scale = max(sqrt(metric(problem, state%u, state%u)), &
-         & sqrt(epsilon(norm)) * problem%size) / abs(state%load_factor)
+      all_of_it = max(sqrt(metric(problem, state%u, state%u)), sqrt(epsilon(norm)))
+      if (present(least)) all_of_it = max(all_of_it, least)
+      if (abs(state%load_factor) > 0.0_wp) plane%load_scale = all_of_it / abs(state%load_factor)
       norm = sqrt(1.0_wp + (plane%load_scale * heading%load)**2)
       plane%tangent = heading%u / norm
       plane%tangent_load = heading%load / norm
