@@ -5,8 +5,10 @@ the deep arch by its reference; others by the same program with a given mesh man
 """
 from __future__ import annotations
 
+import csv
 import functools
 import math
+import pathlib
 import re
 
 import numpy as np
@@ -14,6 +16,7 @@ import pytest
 
 import deck_runner as dr
 
+ROOT = pathlib.Path(__file__).resolve().parent.parent
 RING_100 = 81.557427564661
 TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9)
 
@@ -148,3 +151,75 @@ def test_meshes_become_coarser_where_less_is_needed():
     run = dr.run_deck(asking("arch-deep-hinged", 1e-6, ("*FIELD OUTPUT, EVERY=5", "*FIELD OUTPUT, EVERY=1")))
     most = counted(run, "elements at the most")
     assert counted(run, "elements evaluated") < 0.6 * most * counted(run, "factorisations")
+
+
+# One deck each, with nothing but a parameter changed: the maps' own decks
+
+def asked_deck(name, asked, **values):
+    """A deck of the study of tolerances."""
+    options = [part for key, value in {"asked": asked, **values}.items() for part in ("--set", f"{key}={value!r}")]
+    return dr.run_deck((ROOT / "input" / "maps" / f"asked-{name}.inp").read_text(encoding="utf-8"), *options)
+
+
+def exact_value(name, column, **values):
+    """Of the tables of exact values."""
+    with open(ROOT / "input" / "maps" / "exact" / f"{name}.csv", newline="", encoding="utf-8") as file:
+        rows = [{key: float(cell or "nan") for key, cell in row.items()}
+                for row in csv.DictReader(line for line in file if not line.startswith("#"))]
+    (row,) = [row for row in rows if all(math.isclose(row[key], value) for key, value in values.items() if key in row)]
+    return row[column]
+
+
+@pytest.mark.parametrize("slenderness", [10.0, 1e3, 1e4, 1e5, 1e6])
+@pytest.mark.parametrize("asked", [1e-3, 1e-6])
+def test_rings_from_thick_to_thin(slenderness, asked):
+    """R/h over five decades: the free part is 2 rad long or 0.02, the apex moves by a fourth of the radius or by 2e-5. The mesh goes with
+    them: where rounding was
+    taken for a lack of elements there were hundreds."""
+    run = asked_deck("ring", asked, slenderness=slenderness)
+    (load,) = loads(run, "LP")
+    dr.assert_close(load, exact_value("ring", "limit_load", slenderness=slenderness), relative=asked)
+    assert counted(run, "elements at the most") <= 64
+
+
+@pytest.mark.parametrize("slenderness", [20.0, 200.0, 1e5])
+@pytest.mark.parametrize("asked", [1e-3, 1e-5, 1e-7])
+def test_columns_beside_a_wall(slenderness, asked):
+    run = asked_deck("column", asked, slenderness=slenderness, gap=0.02)
+    dr.assert_close(loads(run, "C+")[0], exact_value("column", "contact", slenderness=slenderness, gap=0.02), relative=asked)
+    dr.assert_close(loads(run, "LP")[0], exact_value("column", "limit_load", slenderness=slenderness, gap=0.02), relative=asked)
+
+
+@pytest.mark.parametrize("slenderness", [20.0, 1e3, 1e5])
+@pytest.mark.parametrize("asked", [1e-5, 1e-7])
+def test_a_bifurcation_on_a_straight_path(slenderness, asked):
+    """The path is exact on any mesh; only the eigenvalue asks for elements, and of the mode alone. P (1 - P/EA) = 4 pi^2 EI."""
+    run = asked_deck("euler", asked, slenderness=slenderness)
+    ea = 12.0 * slenderness**2
+    exact = 0.2 * math.pi**2 / (1.0 + math.sqrt(1.0 - 16.0 * math.pi**2 / ea))
+    dr.assert_close(loads(run, "BP")[0], exact, relative=asked)
+    assert counted(run, "elements at the most") <= 16
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.001, 0.01])
+@pytest.mark.parametrize("asked", [1e-3, 1e-5, 1e-7, 1e-9])
+def test_liners_with_a_gap(gap, asked):
+    """The bottom lies down all at once on the way: of the neutral span there nothing is asked."""
+    run = asked_deck("liner", asked, R_t=50, disturbance=0.001, gap=gap)
+    dr.assert_close(loads(run, "LP")[0], exact_value("liner", "p", R_t=50, disturbance=0.001, gap=gap), relative=asked)
+    assert counted(run, "elements at the most") <= 40
+
+
+def test_limit_curves_have_meshes_of_their_own():
+    """Ten times the imperfection asks for more elements than the path's limit point: every bar within what is asked."""
+    text = dr.example("arch-imperfect")
+    kept = dr.run_deck(text)
+    told = [float(bar) for bar in re.findall(r"^ +\d+ .*\+- +(\S+)", kept.stdout[kept.stdout.index("Limit curve LARGER"):], re.MULTILINE)]
+    assert len(told) > 10 and max(told) <= 1e-6 * 13.5
+
+
+def test_rounding_is_told_once_and_in_words():
+    """A millionth of a millionth of a place at a limit point of EA R^2/EI = 1e12: no mesh has that."""
+    text = (ROOT / "input" / "maps" / "asked-arch.inp").read_text(encoding="utf-8")
+    run = dr.run_deck(text, "--set", "asked=1e-12", "--set", "ea=1e12", code=2)
+    assert run.stderr.count("rounding does not allow more than") == 1

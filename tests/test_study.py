@@ -20,6 +20,7 @@ sys.path[:0] = [str(TESTS), str(ROOT / "postproc")]
 
 from postproc_runner import drawn_share  # noqa: E402
 from unilat.results import ResultsError  # noqa: E402
+from unilat.study import delivered  # noqa: E402
 from unilat.study.effectivity import Case, is_effectivity, read_maps, summary, told_to  # noqa: E402
 from unilat.study.exact_table import ExactTable  # noqa: E402
 from unilat.study.map_file import read_map  # noqa: E402
@@ -192,7 +193,9 @@ def test_wrong_files_are_refused(folder, old, new, message):
 @pytest.mark.parametrize("path", sorted((ROOT / "input" / "maps").glob("*.toml")), ids=lambda path: path.stem)
 def test_shipped_maps_have_exact_values_in_every_cell(path):
     checked = read_map(str(path), os.environ["UNILAT"])
-    assert 60 <= len(checked.decks) <= 120 and checked.sweep.title
+    # Those of tolerances are parts of one study.
+    least = 8 if path.stem.startswith("asked-") else 60
+    assert least <= len(checked.decks) <= 120 and checked.sweep.title
 
 
 # Error against run time
@@ -249,6 +252,11 @@ def test_wrong_studies_are_refused(folder, old, new, message):
 
 @pytest.mark.parametrize("path", sorted((ROOT / "input" / "studies").glob("*.toml")), ids=lambda path: path.stem)
 def test_shipped_studies_can_be_read(path):
+    if delivered.is_delivered(str(path)):
+        maps = delivered.read_maps(str(path), os.environ["UNILAT"])
+        assert sum(len(each.decks) * len(each.checks) for each in maps) >= 300
+        assert all({values["asked"] for values in each.sweep.values} == {1e-3, 1e-5, 1e-7, 1e-9} for each in maps)
+        return
     if is_effectivity(str(path)):
         assert sum(len(each.decks) * len(each.checks) for each in read_maps(str(path), os.environ["UNILAT"])) >= 1000
         return
@@ -283,3 +291,52 @@ def test_a_study_of_bars(folder):
         assert float(row["bar"]) > abs(float(row["error"]))
         assert float(row["estimate"]) == pytest.approx(-float(row["error"]), rel=0.5)
     assert drawn_share(folder / "bars-bars" / "bars.png") > 0.001
+
+
+ASKED = """*NODE
+1, 0., 0.
+2, 1., 0.
+*LINE, ELSET=C
+1, 2
+*BEAM SECTION, ELSET=C, SECTION=STIFFNESS
+${ea}, 1.
+*BOUNDARY
+1, ENCASTRE
+2, YSYMM
+*MONITOR, NAME=x
+2, U1, -1.
+*STEP
+*ACCURACY, TOLERANCE=${asked}
+*STATIC, METHOD=LOAD
+2., 1E-9, 3.
+*CLOAD
+2, 1, -10.
+*STOP
+LOAD, ABOVE, 5.
+*END STEP
+"""
+
+
+def test_asked_and_delivered(folder):
+    """The column of the maps on meshes for tolerances; what is asked is of the largest load so far, which is the exact one."""
+    (folder / "column-asked.inp").write_text(ASKED)
+    (folder / "asked-column.toml").write_text(MAP.replace("column.inp", "column-asked.inp").replace("tolerance = 1e-4", 'tolerance = "asked"')
+                                              .replace("elements = [2, 3, 16]", "asked = [1e-3, 1e-7]").replace("last = 5.0\n", "")
+                                              .replace('x = "elements"', 'x = "asked"'))
+    (folder / "asked.toml").write_text('title = "asked"\nasked = ["asked-column.toml"]\n')
+    done = run(folder, "time", "asked.toml")
+    assert done.returncode == 0, done.stdout + done.stderr
+    with open(folder / "asked-asked" / "asked.csv", newline="") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    assert {float(row["asked"]) for row in rows} == {1e-3, 1e-7} and len(rows) >= 4
+    for row in rows:
+        assert float(row["tolerance"]) == float(row["asked"]) and row["code"] == "0"
+        assert float(row["error"]) <= float(row["bar"]) <= 1.001 * float(row["tolerance"])
+    assert "| column | 1e-03 | 2 | 2 |" in done.stdout and "| all |  | 4 | 4 |" in done.stdout
+
+
+def test_delivered_values_are_summed_up():
+    """Errors of half of what was asked, of ten times that, and none."""
+    cases = [delivered.Case("a", {"asked": 1e-3}, "LP", 1e-3, error, 0.0, bar, 4.0, 0.01, 0.1, code, "")
+             for error, bar, code in ((5e-4, 1e-3, 0), (1e-2, 2e-2, 2), (float("nan"), float("nan"), 2))]
+    assert delivered.summary(cases).splitlines()[2] == "| a | 1e-03 | 3 | 1 | 1.05 | 2 | 1 | 4 | 10 | 10 % |"

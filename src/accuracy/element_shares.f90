@@ -163,18 +163,21 @@ contains
       end function rounding_of
    end subroutine find_shares
 
-   !> Sizes of what the elements contribute to the error of an eigenvalue, the state held: what the finer ones make of the mode's
+   !> Sizes of what the elements contribute to the error of an eigenvalue, the state held: what the finer ones make of its modes'
    !> deformations. How they compare is what counts; of order 2 and 4 they are too large, see above.
-   function eigenvalue_shares(problem, system, finer, mode) result(share)
+   function eigenvalue_shares(problem, system, finer, modes) result(share)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system, finer
-      real(wp), intent(in) :: mode(:)            !! (unknowns) node axes
+      real(wp), intent(in) :: modes(:, :)        !! (unknowns, multiplicity) node axes
       real(wp) :: share(problem%model%mesh%n_elements)
       real(wp) :: relative(6)
-      integer :: e
-      do e = 1, size(share)
-         relative = element_deformation(problem, system, e, mode)
-         share(e) = abs(dot_product(relative, matmul(finer%ek(:, :, e) - system%ek(:, :, e), relative)))
+      integer :: e, k
+      share = 0.0_wp
+      do k = 1, size(modes, 2)
+         do e = 1, size(share)
+            relative = element_deformation(problem, system, e, modes(:, k))
+            share(e) = share(e) + abs(dot_product(relative, matmul(finer%ek(:, :, e) - system%ek(:, :, e), relative)))
+         end do
       end do
    end function eigenvalue_shares
 

@@ -23,7 +23,7 @@ module error_report
    use timing, only: timers_t, timing_start, timing_stop, phase_accuracy
    implicit none
    private
-   public :: bars_at_event, bars_at_point, bars_at_touch, note_load, asked_at, note_buckling_bars, &
+   public :: bars_at_event, bars_at_point, bars_at_touch, bars_of_line, note_load, asked_at, note_buckling_bars, &
       & note_curve_bar, bars_on_curve, note_error
 
    character(*), parameter :: inside_elements = 'contact at nodes and with foundations begins and ends inside elements'
@@ -146,6 +146,26 @@ contains
       end if
       call timing_stop(timers, phase_accuracy)
    end subroutine bars_at_touch
+
+   !> Bars of a point where a whole free span lies down: the span is neutral there, and the numbers are those of the line that it
+   !> becomes.
+   subroutine bars_of_line(problem, step, run, place, line, on_line, bars, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(in) :: run
+      type(state_t), intent(in) :: place
+      type(problem_t), intent(in) :: line        !! the problem with the line
+      type(run_t), intent(in) :: on_line         !! at the same place; its system is factored there
+      type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck does not want them
+      type(timers_t), intent(inout) :: timers
+      type(timers_t) :: own
+      if (.not. step%error_bars) return
+      allocate (bars)
+      call timing_start(timers, phase_accuracy)
+      call point_errors(line, on_line%state, on_line%system, run%control, on_line%heading, bars, own)
+      if (allocated(bars%share)) bars%share = shares_on(line, on_line%state, bars%share, problem, place)
+      call timing_stop(timers, phase_accuracy)
+   end subroutine bars_of_line
 
    !> Shares of the elements of one mesh as those of another one, by the middles of the elements.
    function shares_on(from, from_state, share, to, to_state) result(new)
@@ -286,7 +306,7 @@ contains
       counted = step%asked_of
       ! At critical points of a given mesh it is the load that is looked for.
       if (.not. made .and. label /= 'EP') counted = pack(counted, counted == 0)
-      call excess(bars, sizes, counted, asked, ratio, which)
+      call excess(bars, sizes, counted, asked, label /= '', ratio, which)
       if (ratio <= 1.0_wp) return
       what = 'the load factor'
       if (which > 0) what = trim(problem%deck%monitor(which)%name)
@@ -294,7 +314,8 @@ contains
       if (made) then
          accuracy%bar_words = 'the errors asked for are not reached: the error bar of '//what//there//' is '// &
             & scientific(ratio * asked, 2)//' of its size, TOLERANCE on *ACCURACY allows '//brief(asked)
-         if (2.0_wp * widest%rounding > widest%bar) accuracy%bar_words = accuracy%bar_words//', and rounding does not allow more'
+         if (2.0_wp * widest%rounding > widest%bar) accuracy%bar_words = accuracy%bar_words// &
+            & '; rounding does not allow more than '//scientific(2.0_wp * widest%rounding / sizes(1 + which), 1)
       else
          accuracy%bar_words = coarse_words(what//there//' has the error bar '//bar_text(widest), brief(asked)//' of '// &
             & brief(sizes(1 + which)))

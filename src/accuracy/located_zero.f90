@@ -6,7 +6,7 @@ module located_zero
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
-   use tied_nodes, only: node_unknowns
+   use element_products, only: element_deformation
    use path_events, only: event_t, new_probe, event_value, event_bifurcation
    use span_tests, only: span_test_t, run_span_tests
    use tangent_modes, only: modes_t, lowest_modes, apply_tangent
@@ -88,14 +88,13 @@ contains
       ! The nearest come first.
       do i = 1, modes%n
          if (sum([(likeness(problem, given(:, k), modes%x(:, i))**2, k=1, size(given, 2))]) < 0.5_wp) cycle
-         value = modes%mu(i)
+         value = modes%mu(i) - of_other_modes(problem, state, system, modes%x(:, i), timers)
          return
       end do
    end function eigenvalue_of
 
-   !> What rounding does to the eigenvalue of a bifurcation's null vector: that of the mode's displacements on the forces that it
-   !> makes in the elements (its products are taken from the elements' own deformations, see tangent_modes), and what the
-   !> iteration leaves of other modes.
+   !> What rounding does to the eigenvalue of a bifurcation's null vector: that of the elements' own deformations, from which its
+   !> products are taken (see tangent_modes), and what the iteration leaves of other modes.
    real(wp) function mode_rounding(problem, state, system, zero, timers) result(rounding)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -103,20 +102,18 @@ contains
       type(zero_t), intent(in) :: zero           !! with its mode
       type(timers_t), intent(inout) :: timers
       real(wp) :: local(6)
-      integer :: e, i
+      integer :: e
       rounding = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
-         do i = 1, 2
-            local(3 * i - 2:3 * i) = node_unknowns(problem, system%tie_block, problem%model%mesh%node(i, e), zero%modes(:, 1))
-         end do
-         rounding = rounding + sum((local * matmul(system%ek(:, :, e), local))**2)
+         local = abs(element_deformation(problem, system, e, zero%modes(:, 1)))
+         rounding = rounding + dot_product(local, matmul(abs(system%ek(:, :, e)), local))**2
       end do
-      rounding = epsilon(rounding) * sqrt(rounding) + other_modes(problem, state, system, zero%modes(:, 1), timers)
+      rounding = epsilon(rounding) * sqrt(rounding) + abs(of_other_modes(problem, state, system, zero%modes(:, 1), timers))
    end function mode_rounding
 
    !> What other modes add to the eigenvalue of a mode that was iterated for. A share c of one with the eigenvalue m adds c^2 m and
    !> leaves the residual r = c m M phi, so that r.K^-1 r is what all of them add.
-   real(wp) function other_modes(problem, state, system, mode, timers) result(added)
+   real(wp) function of_other_modes(problem, state, system, mode, timers) result(added)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! factored
@@ -139,6 +136,6 @@ contains
       call solve_effective(system, left, answer, timers)
       direction = new_null_directions(problem, system, spread(held, 2, 1), timers)
       call leave_out(problem, spread(held, 2, 1), direction, answer)
-      added = abs(dot_product(answer, left))
-   end function other_modes
+      added = dot_product(answer, left)
+   end function of_other_modes
 end module located_zero

@@ -12,7 +12,7 @@ module mesh_request
    use span_problem, only: present_demand
    use mesh_demand, only: demand_t, new_demands, with_smooth_density
    use ground_segments, only: is_cut
-   use error_bar, only: error_bars_t
+   use error_bar, only: error_bar_t, error_bars_t
    implicit none
    private
    public :: request_mesh, spare_mesh, motion_sizes, value_sizes, excess
@@ -54,7 +54,7 @@ contains
       now = count(free)
       unsettled = .false.
       if (now == 0 .or. problem%sampled) return
-      call indicate(bars, sizes, counted, asked, critical .and. tries < most_unbounded, can_settle, indicator, ratio, &
+      call indicate(bars, sizes, counted, asked, critical, critical .and. tries < most_unbounded, can_settle, indicator, ratio, &
          & known, bounded, unsettled)
       if (known .and. .not. allocated(bars%share)) then
          ! Where contact with foundations ends unmarked the mesh gets a node; more elements do not help.
@@ -112,7 +112,7 @@ contains
       logical :: free(problem%model%mesh%n_elements), known, bounded, unsettled
       free = problem%layout%stretch(problem%stretch)%placed
       if (.not. any(free) .or. problem%sampled .or. .not. allocated(bars%share)) return
-      call indicate(bars, sizes, counted, asked, .true., .false., indicator, ratio, known, bounded, unsettled)
+      call indicate(bars, sizes, counted, asked, .false., .true., .false., indicator, ratio, known, bounded, unsettled)
       if (.not. (known .and. bounded) .or. ratio > 1.0_wp) return
       g = elements_share(problem, free, indicator)
       whole = sum(g)
@@ -123,15 +123,17 @@ contains
    end subroutine spare_mesh
 
    !> What elements contribute to the errors of the numbers that count, as parts of the bars that they make.
-   subroutine indicate(bars, sizes, counted, asked, bounds, can_settle, indicator, ratio, known, bounded, unsettled)
+   subroutine indicate(bars, sizes, counted, asked, critical, bounds, can_settle, indicator, ratio, known, bounded, unsettled)
       type(error_bars_t), intent(in) :: bars
       real(wp), intent(in) :: sizes(:)           !! (1 + monitors) what errors are measured against
       integer, intent(in) :: counted(:)          !! monitors, 0: the load factor
       real(wp), intent(in) :: asked              !! relative error
+      logical, intent(in) :: critical            !! rounding counts; at points between nothing is asked of it
       logical, intent(in) :: bounds              !! a load's bar without bounds does not do, however narrow
       logical, intent(in) :: can_settle          !! the iteration can go on
-      real(wp), intent(out) :: indicator(:)      !! (elements) over the sizes
-      real(wp), intent(out) :: ratio             !! of the widest bar, without rounding and what the iteration has left, to what these leave of what is allowed
+      real(wp), intent(out) :: indicator(:)      !! (elements) of what is asked, as parts of what is allowed
+      real(wp), intent(out) :: ratio             !! of what the mesh makes of the widest bar to what rounding and iteration leave
+      !! of what is allowed
       logical, intent(out) :: known              !! the bars tell something
       logical, intent(out) :: bounded            !! and those that count have bounds
       logical, intent(out) :: unsettled          !! the iteration has left more than its part: it is to go on first
@@ -163,16 +165,25 @@ contains
          if (.not. told .or. .not. sizes(row) > 0.0_wp) return
          allowed = asked * sizes(row)
          unsettled = unsettled .or. (can_settle .and. abs(bars%rest(row)) > max(part_of_iteration * allowed, rounding))
-         left = rounding + of_rest * abs(bars%rest(row))
-         of_mesh = bar - left
-         ! Rounding that is wider than what is asked for is told at the end.
-         if (left >= allowed .or. .not. of_mesh > 0.0_wp) return
-         if (of_mesh > allowed - left .or. (bounds .and. row == 1)) bounded = bounded .and. has_bounds
-         ratio = max(ratio, of_mesh / (allowed - left))
+         left = of_rest * abs(bars%rest(row))
+         of_mesh = bar - rounding - left
+         if (critical) left = left + rounding
+         if (.not. critical .and. is_rounding(bar, rounding)) return
+         if (.not. of_mesh > 0.0_wp) return
+         ! Rounding that is wider than what is asked for is told at the end; the mesh is as good as that.
+         allowed = max(allowed - left, left)
+         if (of_mesh > allowed .or. (bounds .and. row == 1)) bounded = bounded .and. has_bounds
+         ratio = max(ratio, of_mesh / allowed)
          if (.not. sum(bars%share(row, :)) > 0.0_wp) return
-         indicator = max(indicator, bars%share(row, :) * of_mesh / (sum(bars%share(row, :)) * sizes(row)))
+         indicator = max(indicator, bars%share(row, :) / sum(bars%share(row, :)) * of_mesh * asked / allowed)
       end subroutine add
    end subroutine indicate
+
+   !> True for a bar that is mostly rounding. Of points between critical ones, as the first of a path, nothing is asked then.
+   elemental logical function is_rounding(bar, rounding)
+      real(wp), intent(in) :: bar, rounding
+      is_rounding = 2.0_wp * rounding > bar
+   end function is_rounding
 
    !> Of the elements that may be placed: share^(1/(2s + 1)), which equal parts of a good mesh have.
    pure function elements_share(problem, free, indicator) result(g)
@@ -246,11 +257,12 @@ contains
    end function value_sizes
 
    !> The widest bar over what is allowed, with the number that has it: 0 the load factor, else a monitor.
-   subroutine excess(bars, sizes, counted, asked, ratio, which)
+   subroutine excess(bars, sizes, counted, asked, critical, ratio, which)
       type(error_bars_t), intent(in) :: bars
       real(wp), intent(in) :: sizes(:)           !! (1 + monitors)
       integer, intent(in) :: counted(:)
       real(wp), intent(in) :: asked
+      logical, intent(in) :: critical            !! rounding counts
       real(wp), intent(out) :: ratio
       integer, intent(out) :: which
       integer :: k
@@ -258,16 +270,23 @@ contains
       which = 0
       do k = 1, size(counted)
          if (counted(k) == 0) then
-            if (bars%load%told) call take(bars%load%bar)
-         else if (bars%monitor(counted(k))%told) then
-            call take(bars%monitor(counted(k))%bar)
+            call take(bars%load)
+         else
+            call take(bars%monitor(counted(k)))
          end if
       end do
 
    contains
 
-      subroutine take(bar)
-         real(wp), intent(in) :: bar
+      subroutine take(number)
+         type(error_bar_t), intent(in) :: number
+         real(wp) :: bar
+         if (.not. number%told) return
+         bar = number%bar
+         if (.not. critical) then
+            if (is_rounding(bar, number%rounding)) return
+            bar = bar - number%rounding
+         end if
          if (.not. bar > ratio * asked * sizes(1 + counted(k)) .or. .not. sizes(1 + counted(k)) > 0.0_wp) return
          which = counted(k)
          ratio = bar / (asked * sizes(1 + which))

@@ -8,7 +8,7 @@ module path_errors
    use rod_state, only: state_t
    use linear_system, only: system_t
    use path_control, only: control_t, metric, is_arc_length
-   use path_continuity, only: heading_t
+   use path_continuity, only: heading_t, normal_plane
    use path_events, only: event_limit, event_turning
    use monitors, only: monitor_values
    use tangent_rounding, only: path_stiffness, bending_stiffness
@@ -48,7 +48,7 @@ contains
       real(wp), allocatable :: value(:), unseen(:)
       bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state))
       if (bars%why /= '') return
-      call begin(problem, state, system, holding(problem, control, heading, state%load_factor), heading, no_modes, path, point, &
+      call begin(problem, state, system, holding(problem, state, control, heading), heading, no_modes, path, point, &
          & shares, value, timers)
       if (point%ok) call next_point(path, 0.0_wp, point, timers)
       if (.not. point%ok) then
@@ -92,9 +92,14 @@ contains
       allocate (modes(size(system%residual), 0))
       if (allocated(zero%modes)) modes = zero%modes
       control%method = method_linearised
-      control = holding(problem, control, heading, state%load_factor)
-      ! The control's measure of the increment: where nothing moves its arc length is rounding.
-      reach = sqrt(length**2 + (control%load_scale * rise)**2)
+      control = holding(problem, state, control, heading)
+      ! A bifurcation is looked for by its load, which does not turn there: what a stiff structure's small displacements err by
+      ! is not to come into it.
+      if (size(modes, 2) > 0) control = normal_plane(problem, state, heading, 1.0_wp)
+      ! The increment along this control: at a limit point the load does not count, and where nothing moves only the load does.
+      reach = length
+      if (control%method == method_linearised) reach = sqrt(metric(problem, control%tangent, control%tangent)) * length + &
+         & control%load_scale**2 * abs(control%tangent_load * rise)
       call begin(problem, state, system, control, heading, modes, path, first, shares, value, timers)
       start = first%system
       if (first%ok) call next_point(path, 0.0_wp, first, timers)
@@ -158,7 +163,7 @@ contains
          real(wp) :: part(size(shares%element, 2))
          integer :: m
          part = shares%element(1, :)
-         if (size(modes, 2) > 0) part = eigenvalue_shares(problem, system, start, modes(:, 1))
+         if (size(modes, 2) > 0) part = eigenvalue_shares(problem, system, start, modes)
          if (.not. sum(part) > 0.0_wp) return
          do m = 1, size(shares%element, 1)
             shares%element(m, :) = shares%element(m, :) + abs(final(m) - first%value(m)) * part / sum(part)
@@ -196,26 +201,16 @@ contains
       end function location_rounding
    end subroutine event_errors
 
-   !> What holds a point of an arc-length path: the plane normal to it. Load and monitor are held as they are. A change by all of
-   !> the load counts as much as a displacement by the structure's size: where little moves the load is held, at limit points the
-   !> displacements are.
-   function holding(problem, control, heading, load_factor) result(held)
+   !> What holds a point of a path: the load or the monitor that the strategy prescribes, else the plane normal to it.
+   function holding(problem, state, control, heading) result(held)
       type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
       type(control_t), intent(in) :: control
       type(heading_t), intent(in) :: heading
-      real(wp), intent(in) :: load_factor        !! at the point
       type(control_t) :: held
-      real(wp) :: norm
       held%method = control%method
       held%monitor = control%monitor
-      if (.not. is_arc_length(control%method)) return
-      held%method = method_load
-      if (.not. metric(problem, heading%u, heading%u) > 0.0_wp) return
-      held%method = method_linearised
-      if (abs(load_factor) > 0.0_wp) held%load_scale = 1.0_wp / abs(load_factor)
-      norm = sqrt(1.0_wp + (held%load_scale * heading%load)**2)
-      held%tangent = heading%u / norm
-      held%tangent_load = heading%load / norm
+      if (is_arc_length(control%method)) held = normal_plane(problem, state, heading)
    end function holding
 
    !> The finer problem linearised at the point, and the elements' shares of the errors there.

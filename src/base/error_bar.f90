@@ -17,7 +17,7 @@ module error_bar
       logical :: bounded = .false.            !! the error is within `bar`; else it may be larger, the mesh being too coarse
       real(wp) :: correction = 0.0_wp         !! C
       real(wp) :: bar = 0.0_wp                !! > 0
-      real(wp) :: rounding = 0.0_wp           !! what of the bar no mesh takes away
+      real(wp) :: rounding = 0.0_wp           !! what of the bar may be rounding, which no mesh takes away
    end type error_bar_t
 
    !> Load factor and monitors of a point.
@@ -48,13 +48,22 @@ contains
       error%told = ieee_is_finite(correction) .and. ieee_is_finite(unseen) .and. ieee_is_finite(shares)
       if (.not. error%told) return
       error%correction = correction
-      error%rounding = rounding
       error%bounded = abs(unseen) <= largest_unseen * shares + rounding
-      if (error%bounded) then
-         error%bar = of_estimate * abs(correction) + of_unseen * abs(unseen) + of_shares * shares + rounding
-      else
-         error%bar = at_least * (shares + abs(unseen)) + rounding
-      end if
+      error%bar = width(abs(correction), abs(unseen), shares)
+      ! Rounding is in the estimates, too.
+      error%rounding = width(min(abs(correction), rounding), min(abs(unseen), rounding), min(shares, rounding))
+
+   contains
+
+      !> The bar that the sizes of its parts make.
+      pure real(wp) function width(c, d, a)
+         real(wp), intent(in) :: c, d, a
+         if (error%bounded) then
+            width = of_estimate * c + of_unseen * d + of_shares * a + rounding
+         else
+            width = at_least * (a + d) + rounding
+         end if
+      end function width
    end function new_error_bar
 
    !> The bar of a number that is known where another one, its argument, is held, and of that argument.

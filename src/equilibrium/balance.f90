@@ -34,12 +34,13 @@ contains
    !>
    !> Errors are measured against the largest force, or reaction, of the run so far: a state that carries next to nothing is
    !> not wrong because rounding is much of it. What the rounding of positions makes of forces is no error at all.
-   subroutine measure_balance(problem, state, at, residual, accuracy)
+   subroutine measure_balance(problem, state, at, residual, accuracy, touches_in)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(place_t), intent(in) :: at            !! the point
       real(wp), intent(in) :: residual
       type(accuracy_t), intent(inout) :: accuracy
+      integer, intent(in), optional :: touches_in !! the element in which a contact of spans begins there; 0: none does
       real(wp), allocatable :: support(:, :), left(:, :)
       real(wp) :: total(3), scale, first(3), second(3), x(2), force(3), rate(3), size_, noise, middle(2)
       class(rod_element_t), pointer :: rod
@@ -197,8 +198,8 @@ contains
          end do
       end subroutine add_spans
 
-      !> Elements on obstacles and the next two: where the gap opens with a power of the distance it is less than what places inside
-      !> elements err by.
+      !> Elements on obstacles, or about to be, and the next two: where the gap opens with a power of the distance it is less than
+      !> what places inside elements err by.
       function beside_contacts() result(beside)
          logical :: beside(problem%model%mesh%n_elements)
          logical :: near(problem%model%mesh%n_nodes)
@@ -207,6 +208,9 @@ contains
          do c = 1, problem%candidates%n
             if (problem%candidates%touch(c) > 0) near(problem%candidates%node(c)) = .true.
          end do
+         if (present(touches_in)) then
+            if (touches_in > 0) near(problem%model%mesh%node(:, touches_in)) = .true.
+         end if
          do pass = 1, 2
             beside = [(any(near(problem%model%mesh%node(:, e))), e=1, problem%model%mesh%n_elements)]
             do e = 1, problem%model%mesh%n_elements

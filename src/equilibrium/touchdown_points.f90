@@ -217,10 +217,11 @@ contains
 
    !> Brings the touchdown points to where the state has them, by the slopes of the iterate before, about which the equations
    !> were linear; all nodes between go along, displacements and resultants are those of the material points that they come to.
-   subroutine move_touchdown_points(problem, before, state)
+   subroutine move_touchdown_points(problem, before, state, travelled)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before
       type(state_t), intent(inout) :: state
+      real(wp), intent(out), optional :: travelled !! the largest part of a span beside it that one has gone
       real(wp), dimension(problem%candidates%n) :: error, slope, now
       real(wp) :: mark(size(problem%mark))
       integer :: m
@@ -232,18 +233,20 @@ contains
       ! A point that was flat was held like a line's end: its slope is that of what it has become.
       where (abs(now) > abs(slope) .and. (problem%candidates%follows .or. abs(slope) * problem%size <= flat_excess)) slope = now
       error = quotient(error, slope)
-      call shift_touchdown_points(problem, state, error, mark)
+      call shift_touchdown_points(problem, state, error, travelled, mark)
    end subroutine move_touchdown_points
 
    !> Moves touchdown points and marks by given distances.
-   subroutine shift_touchdown_points(problem, state, distance, mark)
+   subroutine shift_touchdown_points(problem, state, distance, travelled, mark)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
       real(wp), intent(inout) :: distance(:) !! (candidates) reduced where spans would vanish
+      real(wp), intent(out), optional :: travelled !! the largest part of a span beside it that one has gone
       real(wp), intent(in), optional :: mark(:) !! (marks)
-      real(wp) :: shift(problem%model%mesh%n_nodes)
+      real(wp) :: shift(problem%model%mesh%n_nodes), part
       type(state_t) :: before
-      call node_shifts(problem, state, distance, shift, mark)
+      call node_shifts(problem, state, distance, shift, part, mark)
+      if (present(travelled)) travelled = part
       if (.not. any(abs(shift) > 0.0_wp)) return
       before = state
       call move_nodes(problem, shift, state%geometry)
@@ -256,11 +259,12 @@ contains
    end subroutine shift_touchdown_points
 
    !> How far all nodes go along with the touchdown points and marks: in proportion between these and the breakpoints, which stay.
-   subroutine node_shifts(problem, state, distance, shift, mark)
+   subroutine node_shifts(problem, state, distance, shift, part, mark)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), intent(inout) :: distance(:) !! (candidates) reduced where spans would vanish
       real(wp), intent(out) :: shift(:)      !! (nodes)
+      real(wp), intent(out) :: part          !! the largest distance over the length of the span that it shortens
       real(wp), intent(in), optional :: mark(:) !! (marks) how far these are to go
       integer, allocatable :: node(:), stop(:)
       real(wp), allocatable :: at(:)
@@ -268,6 +272,7 @@ contains
       logical :: leads(problem%model%mesh%n_nodes)
       integer :: k, i, c, n, first, last
       shift = 0.0_wp
+      part = 0.0_wp
       goes = 0.0_wp
       leads = .false.
       leads(problem%mark%node) = .true.
@@ -299,6 +304,7 @@ contains
             first = stop(i)
             last = stop(i + 1)
             length = at(last) - at(first)
+            part = max(part, (way(i) - way(i + 1)) / length)
             shift(node(first:last)) = way(i) + (way(i + 1) - way(i)) * (at(first:last) - at(first)) / length
          end do
       end do

@@ -33,6 +33,7 @@ module corrector
    end type increment_t
 
    integer, parameter :: settling_grip = 20     !! times the most iterations while foundations still change where they touch
+   real(wp), parameter :: far = 0.01_wp         !! part of a span that a touchdown point goes and is still on its way
    integer, parameter :: stalled = 4            !! times the most iterations without a smaller residual: it goes round in circles
    real(wp), parameter :: far_worse = 10.0_wp   !! a step that raises the residual by this factor may be far too long
    real(wp), parameter :: far_from_balance = 0.1_wp !! and above this residual
@@ -89,7 +90,7 @@ contains
    end subroutine take_increment
 
    !> Brings a guess to equilibrium at the control's increment from `base`, by full Newton.
-   subroutine correct(problem, base, control, keep_contact, state, system, report, timers)
+   subroutine correct(problem, base, control, keep_contact, state, system, report, timers, far_off)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: base          !! converged, or the guess itself
       type(control_t), intent(in) :: control     !! its tangent must be set where its method needs one
@@ -98,6 +99,7 @@ contains
       type(system_t), intent(inout) :: system
       type(increment_t), intent(out) :: report
       type(timers_t), intent(inout) :: timers
+      logical, intent(in), optional :: far_off   !! touchdown points may be far from where they belong
       real(wp) :: rhs
       type(state_t) :: origin
       type(control_t) :: seen
@@ -110,11 +112,11 @@ contains
       seen = control
       if (problem%moving) call follow_nodes(problem, base, control, state, origin, seen)
       call control_row(problem, seen, origin, state, system, rhs, timers)
-      call iterate(problem, base, control, state, system, rhs, keep_contact, huge(1), report, timers)
+      call iterate(problem, base, control, state, system, rhs, keep_contact, huge(1), report, timers, far_off)
    end subroutine correct
 
    !> Newton from a linearised state: solve, add, linearise, until everything holds.
-   subroutine iterate(problem, start, given, state, system, first_rhs, frozen, tangent_updates, report, timers)
+   subroutine iterate(problem, start, given, state, system, first_rhs, frozen, tangent_updates, report, timers, far_off)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
       type(control_t), intent(in) :: given     !! control of the increment, as seen from the nodes of the start
@@ -125,6 +127,7 @@ contains
       integer, intent(in) :: tangent_updates   !! iterations after which the tangent is factored anew
       type(increment_t), intent(inout) :: report
       type(timers_t), intent(inout) :: timers
+      logical, intent(in), optional :: far_off !! see correct
       type(state_t) :: origin
       type(control_t) :: control
       type(contact_step_t) :: step
@@ -132,7 +135,7 @@ contains
       real(wp) :: rhs, tolerance, sharper, at_length, best, travelled, last_residual, second_order, large
       real(wp) :: correction                   ! of the displacements by the last step, squared, on the nodes of that step
       real(wp) :: previous                     ! residual that the next step starts from
-      logical :: refactor, settled, searching
+      logical :: refactor, settled, searching, seeking
       ! What leaves a stress-free start on a foundation has no scale of its own, as long as the strains rotation^2/2 make no forces.
       real(wp), parameter :: negligible = 0.01_wp
       integer, allocatable :: grip(:)
@@ -154,6 +157,8 @@ contains
       last_progress = 0
       same_tangent = 0
       searching = any(state%segment == segment_unknown .and. problem%ground%chain%element(2, :) > 0)
+      seeking = .false.
+      if (present(far_off)) seeking = far_off
       ! How long an arc is matters to nothing on the path, and nodes that go along it make it uncertain until they rest.
       at_length = max(tolerance, 1.0e-9_wp)
       if (problem%moving .and. is_arc_length(given%method) .and. .not. given%whole > 0.0_wp) at_length = large_correction
@@ -248,7 +253,7 @@ contains
       !> Goes along the solved step, not as far where foundations make it far too long, then lets the touchdown points follow.
       subroutine take_step()
          type(state_t) :: from
-         real(wp) :: work
+         real(wp) :: work, travelled
          logical :: assembled
          from = state
          if (searching) work = step_work(system, step%x)
@@ -263,7 +268,10 @@ contains
          end if
          correction = metric(problem, state%u - from%u, state%u - from%u)
          if (problem%moving) then
-            call move_touchdown_points(problem, from, state)
+            call move_touchdown_points(problem, from, state, travelled)
+            ! Touchdown points that are far off get a tenth of the span nearer each time as long as it is much too long: its moment
+            ! falls with the square of its length. The limit counts from then on.
+            if (seeking .and. travelled > far) last_change = iteration
             call follow_nodes(problem, start, given, state, origin, control)
             assembled = .false.
          end if

@@ -15,11 +15,11 @@ module limit_curves
    use path_acceptance, only: outcome_t, note_trouble
    use span_validity, only: spans_hold
    use second_parameter, only: present_value
-   use limit_mesh, only: renew_marks, take_marks_off
+   use limit_marks, only: renew_marks, take_marks_off
    use limit_search, only: follower_t, trial_t, stand_here, scale_rate, evaluate, search, as_coordinate, as_value, small_drop
    use monitors, only: monitor_values
-   use path_continuity, only: heading_at
-   use error_report, only: bars_on_curve, note_curve_bar
+   use limit_mesh, only: bars_here, refine_limit_point
+   use error_report, only: note_curve_bar
    use path_record, only: recorder_t, limit_point_t
    use timing, only: timers_t
    implicit none
@@ -104,6 +104,7 @@ contains
             trouble = trial%report%message
             return
          end if
+         call refine_limit_point(follower, step, timers)
          call report('  ', .false.)
          if (allocated(outcome%why)) return
          points = 1
@@ -149,6 +150,7 @@ contains
                return
             end if
             if (exact) follower%coordinate = target
+            call refine_limit_point(follower, step, timers)
             label = merge('TP', '  ', turned)
             if (exact) label = 'UZ'
             if (final .and. .not. curve%to_rigid) label = 'EP'
@@ -270,9 +272,7 @@ contains
          point%monitor = monitor_values(follower%problem, follower%state, follower%system)
          point%label = label
          if (step%error_bars) then
-            call bars_on_curve(follower%problem, follower%state, follower%system, heading_at(follower%problem, follower%system, &
-               & follower%control%tangent, follower%control%tangent_load), follower%unit(1), &
-               & small_drop * follower%state%load_factor, point%bars, timers)
+            call bars_here(follower, point%bars, timers)
             call note_curve_bar(point, trim(step%limit_curve(number)%name), step%widest_bar, outcome%accuracy)
          end if
          call recorder%limit_point(point, timers, error)

@@ -1,81 +1,92 @@
-!> The mesh of a limit curve where contact with foundations ends at marks: these go along with the curve, and so do the elements
-!> beside them as the foundation grows stiffer.
+!> The last limit point of a limit curve on another mesh: where its load errs by more than what is asked, as points of paths do.
 module limit_mesh
    use kinds, only: wp
-   use model, only: method_linearised
-   use problem, only: problem_t
-   use rod_state, only: state_t
-   use linear_system, only: system_t, new_system
-   use span_problem, only: new_span_problem, same_spans, present_touches, hold_touches, outgrown
-   use touchdown_points, only: carry_forces
-   use ground_mark, only: cut_t
-   use ground_cuts, only: find_cuts, marked
+   use model, only: step_t
+   use linear_system, only: new_system
+   use span_problem, only: new_span_problem, present_touches, hold_touches
+   use ground_cuts, only: find_cuts
    use ground_segments, only: tell_segments
    use state_transfer, only: carried, carried_field
-   use path_control, only: control_t
-   use corrector, only: increment_t, correct
-   use timing, only: timers_t
+   use second_parameter, only: problem_at
+   use limit_search, only: follower_t, trial_t, stand_here, search, as_value, small_drop
+   use path_continuity, only: heading_at
+   use error_report, only: bars_on_curve
+   use error_bar, only: error_bars_t
+   use mesh_demand, only: demand_t
+   use mesh_request, only: request_mesh
+   use timing, only: timers_t, count_up, counter_remeshed
    implicit none
    private
-   public :: renew_marks, take_marks_off
+   public :: bars_here, refine_limit_point
+
+   integer, parameter :: most_meshes = 8         !! for the sake of one limit point
 
 contains
 
-   !> A limit point on a mesh that has its marks where contact ends now, if the present one has not, or is too coarse there.
-   subroutine renew_marks(base, problem, state, direction, ok, timers)
-      type(problem_t), intent(inout) :: base     !! the same with the deck's own value of the parameter
-      type(problem_t), intent(inout) :: problem
-      type(state_t), intent(inout) :: state
-      real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) of the path, displacements
-      logical, intent(out) :: ok                 !! false: no equilibrium was found
+   !> Bars of the last limit point.
+   subroutine bars_here(follower, bars, timers)
+      type(follower_t), intent(in) :: follower
+      type(error_bars_t), allocatable, intent(out) :: bars
       type(timers_t), intent(inout) :: timers
-      type(cut_t), allocatable :: cut(:)
-      ok = .true.
-      if (size(problem%mark) == 0) return
-      cut = find_cuts(problem, state)
-      if (marked(problem, state, cut)) then
-         if (.not. outgrown(problem, state, cut)) return
-      end if
-      call stand_on(new_span_problem(problem, present_touches(problem, state), state, cut), problem, state, direction, ok, timers)
-      if (ok) base = same_spans(base, problem)
-   end subroutine renew_marks
+      call bars_on_curve(follower%problem, follower%state, follower%system, heading_at(follower%problem, follower%system, &
+         & follower%control%tangent, follower%control%tangent_load), follower%unit(1), &
+         & small_drop * follower%state%load_factor, bars, timers)
+   end subroutine bars_here
 
-   !> The same on a mesh without marks, whose elements find out for themselves where foundations touch them.
-   subroutine take_marks_off(problem, state, direction, ok, timers)
-      type(problem_t), intent(inout) :: problem
-      type(state_t), intent(inout) :: state
-      real(wp), allocatable, intent(inout) :: direction(:, :)
-      logical, intent(out) :: ok
+   !> Looks for the last limit point anew on finer meshes, as long as its load is not known as well as the step asks. It stays as
+   !> it is where no limit point is found on one.
+   subroutine refine_limit_point(follower, step, timers)
+      type(follower_t), intent(inout) :: follower
+      type(step_t), intent(in) :: step
       type(timers_t), intent(inout) :: timers
-      ok = .true.
-      if (size(problem%mark) == 0) return
-      call stand_on(new_span_problem(problem, present_touches(problem, state), state), problem, state, direction, ok, timers)
-   end subroutine take_marks_off
+      type(follower_t) :: kept
+      type(trial_t) :: trial
+      type(error_bars_t), allocatable :: bars
+      type(demand_t), allocatable :: demand(:)
+      real(wp) :: place(2), last, sizes(1 + size(follower%problem%deck%monitor))
+      integer :: tries, searches
+      logical :: unsettled
+      if (.not. (step%error_bars .and. step%asked > 0.0_wp .and. any(follower%problem%layout%stretch%placed))) return
+      last = huge(last)
+      do tries = 0, most_meshes
+         call bars_here(follower, bars, timers)
+         sizes = abs(follower%state%load_factor)
+         call request_mesh(follower%problem, follower%state, bars, sizes, [0], step%asked, .true., tries, .false., last, &
+            & unsettled, demand)
+         if (.not. allocated(demand)) return
+         kept = follower
+         call take_mesh(follower, demand, timers)
+         place = 0.0_wp
+         if (follower%system%ok) call search(follower, step, place, [1.0_wp, 0.0_wp], trial, searches, timers)
+         if (.not. (follower%system%ok .and. trial%report%converged)) then
+            follower = kept
+            return
+         end if
+         call count_up(timers, counter_remeshed)
+         follower%problem = trial%problem
+         follower%state = trial%state
+         call stand_here(follower, follower%control%tangent, 0.0_wp, timers)
+      end do
+   end subroutine refine_limit_point
 
-   !> In equilibrium on another mesh.
-   subroutine stand_on(next, problem, state, direction, ok, timers)
-      type(problem_t), intent(in) :: next
-      type(problem_t), intent(inout) :: problem
-      type(state_t), intent(inout) :: state
-      real(wp), allocatable, intent(inout) :: direction(:, :)
-      logical, intent(out) :: ok
+   !> The follower on another mesh, its state not yet in equilibrium there.
+   subroutine take_mesh(follower, demand, timers)
+      type(follower_t), intent(inout) :: follower
+      type(demand_t), intent(in) :: demand(:)
       type(timers_t), intent(inout) :: timers
-      type(state_t) :: there
-      type(system_t) :: system
-      type(control_t) :: hold
-      type(increment_t) :: report
-      there = carried(problem, state, next)
-      call tell_segments(next, there)
-      call hold_touches(next, there%active)
-      call carry_forces(problem, state, next, there)
-      direction = carried_field(problem, state, direction, next, there)
-      system = new_system(next)
-      hold%method = method_linearised
-      hold%tangent = direction
-      hold%increment = 0.0_wp
-      problem = next
-      state = there
-      call correct(problem, there, hold, .true., state, system, report, timers)
-      ok = report%converged
-   end subroutine stand_on
+      type(follower_t) :: next
+      next = follower
+      next%base%demand = demand
+      next%base = new_span_problem(next%base, present_touches(follower%problem, follower%state), follower%state, &
+         & find_cuts(follower%problem, follower%state))
+      next%problem = problem_at(next%base, follower%curve, as_value(follower%curve, follower%coordinate))
+      next%state = carried(follower%problem, follower%state, next%problem)
+      call tell_segments(next%problem, next%state)
+      call hold_touches(next%problem, next%state%active)
+      next%control%tangent = carried_field(follower%problem, follower%state, follower%control%tangent, next%problem, next%state)
+      if (allocated(next%control%previous)) deallocate (next%control%previous)
+      next%system = new_system(next%problem)
+      call stand_here(next, next%control%tangent, 0.0_wp, timers)
+      follower = next
+   end subroutine take_mesh
 end module limit_mesh

@@ -11,7 +11,7 @@
 !> smoothly, and so does the tangent (path_control).
 module path_continuity
    use kinds, only: wp
-   use model, only: method_cylindrical
+   use model, only: method_cylindrical, method_load, method_linearised
    use problem, only: problem_t
    use rod_state, only: state_t
    use state_transfer, only: move_nodes, displacements_at, field_at
@@ -19,7 +19,8 @@ module path_continuity
    use path_control, only: control_t, is_arc_length, metric, path_length, set_tangent
    implicit none
    private
-   public :: heading_t, relation_t, heading_at, relate, same_path, too_far, at_corner, chord_between, seen_from, between, part_at, &
+   public :: heading_t, normal_plane, relation_t, heading_at, relate, same_path, too_far, at_corner, chord_between, seen_from, &
+      & between, part_at, &
       & lies_between, goes_back, alike, blend_geometry, largest_turn, largest_distance
 
    !> Unit tangent of a path at a point.
@@ -43,6 +44,28 @@ module path_continuity
    real(wp), parameter :: no_motion = 1.0e-10_wp !! arc length of rounding, where loads only stress what cannot move
 
 contains
+
+   !> The plane normal to the path at a point, as a control. A change by all of the load counts as much as one by all of the
+   !> displacement, so that at limit points the displacements are held, however little a slender structure has moved until then,
+   !> and the load where hardly anything moves.
+   function normal_plane(problem, state, heading, least) result(plane)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(heading_t), intent(in) :: heading     !! tangent there
+      real(wp), intent(in), optional :: least    !! displacement over the size that counts as all at least
+      type(control_t) :: plane
+      real(wp) :: norm, all_of_it
+      plane%method = method_load
+      if (.not. metric(problem, heading%u, heading%u) > 0.0_wp) return
+      plane%method = method_linearised
+      ! Displacements that have lost half of their digits to rounding are not what holds a point.
+      all_of_it = max(sqrt(metric(problem, state%u, state%u)), sqrt(epsilon(norm)))
+      if (present(least)) all_of_it = max(all_of_it, least)
+      if (abs(state%load_factor) > 0.0_wp) plane%load_scale = all_of_it / abs(state%load_factor)
+      norm = sqrt(1.0_wp + (plane%load_scale * heading%load)**2)
+      plane%tangent = heading%u / norm
+      plane%tangent_load = heading%load / norm
+   end function normal_plane
 
    !> Tangent at a state, in the sense of a direction.
    function heading_at(problem, system, direction, direction_load) result(heading)

@@ -108,7 +108,7 @@ contains
                ! Perhaps a mesh that the program has made is too coarse for any.
                call ask_for_twice(problem, run, asked)
                if (asked) then
-                  call refine()
+                  call refine(.false.)
                   cycle points
                end if
             end if
@@ -143,7 +143,7 @@ contains
             call pass_change(problem, step, run, trial, ahead, .false., tries, recorder, changed, finished, outcome, timers)
             if (finished .or. allocated(outcome%why)) return
             if (wants_another(run)) then
-               call refine()
+               call refine(.true.)
                cycle points
             end if
             if (changed .and. .not. allocated(run%stuck)) cycle points
@@ -160,7 +160,7 @@ contains
             cycle points
          end if
          if (wants_another(run)) then
-            call refine()
+            call refine(.true.)
             cycle points
          end if
          searches = 0
@@ -179,7 +179,8 @@ contains
    contains
 
       !> The same increment once more, from the same point on the mesh that the trial asked for.
-      subroutine refine()
+      subroutine refine(settled)
+         logical, intent(in) :: settled          !! the trial is in equilibrium
          logical :: done
          cuts = 0
          tries = tries + 1
@@ -191,7 +192,7 @@ contains
             call linearise(problem, run%state, run%state, run%system, timers)
             return
          end if
-         call refine_mesh(problem, run, trial, taken, done, timers)
+         call refine_mesh(problem, run, trial, settled, taken, done, timers)
          if (.not. done) tries = huge(tries) - 1
       end subroutine refine
 

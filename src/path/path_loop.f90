@@ -253,7 +253,7 @@ contains
          call ask_for_twice(problem, run, asked)
          if (.not. asked) exit
          nowhere = run%state
-         call refine_mesh(problem, run, nowhere, taken, done, timers)
+         call refine_mesh(problem, run, nowhere, .false., taken, done, timers)
          if (.not. done) exit
       end do
       if (size(buckling%load_factor) < step%n_modes) call note_trouble(outcome, 'step '//trim(step%name)// &

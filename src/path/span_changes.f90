@@ -5,6 +5,7 @@ module span_changes
    use model, only: step_t, method_load
    use problem, only: problem_t
    use rod_state, only: state_t
+   use state_transfer, only: find_point
    use bordered_system, only: linearise
    use span_regions, only: beginning_region, find_span_regions
    use span_tests, only: span_test_t, virtual_pressure, test_gap, test_force, test_curvature, test_pressure, &
@@ -16,13 +17,13 @@ module span_changes
    use held_openings, only: held_load, first_length, longest_length
    use span_opening, only: open_line
    use span_lie_down, only: lie_down
-   use path_continuity, only: heading_t
+   use path_continuity, only: heading_t, heading_at
    use path_run, only: run_t
    use path_acceptance, only: accept, wants_another, outcome_t
    use step_control, only: smallest
    use path_record, only: recorder_t
    use error_bar, only: error_bars_t
-   use error_report, only: bars_at_point
+   use error_report, only: bars_at_point, bars_of_line
    use timing, only: timers_t
    implicit none
    private
@@ -89,6 +90,7 @@ contains
       type(next_t), intent(inout) :: next
       type(error_bars_t), allocatable, intent(inout) :: bars !! of a touch
       type(timers_t), intent(inout) :: timers
+      real(wp) :: tau
       logical :: opened
       if (opens_line(problem, change%tests(change%which))) then
          ! Here nothing tells yet where the span that opens ends; a little further on it does.
@@ -101,6 +103,7 @@ contains
          call begin_sharply(problem, step, run, leg, change, bars, timers)
          associate (test => change%tests(change%which))
             run%beginning = beginning_region(problem, change%place, test%contact, test%stretch, test%at)
+            call find_point(problem, change%place, test%stretch, test%at, run%beginning_in, tau)
          end associate
       end if
       call lie_down(problem, leg%from, change%place, held_load(run), next%problem, next%state, next%system, next%rate, &
@@ -125,6 +128,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
       character(2) :: label
+      type(run_t) :: line
       real(wp) :: increment
       logical :: divides
       shorter = .false.
@@ -134,6 +138,14 @@ contains
       ! What happens on the way to a place beyond is looked for in parts of the increment.
       if (change%looked_ahead .and. run%control%method == method_load) &
          & run%control%increment = change%place%load_factor - run%state%load_factor
+      if (change%lies .and. label == '  ') then
+         line = run
+         line%state = next%state
+         line%system = next%system
+         line%heading = heading_at(next%problem, next%system, 0.0_wp * next%state%u, sign(1.0_wp, &
+            & merge(next%rate, change%heading%load, abs(next%rate) > 0.0_wp)))
+         call bars_of_line(problem, step, run, change%place, next%problem, line, bars, timers)
+      end if
       if (change%which > 0 .and. .not. allocated(bars)) &
          & call bars_at_point(problem, step, run, change%place, change%heading, label, .false., change%which, bars, timers)
       ! Two changes at once, of which the first has its point: where contact only spreads Newton's method has yet to follow.
@@ -143,6 +155,7 @@ contains
          & bars=bars, tries=tries)
       run%control%increment = increment
       if (allocated(run%beginning)) deallocate (run%beginning)
+      run%beginning_in = 0
    end subroutine record_change
 
    !> What is told of a change: contact gained or lost; where it only spreads, nothing.

@@ -1,7 +1,7 @@
 !> The run on another mesh, whatever the reason: another set of touches, spans that have grown, errors larger than asked for.
 module span_mesh
    use kinds, only: wp
-   use model, only: method_linearised, method_load, method_displacement
+   use model, only: method_load, method_displacement
    use problem, only: problem_t
    use rod_state, only: state_t, is_stress_free
    use linear_system, only: new_system
@@ -16,7 +16,7 @@ module span_mesh
    use ground_segments, only: tell_segments
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t
-   use path_continuity, only: heading_t, heading_at
+   use path_continuity, only: heading_t, heading_at, normal_plane
    use path_events, only: probe_t, new_probe
    use path_run, only: run_t, forget_mesh, rest_of_mesh
    use corrector, only: increment_t, correct
@@ -60,17 +60,15 @@ contains
 
    !> The mesh that the run's last trial asked for: at the point where it stands, from which the increment is to be made anew, or
    !> else at the trial itself.
-   subroutine refine_mesh(problem, run, trial, taken, done, timers)
+   subroutine refine_mesh(problem, run, trial, settled, taken, done, timers)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
       type(state_t), intent(inout) :: trial
+      logical, intent(in) :: settled                 !! the trial is in equilibrium
       logical, intent(out) :: taken                  !! the trial is in equilibrium on the new mesh, and the system factored there
       logical, intent(out) :: done                   !! false: no equilibrium was found on it, nothing has changed
       type(timers_t), intent(inout) :: timers
-      type(problem_t) :: asked, before
-      type(state_t) :: start
-      type(heading_t) :: heading
-      type(probe_t) :: probe
+      type(problem_t) :: asked
       type(cut_t), allocatable :: cut(:)
       taken = .false.
       done = .false.
@@ -78,34 +76,49 @@ contains
       asked%demand = run%wanted
       deallocate (run%wanted)
       cut = find_cuts(problem, trial)
-      if (problem%spans .or. marked(problem, trial, cut)) then
-         asked = new_span_problem(asked, present_touches(problem, run%state), run%state, find_cuts(problem, run%state))
-         call stand_on(asked, problem, run, done, timers)
-      else
-         asked = new_span_problem(asked, present_touches(problem, trial), trial, cut)
-      end if
-      if (.not. done) then
-         ! Where contact has just been told by nodes the run does not stand on a point of these spans.
-         before = problem
-         start = run%state
-         heading = run%heading
-         probe = run%probe
-         run%state = trial
-         call stand_on(asked, problem, run, taken, timers)
-         done = taken
-         trial = run%state
-         run%state = start
-         run%heading = heading
-         run%probe = probe
-         if (taken) then
-            run%state = carried(before, start, problem)
-            call tell_segments(problem, run%state)
-            call hold_touches(problem, run%state%active)
-            run%heading%u = carried_field(before, start, heading%u, problem, run%state)
-         end if
-      end if
+      ! Without a load nothing says where contact will end.
+      if (settled .and. run%fresh) call take_trial(asked, problem, run, trial, taken, timers)
+      if (.not. taken .and. (problem%spans .or. marked(problem, trial, cut))) call stand_on(new_span_problem(asked, &
+         & present_touches(problem, run%state), run%state, find_cuts(problem, run%state)), problem, run, done, timers)
+      ! Where contact has just been told by nodes, or by elements on foundations, the run does not stand on a point of these spans.
+      if (.not. (taken .or. done)) call take_trial(asked, problem, run, trial, taken, timers)
+      done = done .or. taken
       if (done) call count_up(timers, counter_remeshed)
    end subroutine refine_mesh
+
+   !> The trial on another mesh, and the run's point, as it is, with it.
+   subroutine take_trial(asked, problem, run, trial, taken, timers)
+      type(problem_t), intent(in) :: asked           !! the problem with another demand
+      type(problem_t), intent(inout) :: problem
+      type(run_t), intent(inout) :: run
+      type(state_t), intent(inout) :: trial
+      logical, intent(out) :: taken                  !! false: no equilibrium was found on it, nothing has changed
+      type(timers_t), intent(inout) :: timers
+      type(problem_t) :: before
+      type(state_t) :: start
+      type(heading_t) :: heading
+      type(probe_t) :: probe
+      logical :: fresh
+      before = problem
+      start = run%state
+      heading = run%heading
+      probe = run%probe
+      run%state = trial
+      fresh = run%fresh
+      run%fresh = .false.
+      call stand_on(new_span_problem(asked, present_touches(problem, trial), trial, find_cuts(problem, trial)), problem, run, &
+         & taken, timers)
+      run%fresh = fresh
+      trial = run%state
+      run%state = start
+      run%heading = heading
+      run%probe = probe
+      if (.not. taken) return
+      run%state = carried(before, start, problem)
+      call tell_segments(problem, run%state)
+      call hold_touches(problem, run%state%active)
+      run%heading%u = carried_field(before, start, heading%u, problem, run%state)
+   end subroutine take_trial
 
    !> The coarser mesh that the run's last point would have done with, if it has fewer elements and an equilibrium there. Whether
    !> it is good enough the next trial tells.
@@ -161,11 +174,10 @@ contains
       call take_problem(next, problem, run, timers)
       done = run%system%ok
       better = run%state
-      if (done .and. .not. is_stress_free(run%state)) then
+      if (done .and. .not. (run%fresh .or. is_stress_free(run%state))) then
          ! What the strategy prescribes stays; else across the path: at a limit point, too.
-         hold%method = method_linearised
+         hold = normal_plane(problem, run%state, run%heading)
          if (any(run%control%method == [method_load, method_displacement])) hold = run%control
-         hold%tangent = run%heading%u
          hold%increment = 0.0_wp
          call correct(problem, run%state, hold, .true., better, run%system, report, timers)
          done = run%system%ok .and. report%converged

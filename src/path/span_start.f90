@@ -199,7 +199,7 @@ contains
             next%candidates%moves = .false.
             call correct(next, state, here, .true., state, system, report, timers)
             next%candidates%moves = moves
-            if (report%converged) call correct(next, state, here, .true., state, system, report, timers)
+            if (report%converged) call correct(next, state, here, .true., state, system, report, timers, far_off=.true.)
             why = 'equilibrium was not found'
             if (.not. report%converged) exit tries
             tests = run_span_tests(next, state, max(system%force_scale, tiny(1.0_wp)))

@@ -55,13 +55,18 @@ def is_delivered(filename: str) -> bool:
     return "asked" in read_toml(read_text(filename), filename)
 
 
-def study_delivered(filename: str, folder: RunFolder, jobs: int) -> int:
-    """Makes the runs of all maps, a table of the cases, one of the scenes, a picture. 1: a run has no value, or an error larger than
-    asked without a word."""
+def read_maps(filename: str, program: str) -> list[Map]:
+    """`program` reads their decks."""
     content = read_toml(read_text(filename), filename)
     if set(content) - {"title", "asked"}:
         raise ResultsError(f"{filename}: a study of tolerances has title and asked only, a list of maps")
-    maps = [read_map(os.path.join(os.path.dirname(filename), name), folder.program) for name in content["asked"]]
+    return [read_map(os.path.join(os.path.dirname(filename), name), program) for name in content["asked"]]
+
+
+def study_delivered(filename: str, folder: RunFolder, jobs: int) -> int:
+    """Makes the runs of all maps, a table of the cases, one of the scenes, a picture. 1: a run has no value, or an error larger than
+    asked without a word."""
+    maps = read_maps(filename, folder.program)
     keys = [[folder.key(deck) for deck in each.decks] for each in maps]
     missing = to_do(folder, {key: deck for each, own in zip(maps, keys) for key, deck in zip(own, each.decks)}, retry=False)
     run_pool(folder, missing, jobs, max(each.sweep.timeout or 60.0 for each in maps), Progress(len(missing)))
@@ -88,7 +93,8 @@ def _cases(checked: Map, folder: RunFolder, keys: list[str]) -> list[Case]:
         elements, seconds, of_bars = _work(results)
         for check in checked.checks:
             each = finding(check, known, record.code, results, checked.sweep.name)
-            if math.isnan(each.exact):
+            # There is no such quantity; a run without results may not know.
+            if math.isnan(each.exact) and results is not None:
                 continue
             found.append(Case(checked.sweep.name.removeprefix("asked-"), values, check.name,
                               asked_of(check, known, results, checked.sweep.name), each.error, told_to(check.exact) / (abs(each.exact) or 1.0),

@@ -1,0 +1,81 @@
+!> The marks of a limit curve, where contact with foundations ends at marks: these go along with the curve, and so do the elements
+!> beside them as the foundation grows stiffer.
+module limit_marks
+   use kinds, only: wp
+   use model, only: method_linearised
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t, new_system
+   use span_problem, only: new_span_problem, same_spans, present_touches, hold_touches, outgrown
+   use touchdown_points, only: carry_forces
+   use ground_mark, only: cut_t
+   use ground_cuts, only: find_cuts, marked
+   use ground_segments, only: tell_segments
+   use state_transfer, only: carried, carried_field
+   use path_control, only: control_t
+   use corrector, only: increment_t, correct
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: renew_marks, take_marks_off
+
+contains
+
+   !> A limit point on a mesh that has its marks where contact ends now, if the present one has not, or is too coarse there.
+   subroutine renew_marks(base, problem, state, direction, ok, timers)
+      type(problem_t), intent(inout) :: base     !! the same with the deck's own value of the parameter
+      type(problem_t), intent(inout) :: problem
+      type(state_t), intent(inout) :: state
+      real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) of the path, displacements
+      logical, intent(out) :: ok                 !! false: no equilibrium was found
+      type(timers_t), intent(inout) :: timers
+      type(cut_t), allocatable :: cut(:)
+      ok = .true.
+      if (size(problem%mark) == 0) return
+      cut = find_cuts(problem, state)
+      if (marked(problem, state, cut)) then
+         if (.not. outgrown(problem, state, cut)) return
+      end if
+      call stand_on(new_span_problem(problem, present_touches(problem, state), state, cut), problem, state, direction, ok, timers)
+      if (ok) base = same_spans(base, problem)
+   end subroutine renew_marks
+
+   !> The same on a mesh without marks, whose elements find out for themselves where foundations touch them.
+   subroutine take_marks_off(problem, state, direction, ok, timers)
+      type(problem_t), intent(inout) :: problem
+      type(state_t), intent(inout) :: state
+      real(wp), allocatable, intent(inout) :: direction(:, :)
+      logical, intent(out) :: ok
+      type(timers_t), intent(inout) :: timers
+      ok = .true.
+      if (size(problem%mark) == 0) return
+      call stand_on(new_span_problem(problem, present_touches(problem, state), state), problem, state, direction, ok, timers)
+   end subroutine take_marks_off
+
+   !> In equilibrium on another mesh.
+   subroutine stand_on(next, problem, state, direction, ok, timers)
+      type(problem_t), intent(in) :: next
+      type(problem_t), intent(inout) :: problem
+      type(state_t), intent(inout) :: state
+      real(wp), allocatable, intent(inout) :: direction(:, :)
+      logical, intent(out) :: ok
+      type(timers_t), intent(inout) :: timers
+      type(state_t) :: there
+      type(system_t) :: system
+      type(control_t) :: hold
+      type(increment_t) :: report
+      there = carried(problem, state, next)
+      call tell_segments(next, there)
+      call hold_touches(next, there%active)
+      call carry_forces(problem, state, next, there)
+      direction = carried_field(problem, state, direction, next, there)
+      system = new_system(next)
+      hold%method = method_linearised
+      hold%tangent = direction
+      hold%increment = 0.0_wp
+      problem = next
+      state = there
+      call correct(problem, there, hold, .true., state, system, report, timers)
+      ok = report%converged
+   end subroutine stand_on
+end module limit_marks
