@@ -36,6 +36,19 @@ contains
       length = (stiffest(stages) * bending / stiffness)**0.25_wp
    end function followed_length
 
+   !> False for an element in contact that is too long to follow its foundation: it tells nothing of it between its nodes.
+   pure logical function follows(problem, state, candidate)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      follows = .true.
+      associate (mesh => problem%model%mesh, e => problem%ground%chain%element(2, candidate))
+         if (state%segment(candidate) /= segment_open) follows = state%geometry%element(e)%length <= followed_length( &
+            & problem%ground%slope(problem%ground%chain%obstacle(candidate)), problem%model%section(mesh%section(e))%ei, &
+            & mesh%stages(e))
+      end associate
+   end function follows
+
    !> True for the element after a candidate of the foundations' chain that the foundation may leave: one that pushes only, with
    !> one stiffness. Laws with corners have none of this, see force_law: their elements find out for themselves where they are.
    pure logical function has_kinks(problem, candidate)
@@ -154,6 +167,8 @@ contains
       do k = 1, size(levels)
          ! What lies on its foundation without force has no ends of contact.
          if (maxval(abs([(gap_value(problem, gap, 0.125_wp * j) - levels(k), j=0, 8)])) <= least) cycle
+         if (.not. follows(problem, state, candidate) .and. (gap_value(problem, gap, 0.0_wp) - levels(k)) * &
+            & (gap_value(problem, gap, 1.0_wp) - levels(k)) > 0.0_wp) cycle
          mine = .false.
          do m = 1, size(problem%mark)
             if (abs(problem%mark(m)%level - levels(k)) > 0.0_wp) cycle
@@ -258,25 +273,21 @@ contains
          gap = ground_gap(problem, state, c)
          call segment_range(problem, c, state%segment(c), low, high)
          slack = uncertainty(state, gap)
-         associate (mesh => problem%model%mesh, e => problem%ground%chain%element(2, c))
-            ! A mark that is not yet where it belongs takes the gap of its node along.
-            marked = .false.
-            do j = 1, size(problem%mark)
-               marked = marked .or. problem%mark(j)%candidate([2, 1]) == c
-            end do
-            ! What is too long to follow its foundation tells nothing of it between its nodes.
-            step = 1
-            if (segment_stiffness(problem, c, state%segment(c)) * state%geometry%element(e)%length**4 > stiffest(mesh%stages(e)) * &
-               & problem%model%section(mesh%section(e))%ei) step = gap%samples
-            do j = 0, gap%samples, step
-               if ((j == 0 .and. marked(1)) .or. (j == gap%samples .and. marked(2))) cycle
-               value = gap_value(problem, gap, real(j, wp) / gap%samples)
-               if (value >= low - slack .and. value <= high + slack) cycle
-               hold = .false.
-               state%segment(c) = segment_unknown
-               exit
-            end do
-         end associate
+         ! A mark that is not yet where it belongs takes the gap of its node along.
+         marked = .false.
+         do j = 1, size(problem%mark)
+            marked = marked .or. problem%mark(j)%candidate([2, 1]) == c
+         end do
+         step = 1
+         if (.not. follows(problem, state, c)) step = gap%samples
+         do j = 0, gap%samples, step
+            if ((j == 0 .and. marked(1)) .or. (j == gap%samples .and. marked(2))) cycle
+            value = gap_value(problem, gap, real(j, wp) / gap%samples)
+            if (value >= low - slack .and. value <= high + slack) cycle
+            hold = .false.
+            state%segment(c) = segment_unknown
+            exit
+         end do
       end do
    end subroutine segments_hold
 
