@@ -223,3 +223,12 @@ def test_rounding_is_told_once_and_in_words():
     text = (ROOT / "input" / "maps" / "asked-arch.inp").read_text(encoding="utf-8")
     run = dr.run_deck(text, "--set", "asked=1e-12", "--set", "ea=1e12", code=2)
     assert run.stderr.count("rounding does not allow more than") == 1
+
+
+@pytest.mark.parametrize("flattening", [0.5, 0.7])
+@pytest.mark.parametrize("asked", [1e-3, 1e-5, 1e-7, 1e-9])
+def test_tubes_between_plates(flattening, asked):
+    """Where contact has just spread from a point to a line of no length a finer mesh begins at the increment's end."""
+    run = asked_deck("tube", asked, flattening=flattening)
+    dr.assert_close(run.column("F")[-1], exact_value("tube", "F", flattening=flattening), relative=max(asked, 1e-9))
+    assert counted(run, "elements at the most") <= 20

@@ -68,7 +68,6 @@ contains
             & call set_tangent(problem, run%system, run%heading%u, run%heading%load, run%control)
          call shorten_to_stop(step, run)
          if (.not. taken) call take_increment(problem, run%state, run%control, trial, run%system, report, timers)
-         taken = .false.
          astray = .false.
          if (cuts == 0) relation%told = .false.
          if (report%converged) then
@@ -88,7 +87,10 @@ contains
                astray = turned_round(problem, run, trial, ahead)
                if (astray) report%message = 'the path turns round and leads back over the points that it has passed'
             end if
+            ! The same point on another mesh, where the run's point may not be in equilibrium, does not come from elsewhere.
+            astray = astray .and. .not. taken
          end if
+         taken = .false.
          if (astray .or. .not. report%converged) then
             call count_up(timers, counter_rejected)
             cuts = cuts + 1
