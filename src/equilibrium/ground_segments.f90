@@ -6,7 +6,7 @@
 module ground_segments
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t
+   use rod_state, only: state_t, chain_gap
    use force_law, only: law_segment, law_reaction, segment_open, segment_unknown
    use element_gap, only: element_gap_t, ground_gap, gap_value, gap_crossings, most_crossings
    use rod_profile, only: profile_error
@@ -154,7 +154,7 @@ contains
       integer, intent(out) :: n
       real(wp), allocatable, intent(out) :: tau(:), level(:) !! (n) in order for each level
       type(element_gap_t) :: gap
-      real(wp) :: place(most_crossings), least
+      real(wp) :: place(most_crossings), least, ends(2), normal(2), bend
       real(wp), allocatable :: levels(:)
       logical :: mine(2), known(most_crossings)
       integer :: k, j, m, crossings
@@ -167,8 +167,13 @@ contains
       do k = 1, size(levels)
          ! What lies on its foundation without force has no ends of contact.
          if (maxval(abs([(gap_value(problem, gap, 0.125_wp * j) - levels(k), j=0, 8)])) <= least) cycle
-         if (.not. follows(problem, state, candidate) .and. (gap_value(problem, gap, 0.0_wp) - levels(k)) * &
-            & (gap_value(problem, gap, 1.0_wp) - levels(k)) > 0.0_wp) cycle
+         if (.not. follows(problem, state, candidate)) then
+            associate (chain => problem%ground%chain)
+               call chain_gap(problem, state, chain, candidate, ends(1), normal, bend)
+               call chain_gap(problem, state, chain, chain%neighbour(2, candidate), ends(2), normal, bend)
+            end associate
+            if ((ends(1) - levels(k)) * (ends(2) - levels(k)) > 0.0_wp) cycle
+         end if
          mine = .false.
          do m = 1, size(problem%mark)
             if (abs(problem%mark(m)%level - levels(k)) > 0.0_wp) cycle
