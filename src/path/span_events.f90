@@ -6,7 +6,7 @@ module span_events
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: linearise
-   use span_tests, only: span_test_t, run_span_tests, test_slack, test_curvature, test_closing
+   use span_tests, only: span_test_t, run_span_tests, gap_at, test_slack, test_gap, test_curvature, test_closing
    use span_validity, only: any_fails, another_fails
    use span_lie_down, only: lie_down, beside_free_span, span_gap
    use held_openings, only: find_flat_point, held_load
@@ -242,6 +242,7 @@ contains
       type(timers_t), intent(inout) :: timers
       integer :: round
       do round = 1, size(leg%after)
+         call tell_places_apart(problem, leg)
          change%which = steepest(leg, leg%after)
          call locate(problem, step, run, leg, change, timers)
          if (.not. change%found .or. change%standing) return
@@ -255,6 +256,22 @@ contains
       change%missed = .true.
       change%found = .false.
    end subroutine find_first
+
+   !> A span that is inside at the end may have been nearest somewhere else at the beginning, as where it has just left: where it
+   !> leaves the obstacle nothing begins, and what counts is the gap at the place where it comes down.
+   subroutine tell_places_apart(problem, leg)
+      type(problem_t), intent(in) :: problem
+      type(leg_t), intent(inout) :: leg
+      integer :: k
+      do k = 1, size(leg%after)
+         associate (before => leg%before(k), after => leg%after(k))
+            if (after%kind /= test_gap .or. after%value >= -test_slack(test_gap)) cycle
+            if (gap_at(problem, leg%to, before%contact, before%stretch, before%at) <= 0.0_wp) cycle
+            before%value = max(before%value, &
+               & gap_at(problem, leg%from, after%contact, after%stretch, after%at) / problem%size)
+         end associate
+      end do
+   end subroutine tell_places_apart
 
    !> Of the tests that fail at a place the one that a straight line between the ends has at zero first. 0: none fails.
    pure integer function steepest(leg, tests) result(first)
