@@ -37,7 +37,7 @@ Column beside a wall
 3, 1, {unit!r}
 {across}*STOP
 LOAD, ABOVE, 20.
-*CONTROLS, POINTS=400
+*CONTROLS, POINTS=1000
 *END STEP
 """
 PLAIN = "3, 1.0, 0.\n*LINE, ELSET=COLUMN, NSET=COLUMN, TYPE=GE8\n1, 3, 24"
