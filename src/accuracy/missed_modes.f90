@@ -8,6 +8,7 @@ module missed_modes
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
+   use conforming_span, only: excess_curvature
    use tangent_modes, only: modes_t, lowest_modes
    use finer_path, only: finer_path_t, finer_point_t
    use located_zero, only: zero_t, mode_rounding
@@ -32,10 +33,28 @@ contains
       difference = point%system%negative_pivots - system%negative_pivots
       if (abs(difference) <= allowed .or. size(problem%hinge) > 0) difference = 0
       if (difference == 0) return
+      if (.not. points_tell(problem, state, path%problem, point%state)) difference = 0
+      if (difference == 0) return
       if (.not. signs_tell(problem, state, system, allowed, timers)) difference = 0
       if (difference == 0) return
       if (.not. signs_tell(path%problem, point%state, point%system, allowed, timers)) difference = 0
    end function unstable_difference
+
+   !> True where both agree how much more than its obstacle the rod is curved at every contact point: its stiffness against turning
+   !> goes with the inverse, and as it becomes a line, or two points, the sign of that is the sign of the error.
+   logical function points_tell(problem, state, finer, better) result(tell)
+      type(problem_t), intent(in) :: problem, finer
+      type(state_t), intent(in) :: state, better
+      real(wp) :: excess(2), stretch
+      integer :: c
+      tell = .true.
+      do c = 1, problem%candidates%n
+         if (.not. problem%candidates%moves(c) .or. problem%candidates%follows(c)) cycle
+         call excess_curvature(problem, state, c, excess(1), stretch)
+         call excess_curvature(finer, better, c, excess(2), stretch)
+         tell = tell .and. abs(excess(1) - excess(2)) < minval(abs(excess))
+      end do
+   end function points_tell
 
    !> True where no eigenvalue is zero as far as rounding tells, but those of an event.
    logical function signs_tell(problem, state, system, zeros, timers)

@@ -20,8 +20,8 @@ module span_problem
    public :: new_span_problem, same_spans, new_sampled_problem, chain_starts, hold_touches, present_touches, touch_place, outgrown
    public :: present_demand, looks_badly
 
-   ! A free span of elements of order 8 is good to 1e-9 with these, one in contact is smooth: no layer forms at its ends.
-   integer, parameter :: least_free = 8, least_conforming = 2
+   ! Every free span has a node inside, and one in contact is smooth: no layer forms at its ends.
+   integer, parameter :: least_free = 2, least_conforming = 2
    real(wp), parameter :: whole_number = 0.01_wp    !! that near to one a sum of parts is it
    integer, parameter :: least_placed = 2           !! of a mesh that is made for a tolerance: its error is watched
    real(wp), parameter :: at_breakpoint = 1.0e-9_wp !! of a stretch: as near as that is there
@@ -163,7 +163,7 @@ contains
       integer, intent(in) :: stretch
       type(state_t), intent(in), optional :: state
       real(wp), allocatable :: at(:), middle(:)
-      real(wp) :: from, layer(2)
+      real(wp) :: from, layer(2), all, free
       integer :: k
       associate (whole => base%layout%stretch(stretch))
          if (.not. whole%free) then
@@ -176,6 +176,12 @@ contains
             return
          end if
          if (present(state)) middle = element_middles(base, state, stretch)
+         all = real(size(whole%element), wp)
+         free = all
+         do k = 1, size(touch)
+            if (touch(k)%stretch == stretch) &
+               & free = free - deck_elements(base, stretch, touch(k)%at(2)) + deck_elements(base, stretch, touch(k)%at(1))
+         end do
          at = [0.0_wp]
          from = 0.0_wp
          do k = 1, size(touch)
@@ -204,8 +210,8 @@ contains
          layer = 0.0_wp
       end subroutine divide_free
 
-      !> Nodes up to the end of a span: as many elements as the deck has there, a quarter of them where a perfect rod is in contact,
-      !> but not less than a span needs, nor more than rounding allows.
+      !> Nodes up to the end of a span. Free spans share all elements of the deck; in contact there are as many as the deck has
+      !> there, a quarter of them where the rod is perfect; but not less than a span needs, nor more than rounding allows.
       subroutine divide(to, contact)
          real(wp), intent(in) :: to
          integer, intent(in) :: contact              ! of a line, 0: a free span
@@ -247,7 +253,9 @@ contains
             from = to
             return
          end if
-         if (contact > 0) then
+         if (contact == 0) then
+            wanted = wanted * all / max(free, tiny(free))
+         else
             least = least_conforming
             if (is_perfect(base, stretch)) wanted = merge(0.0_wp, 0.25_wp, on_straight(base, contact)) * wanted
          end if

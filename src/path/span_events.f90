@@ -6,11 +6,12 @@ module span_events
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: linearise
-   use span_tests, only: span_test_t, run_span_tests, test_slack, test_curvature, test_closing
+   use span_tests, only: span_test_t, run_span_tests, gap_at, test_slack, test_gap, test_curvature, test_closing
    use span_validity, only: any_fails, another_fails
    use span_lie_down, only: lie_down, beside_free_span, span_gap
    use held_openings, only: find_flat_point, held_load
    use span_merging, only: find_merging, closing_point
+   use state_transfer, only: carried, carried_field
    use path_control, only: path_length, displacement_between
    use path_continuity, only: heading_t, relate, same_path
    use path_run, only: run_t, heading_of
@@ -96,15 +97,22 @@ contains
          call find_line(problem, run, leg, fails, change, next, timers)
          if (change%found) return
       end if
-      call find_one_of_two(problem, run, leg, change, next, timers)
+      if (.not. turns(run, leg)) call find_one_of_two(problem, run, leg, change, next, timers)
       if (change%found) return
       if (fails) then
          call find_first(problem, step, run, leg, change, timers)
-      else if (.not. flat) then
+      else if (.not. (flat .or. turns(run, leg))) then
          call look_ahead(problem, run, leg, change, timers)
       end if
       if (change%found .and. change%which > 0) call take_one_of_two(problem, run, leg, change, next, timers)
    end subroutine find_change
+
+   !> True for an increment on which the load turns back: places found at once, not on the way, would hide where.
+   pure logical function turns(run, leg)
+      type(run_t), intent(in) :: run
+      type(leg_t), intent(in) :: leg
+      turns = run%heading%load * leg%ahead%load < 0.0_wp
+   end function turns
 
    !> True where the gap of some free span is gone, though no test may tell: what is left of the span, too short for its ends to
    !> be told apart, may stay as it is until something else happens.
@@ -158,6 +166,7 @@ contains
          if (.not. problem%candidates%moves(leg%after(k)%candidate)) cycle
          call find_merging(problem, run, leg%to, leg%after(k)%candidate, reach_of(problem, leg), next%problem, next%state, &
             & next%system, change%found, timers)
+         if (change%found) change%found = leads_to_next(problem, run, next)
          if (change%found) call stand_before(run, change)
          if (change%found) return
       end do
@@ -178,6 +187,7 @@ contains
          call find_merging(problem, run, change%place, test%candidate, reach_of(problem, leg), next%problem, next%state, &
             & next%system, change%found, timers)
       end associate
+      if (change%found) change%found = leads_to_next(problem, run, next)
       change%missed = .not. (change%found .or. change%looked_ahead)
       if (change%found) call stand_before(run, change)
    end subroutine take_one_of_two
@@ -242,6 +252,7 @@ contains
       type(timers_t), intent(inout) :: timers
       integer :: round
       do round = 1, size(leg%after)
+         call tell_places_apart(problem, leg)
          change%which = steepest(leg, leg%after)
          call locate(problem, step, run, leg, change, timers)
          if (.not. change%found .or. change%standing) return
@@ -255,6 +266,22 @@ contains
       change%missed = .true.
       change%found = .false.
    end subroutine find_first
+
+   !> A span that is inside at the end may have been nearest somewhere else at the beginning, as where it has just left: where it
+   !> leaves the obstacle nothing begins, and what counts is the gap at the place where it comes down.
+   subroutine tell_places_apart(problem, leg)
+      type(problem_t), intent(in) :: problem
+      type(leg_t), intent(inout) :: leg
+      integer :: k
+      do k = 1, size(leg%after)
+         associate (before => leg%before(k), after => leg%after(k))
+            if (after%kind /= test_gap .or. after%value >= -test_slack(test_gap)) cycle
+            if (gap_at(problem, leg%to, before%contact, before%stretch, before%at) <= 0.0_wp) cycle
+            before%value = max(before%value, &
+               & gap_at(problem, leg%from, after%contact, after%stretch, after%at) / problem%size)
+         end associate
+      end do
+   end subroutine tell_places_apart
 
    !> Of the tests that fail at a place the one that a straight line between the ends has at zero first. 0: none fails.
    pure integer function steepest(leg, tests) result(first)
@@ -293,7 +320,7 @@ contains
          change%standing = before%value <= tolerance
          if (change%standing) return
          if (after%kind == test_curvature) then
-            if (problem%candidates%moves(after%candidate)) then
+            if (problem%candidates%moves(after%candidate) .and. .not. turns(run, leg)) then
                call locate_flat_point(problem, run, leg, change, timers)
                if (change%found) return
             end if
@@ -369,16 +396,33 @@ contains
       if (path_length(problem, run%state, place) > 0.0_wp) heading = chord(problem, run%state, place)
    end function arrival
 
-   !> True for an equilibrium that lies ahead on the path: Newton's method may find one on another. Its own tangent may tell
-   !> nothing, so the chord must have the direction that the path starts in.
+   !> True for an equilibrium that lies ahead on the path: Newton's method may find one on another, or behind a limit point. Its
+   !> own tangent may tell nothing, so the chord must have the direction that the path starts in, and the load its rate.
    logical function leads_to(problem, from, heading, fresh, place) result(leads)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, place
       type(heading_t), intent(in) :: heading      !! at `from`
       logical, intent(in) :: fresh                !! as relate has it
+      type(heading_t) :: there
       leads = .not. path_length(problem, from, place) > 0.0_wp
-      if (.not. leads) leads = same_path(relate(problem, from, place, heading, chord(problem, from, place), fresh))
+      if (leads) return
+      there = chord(problem, from, place)
+      there%load = heading%load
+      leads = same_path(relate(problem, from, place, heading, there, fresh))
    end function leads_to
+
+   !> The same of an equilibrium with another set, from where the run stands.
+   logical function leads_to_next(problem, run, next) result(leads)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      type(next_t), intent(in) :: next
+      type(state_t) :: from
+      type(heading_t) :: heading
+      from = carried(problem, run%state, next%problem)
+      heading%load = run%heading%load
+      heading%u = carried_field(problem, run%state, run%heading%u, next%problem, from)
+      leads = leads_to(next%problem, from, heading, run%fresh, next%state)
+   end function leads_to_next
 
    !> The way from one state to another, of length 1.
    function chord(problem, from, to) result(heading)

@@ -22,6 +22,7 @@ module span_lie_down
 
    integer, parameter :: samples = 16          !! of the gap over a span
    integer, parameter :: max_tries = 12
+   real(wp), parameter :: straight = 0.125_wp  !! of an increment: as far as paths are followed as straight (path_continuity)
 
 contains
 
@@ -53,8 +54,12 @@ contains
             if (abs(left) > max(abs(come - left), rounding_gap(problem)) .and. .not. closed) cycle
             next = new_span_problem(problem, laid_down(problem, state, c, side))
             call find_begin(problem, next, state, step, closed, start, system, rate, lies, timers)
+            ! A straight obstacle presses a straight line at no load: then only a gap that is gone tells.
+            if (lies .and. .not. (closed .or. abs(rate) > 0.0_wp)) lies = abs(left) <= rounding_gap(problem)
             if (.not. lies) cycle
             lies = path_length(next, carried(problem, state, next), start) <= path_length(problem, earlier, state)
+            if (lies .and. .not. (closed .or. abs(left) <= rounding_gap(problem))) lies = gone_there(left, come, &
+               & start%load_factor - earlier%load_factor, state%load_factor - earlier%load_factor)
             if (lies) call look_at_ends(next, start, max(system%force_scale, tiny(rate)), lies)
             if (.not. lies) cycle
             tests = run_span_tests(next, start, max(system%force_scale, tiny(rate)))
@@ -63,6 +68,13 @@ contains
          end do
       end do
    end subroutine lie_down
+
+   !> True where a gap that falls as it did is gone at the load at which the line begins.
+   pure logical function gone_there(left, come, load, whole)
+      real(wp), intent(in) :: left, come         !! gap at the state, and at the point before
+      real(wp), intent(in) :: load, whole        !! from that point to the line's beginning, and to the state
+      gone_there = abs(load * (come - left) - whole * come) <= straight * abs(whole * (come - left))
+   end function gone_there
 
    !> True for a free span between two touches that is as short as none.
    pure logical function closes(problem, state, candidate, side)

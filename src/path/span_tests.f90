@@ -324,7 +324,6 @@ contains
             & call mend_ends(problem, state, profile(e))
       end do
       call take_samples()
-      n = size(gap)
       first = 1
       last = n
       if (zero(1) .and. fails_at(problem%model%mesh%node(1, test%first))) &
@@ -372,8 +371,10 @@ contains
 
       !> Equal parts of all elements; nearer and nearer to the touches.
       subroutine take_samples()
-         integer :: i, e
-         allocate (element(0), tau(0))
+         integer :: i, e, most
+         most = (test%last - test%first + 1) * (samples + 1) + 2 * near
+         allocate (element(most), tau(most))
+         n = 0
          do e = test%first, test%last
             if (e == test%first .and. zero(1)) then
                do i = near, 1, -1
@@ -390,15 +391,16 @@ contains
                end do
             end if
          end do
-         at = [(place_of(element(i), tau(i)), i=1, size(tau))]
-         gap = [(gap_there(element(i), tau(i)), i=1, size(tau))]
+         at = [(place_of(element(i), tau(i)), i=1, n)]
+         gap = [(gap_there(element(i), tau(i)), i=1, n)]
       end subroutine take_samples
 
       subroutine add(e, where)
          integer, intent(in) :: e
          real(wp), intent(in) :: where
-         element = [element, e]
-         tau = [tau, where]
+         n = n + 1
+         element(n) = e
+         tau(n) = where
       end subroutine add
 
       !> The minimum between the neighbours of a sample that is lower than both, by golden sections.
