@@ -10,6 +10,7 @@ import pytest
 
 import deck_runner as dr
 
+RIGID = 81.557427564661
 LIMIT = {1e3: 13.28648196568, 1e5: 58.99056700141, 3.6e6: 80.35789295248, 1e8: 81.50496807413}
 RING = """*HEADING
 ring on a foundation, equal elements or none given
@@ -70,3 +71,15 @@ def test_no_elements_given(k):
     point = limit(k, tolerance=1e-6)
     assert abs(point.load_factor - LIMIT[k]) <= point.error <= 1e-6 * LIMIT[k]
     np.testing.assert_allclose(point.load_factor, LIMIT[k], rtol=1e-6)
+
+
+def test_stiffer_ground_tends_to_the_rigid_cavity():
+    """k R^4/EI = 1e9 to 1e12: monotone to the rigid load, each within its bar of what another mesh says, in a number of points
+    that grows with the layers, (EI/k)^(1/4), far less than they become shorter."""
+    values = []
+    for k in (1e9, 1e10, 1e11, 1e12):
+        one, other = limit(k, 32), limit(k, 48)
+        assert abs(one.load_factor - other.corrected) <= one.error < 1e-7 * RIGID
+        assert abs(one.corrected - other.corrected) < 2e-10 * RIGID
+        values.append(other.corrected)
+    dr.assert_monotone([LIMIT[1e8], *values, RIGID], rising=True)

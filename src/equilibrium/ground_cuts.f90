@@ -15,9 +15,9 @@ module ground_cuts
    public :: find_cuts, marked, add_marks, graded
 
    real(wp), parameter :: shortest = 1.0e-6_wp !! span between two cuts, over the size: shorter ones stay inside elements
-   !> The same over the length of a layer beside it, and what lies between a cut and a breakpoint. Such a span comes and goes by the
-   !> root of the load, or goes on beyond the breakpoint, where no mark can follow; what elements that find out for themselves miss of
-   !> its forces is the third power of this.
+   !> The same over the length of a layer beside it, and what lies between a cut and a breakpoint. Such a span comes and goes by
+   !> the root of the load, or goes on beyond the breakpoint, where no mark can follow; what elements that find out for themselves
+   !> miss of its forces is the third power of this.
    real(wp), parameter :: shortest_of_layer = 0.1_wp
    real(wp), parameter :: here = 1.0e-12_wp    !! of the size: one and the same place
 

@@ -1,11 +1,12 @@
 !> What is in contact with a foundation goes along its surface while Newton iterates, and what the foundation does to it just beside
 !> the end of contact goes along with that end.
 !>
-!> A step of Newton's method is straight. Where a node slides on a curved foundation by d it would leave it by d^2/(2 r), which a stiff
-!> foundation answers with forces that have nothing to do with the solution; and where a mark goes along the rod further than the
-!> length over which the foundation bends the rod beside it, (EI/k)^(1/4), nodes that take over the displacements of the material
-!> points they come to leave that layer behind. So the gap and the angle between the rod and the surface, which are small and which the
-!> foundation answers to, change by what is linear in the step; position along the surface and direction follow the surface.
+!> A step of Newton's method is straight. Where a node slides on a curved foundation by d it would leave it by d^2/(2 r), which a
+!> stiff foundation answers with forces that have nothing to do with the solution; and where a mark goes along the rod further than
+!> the length over which the foundation bends the rod beside it, (EI/k)^(1/4), nodes that take over the displacements of the
+!> material points they come to leave that layer behind. So the gap and the angle between the rod and the surface, which are small
+!> and which the foundation answers to, change by what is linear in the step; position along the surface and direction follow the
+!> surface.
 module ground_following
    use kinds, only: wp
    use problem, only: problem_t

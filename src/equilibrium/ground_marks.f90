@@ -5,8 +5,8 @@
 !> d leaves the force dk (g - g_0) d, dk the jump of the law's stiffness. With d = -(g - g_0 + n.du) / g' by Newton's method,
 !> g' the slope of the gap along the rod, that is a spring at the mark's node, dk (g - g_0) / g' along the normal, and a force.
 !> With both the method is Newton's for displacements and marks at once, however stiff the foundation is: without, a mark would
-!> go no further than the length over which such a foundation bends a rod, (EI/k)^(1/4). What the foundation does to the rod over that
-!> length goes along with the mark, see ground_following.
+!> go no further than the length over which such a foundation bends a rod, (EI/k)^(1/4). What the foundation does to the rod over
+!> that length goes along with the mark, see ground_following.
 module ground_marks
    use kinds, only: wp
    use problem, only: problem_t
