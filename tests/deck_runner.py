@@ -74,6 +74,7 @@ MESHES: dict[str, tuple[str, tuple[str, ...]]] = {
     "arch-deep-hinged": ("GE8", ("12", "12")),
     "arch-imperfect": ("GE8", ("8", "8")),
     "arch-shallow-hinged": ("GE8", ("8", "8")),
+    "arch-soil": ("GE4", ("60",)),
     "beam-buffers": ("GE4", ("10",)),
     "beam-rollers": ("GE4", ("8", "8", "16")),
     "cantilever": ("GE4", ("16",)),
@@ -85,13 +86,16 @@ MESHES: dict[str, tuple[str, tuple[str, ...]]] = {
     "pipe-heat": ("GE4", ("100",)),
     "pipe-humps": ("GE4", ("80",)),
     "pipe-lift": ("GE4", ("60",)),
+    "rail-buckling": ("GE4", ("64",)),
     "ring": ("GE4", ("160, 6.",)),
     "ring-full": ("GE4", ("160, 6.", "160, 0.16666666666666667")),
     "ring-shrink": ("GE8", ("40",)),
+    "ring-winkler": ("GE4", ("32", "256", "64")),
     "rollup": ("GE4", ("16",)),
     "roorda-frame": ("GE8", ("8", "8")),
     "three-hinged-arch": ("GE8", ("4", "4")),
     "williams-toggle": ("GE6", ("8", "8")),
+    "winkler-point": ("GE4", ("60",)),
 }
 
 

@@ -297,8 +297,9 @@ contains
       end if
       if (.not. (bars%load%told .or. any(bars%monitor%told))) then
          ! What has no estimate on any mesh is said in the table; changes of contact that have no function are no values of their
-         ! own.
-         if (.not. (bars%too_coarse .or. (made .and. any(label == ['LP', 'BP', 'EP'])))) return
+         ! own, but on foundations they are.
+         if (.not. (bars%too_coarse .or. (made .and. (any(label == ['LP', 'BP', 'EP']) .or. &
+            & (any(problem%ground%founded) .and. any(label == ['C+', 'C-'])))))) return
          accuracy%bar_words = 'whether the errors'//there//' are what was asked for is not known: '//bars%why
          return
       end if

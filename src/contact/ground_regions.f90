@@ -10,6 +10,7 @@ module ground_regions
    use gauss_tableau, only: max_stages
    use obstacle_geometry, only: has_angle, contact_angle, turns_forward, unwrap_angle
    use force_law, only: law_reaction
+   use rod_layout, only: stretch_element
    use element_foundation, only: foundation_forces
    use rod_profile, only: profile_place, profile_angle
    use element_gap, only: element_gap_t, ground_gap, gap_parts, gap_value, gap_extreme, most_parts, most_samples
@@ -18,8 +19,8 @@ module ground_regions
    use path_record, only: region_t
    implicit none
    private
-   public :: find_ground_regions, smallest_ground_gap, inner_opening, ground_pressure, ground_reaction, foundation_totals, &
-      & foundation_total_rates
+   public :: find_ground_regions, smallest_ground_gap, inner_opening, ground_pressure, ground_reaction, deck_ground_reaction, &
+      & foundation_totals, foundation_total_rates
 
 contains
 
@@ -227,20 +228,11 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), intent(out) :: pressure(:), gap(:) !! (chain)
-      real(wp) :: normal(2), bend, slope
+      real(wp) :: normal(2), bend
       integer :: c
       do c = 1, problem%ground%chain%n
          call chain_gap(problem, state, problem%ground%chain, c, gap(c), normal, bend)
-         pressure(c) = 0.0_wp
-         if (gap(c) >= 0.0_wp .and. .not. problem%ground%chain%bilateral(c)) cycle
-         associate (obstacle => problem%model%obstacle(problem%ground%chain%obstacle(c)))
-            if (obstacle%law == 0) then
-               pressure(c) = -obstacle%modulus * gap(c)
-            else
-               call law_reaction(problem%model%law(obstacle%law), -gap(c), pressure(c), slope)
-               pressure(c) = obstacle%width * pressure(c)
-            end if
-         end associate
+         pressure(c) = pressure_at(problem, problem%ground%chain%contact(c), gap(c))
       end do
    end subroutine ground_pressure
 
@@ -266,6 +258,61 @@ contains
          end do
       end do
    end subroutine ground_reaction
+
+   !> The same of one contact at the nodes that the deck gives to it, wherever those of the mesh are; and the force per stress-free
+   !> length there.
+   subroutine deck_ground_reaction(problem, state, contact, gap, reaction, density)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: contact             !! index into model%contact, distributed
+      real(wp), intent(in) :: gap(:)             !! (nodes of the contact in the deck)
+      real(wp), intent(out) :: reaction(:), density(:) !! (the same)
+      type(inner_forces_t) :: inner
+      integer :: row(problem%deck%mesh%n_nodes), e, q, i, k
+      real(wp) :: at, share, part
+      do i = 1, size(gap)
+         density(i) = pressure_at(problem, contact, gap(i))
+      end do
+      row = 0
+      row(problem%deck%contact(contact)%node) = [(i, i=1, size(gap))]
+      reaction = 0.0_wp
+      do e = 1, problem%model%mesh%n_elements
+         if (.not. problem%ground%founded(e)) cycle
+         call foundation_forces(problem, state, e, inner)
+         associate (whole => problem%layout%stretch(problem%stretch(e)), s => state%geometry%element(e)%s)
+            do q = 1, inner%n
+               if (problem%ground%chain%contact(inner%source(q)) /= contact) cycle
+               share = state%geometry%element(e)%length * inner%weight(q) * inner%pressure(q)
+               at = s(1) + inner%tau(q) * (s(2) - s(1)) + problem%origin(e)
+               k = stretch_element(whole, at)
+               part = (at - whole%at(k)) / (whole%at(k + 1) - whole%at(k))
+               do i = 0, 1
+                  associate (there => row(problem%deck%mesh%node(1 + i, whole%element(k))))
+                     if (there > 0) reaction(there) = reaction(there) + merge(part, 1.0_wp - part, i == 1) * share
+                  end associate
+               end do
+            end do
+         end associate
+      end do
+   end subroutine deck_ground_reaction
+
+   !> Force per stress-free length at a gap.
+   pure real(wp) function pressure_at(problem, contact, gap) result(pressure)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: contact
+      real(wp), intent(in) :: gap
+      real(wp) :: slope
+      pressure = 0.0_wp
+      associate (obstacle => problem%model%obstacle(problem%model%contact(contact)%obstacle))
+         if (gap >= 0.0_wp .and. .not. obstacle%bilateral) return
+         if (obstacle%law == 0) then
+            pressure = -obstacle%modulus * gap
+         else
+            call law_reaction(problem%model%law(obstacle%law), -gap, pressure, slope)
+            pressure = obstacle%width * pressure
+         end if
+      end associate
+   end function pressure_at
 
    !> Resultant force in x and y and sum of the normal reactions of every obstacle's distributed foundations.
    subroutine foundation_totals(problem, state, total)

@@ -8,7 +8,7 @@ module point_report
    use contact_regions, only: find_regions
    use span_forces, only: span_totals, node_shares
    use span_regions, only: find_span_regions
-   use ground_regions, only: ground_reaction, ground_pressure, foundation_totals
+   use ground_regions, only: ground_reaction, deck_ground_reaction, ground_pressure, foundation_totals
    use deck_nodes, only: deck_node_displacement, deck_section_forces, deck_contact_gaps, find_node
    use path_record, only: point_t
    use model, only: obstacles_move
@@ -130,6 +130,9 @@ contains
                   if (problem%deck%contact(k)%spans) then
                      call node_shares(problem, state, k, point%reaction(n + 1:n + size(node)), &
                         & point%reaction_density(n + 1:n + size(node)))
+                  else if (problem%model%contact(k)%distributed) then
+                     call deck_ground_reaction(problem, state, k, point%gap(n + 1:n + size(node)), &
+                        & point%reaction(n + 1:n + size(node)), point%reaction_density(n + 1:n + size(node)))
                   else
                      call take_reactions(k, rows, n, reaction, density)
                   end if
