@@ -49,7 +49,7 @@ def limit_load(k, **options):
 
 
 @pytest.mark.parametrize("newton", ["MODIFIED", "ONCE"])
-@pytest.mark.parametrize("k", [1e4, 1e7, 1e8])
+@pytest.mark.parametrize("k", [1e4, 1e7])
 def test_frozen_tangents(k, newton):
     """The ends of contact move while Newton's method goes on; located limit points are those of the full one."""
     frozen = ring(k, f"CYLINDRICAL, NEWTON={newton}", element="GE6")
