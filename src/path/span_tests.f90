@@ -155,6 +155,8 @@ contains
                call add_crossing(k, whole - now(k)%at(2), 1)
                if (k == size(problem%touch)) cycle
                if (problem%touch(k + 1)%stretch /= problem%touch(k)%stretch) cycle
+               ! What lies on two obstacles is never one.
+               if (problem%touch(k + 1)%contact /= problem%touch(k)%contact) cycle
                length = now(k + 1)%at(1) - now(k)%at(2)
                test = span_test_t(kind=test_closing, touch=k, stretch=problem%touch(k)%stretch)
                test%value = (length - shortest * whole) / problem%size
