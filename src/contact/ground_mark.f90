@@ -4,6 +4,7 @@
 !> its length, whatever its own order is. A mesh that has a node there, which goes along with the point, keeps the order.
 module ground_mark
    use kinds, only: wp
+   use force_law, only: segment_unknown
    implicit none
    private
    public :: mark_t, cut_t
@@ -13,6 +14,7 @@ module ground_mark
       integer :: node = 0
       integer :: candidate(2) = 0            !! of the foundations' chain: before the element on each side
       real(wp) :: level = 0.0_wp             !! the gap
+      integer :: segment(2) = segment_unknown !! of the law, before and after it along the stretch
    end type mark_t
 
    !> The same along a stretch, whatever the mesh is.
@@ -21,6 +23,7 @@ module ground_mark
       integer :: contact = 0                 !! index into model%contact
       real(wp) :: at = 0.0_wp                !! coordinate along the stretch
       real(wp) :: level = 0.0_wp             !! the gap
+      integer :: segment(2) = segment_unknown !! of the law, before and after it
       real(wp) :: layer(2) = 0.0_wp          !! length over which a rod on the foundation as it is before and after forgets
       !! what it is bent by, (EI/k)^(1/4); 0: there is none
    end type cut_t

@@ -5,7 +5,7 @@ module ground_cuts
    use problem, only: problem_t
    use rod_state, only: state_t
    use ground_mark, only: cut_t, mark_t
-   use ground_segments, only: has_kinks, element_cuts, segment_at, segment_stiffness
+   use ground_segments, only: has_kinks, element_cuts, crosses_at, segment_at, segment_stiffness
    use ground_marks, only: is_live
    use remeshed_model, only: division_t
    use mesh_demand, only: demand_t, between, equal_shares
@@ -32,7 +32,10 @@ contains
       integer :: c, e, m, j, n
       allocate (cut(0))
       do m = 1, size(problem%mark)
-         if (.not. is_live(problem, state, m)) cycle
+         if (.not. is_live(problem, state, m)) then
+            ! Elements beside it have found out for themselves.
+            if (.not. crosses_at(problem, state, m)) cycle
+         end if
          c = problem%mark(m)%candidate(2)
          e = problem%ground%chain%element(2, c)
          call add(c, e, state%geometry%element(e)%s(1), problem%mark(m)%level)
@@ -90,14 +93,15 @@ contains
       end do
    end subroutine sort
 
-   !> Leaves out what no element has room between, and what lies at a breakpoint.
+   !> Leaves out what no element has room between, what lies at a breakpoint, and waves of polynomials with the same on both sides.
    subroutine thin(problem, cut)
       type(problem_t), intent(in) :: problem
       type(cut_t), allocatable, intent(inout) :: cut(:)
-      logical :: kept(size(cut))
+      logical, allocatable :: kept(:)
       real(wp) :: from, least
       integer :: i
-      kept = .true.
+      cut = pack(cut, cut%segment(1) /= cut%segment(2))
+      allocate (kept(size(cut)), source=.true.)
       do i = 1, size(cut)
          associate (length => problem%layout%stretch(cut(i)%stretch)%length)
             from = 0.0_wp
@@ -119,7 +123,7 @@ contains
       type(state_t), intent(in) :: state
       type(cut_t), intent(inout) :: cut(:)
       real(wp) :: ends(2), stiffness
-      integer :: i, j, side, segment
+      integer :: i, j, side
       do i = 1, size(cut)
          ends = [0.0_wp, problem%layout%stretch(cut(i)%stretch)%length]
          do j = 1, size(cut)
@@ -128,7 +132,8 @@ contains
             if (cut(j)%at > cut(i)%at) ends(2) = min(ends(2), cut(j)%at)
          end do
          do side = 1, 2
-            call segment_at(problem, state, cut(i)%stretch, cut(i)%contact, 0.5_wp * (cut(i)%at + ends(side)), segment, stiffness)
+            call segment_at(problem, state, cut(i)%stretch, cut(i)%contact, 0.5_wp * (cut(i)%at + ends(side)), &
+               & cut(i)%segment(side), stiffness)
             cut(i)%layer(side) = 0.0_wp
             associate (first => problem%layout%stretch(cut(i)%stretch)%element(1), deck => problem%deck)
                if (stiffness > 0.0_wp) cut(i)%layer(side) = (deck%section(deck%mesh%section(first))%ei / stiffness)**0.25_wp
@@ -153,6 +158,7 @@ contains
             if (abs(at(j) - cut(i)%at) > here * problem%size) cycle
             mark%node = problem%model%mesh%node(1, first + j - 1)
             mark%level = cut(i)%level
+            mark%segment = cut(i)%segment
             do side = 1, 2
                e = first + j - 3 + side
                mark%candidate(side) = 0

@@ -6,7 +6,7 @@
 module ground_segments
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, chain_gap
+   use rod_state, only: state_t
    use force_law, only: law_segment, law_reaction, segment_open, segment_unknown
    use element_gap, only: element_gap_t, ground_gap, gap_value, gap_crossings, most_crossings
    use rod_profile, only: profile_error
@@ -14,8 +14,8 @@ module ground_segments
    use gauss_tableau, only: max_stages
    implicit none
    private
-   public :: has_kinks, tell_segments, segments_hold, element_cuts, segment_at, segment_stiffness, is_cut, &
-      & gap_uncertainty, followed_length, stiffest
+   public :: has_kinks, tell_segments, segments_hold, element_cuts, crosses_at, segment_at, segment_stiffness, is_cut, &
+      & gap_uncertainty, followed_length, followed_part, stiffest
 
    real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! of what moves: the rounding of gaps, and what Newton leaves
    real(wp), parameter :: at_mark = 0.1_wp !! of an element: a crossing as near as that to a mark is its own, which Newton goes to
@@ -36,6 +36,20 @@ contains
       length = (stiffest(stages) * bending / stiffness)**0.25_wp
    end function followed_length
 
+   !> The part of their stiffness up to which all elements follow foundations that they may leave.
+   pure real(wp) function followed_part(problem) result(part)
+      type(problem_t), intent(in) :: problem
+      integer :: c
+      part = huge(part)
+      do c = 1, problem%ground%chain%n
+         if (.not. has_kinks(problem, c)) cycle
+         associate (mesh => problem%model%mesh, e => problem%ground%chain%element(2, c))
+            part = min(part, (followed_length(problem%ground%slope(problem%ground%chain%obstacle(c)), &
+               & problem%model%section(mesh%section(e))%ei, mesh%stages(e)) / (mesh%s(2, e) - mesh%s(1, e)))**4)
+         end associate
+      end do
+   end function followed_part
+
    !> False for an element in contact that is too long to follow its foundation: it tells nothing of it between its nodes.
    pure logical function follows(problem, state, candidate)
       type(problem_t), intent(in) :: problem
@@ -48,6 +62,16 @@ contains
             & mesh%stages(e))
       end associate
    end function follows
+
+   !> Where the forces of a foundation act on such an element: only there its polynomial is near the rod.
+   pure function acting_places(problem, candidate) result(tau)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: candidate
+      real(wp), allocatable :: tau(:)
+      associate (s => problem%model%mesh%stages(problem%ground%chain%element(2, candidate)))
+         tau = problem%ground%rule_place(:s + 1, s)
+      end associate
+   end function acting_places
 
    !> True for the element after a candidate of the foundations' chain that the foundation may leave: one that pushes only, with
    !> one stiffness. Laws with corners have none of this, see force_law: their elements find out for themselves where they are.
@@ -124,7 +148,9 @@ contains
       do k = problem%ground%first(e), problem%ground%first(e + 1) - 1
          associate (c => problem%ground%candidate(k))
             if (problem%ground%chain%contact(c) /= contact) cycle
-            segment = segment_of(problem, c, gap_value(problem, ground_gap(problem, state, c), tau))
+            segment = state%segment(c)
+            if (segment == segment_unknown) segment = segment_of(problem, c, &
+               & gap_value(problem, ground_gap(problem, state, c), tau))
             stiffness = segment_stiffness(problem, c, segment)
          end associate
       end do
@@ -154,7 +180,7 @@ contains
       integer, intent(out) :: n
       real(wp), allocatable, intent(out) :: tau(:), level(:) !! (n) in order for each level
       type(element_gap_t) :: gap
-      real(wp) :: place(most_crossings), least, ends(2), normal(2), bend
+      real(wp) :: place(most_crossings), least
       real(wp), allocatable :: levels(:)
       logical :: mine(2), known(most_crossings)
       integer :: k, j, m, crossings
@@ -168,11 +194,10 @@ contains
          ! What lies on its foundation without force has no ends of contact.
          if (maxval(abs([(gap_value(problem, gap, 0.125_wp * j) - levels(k), j=0, 8)])) <= least) cycle
          if (.not. follows(problem, state, candidate)) then
-            associate (chain => problem%ground%chain)
-               call chain_gap(problem, state, chain, candidate, ends(1), normal, bend)
-               call chain_gap(problem, state, chain, chain%neighbour(2, candidate), ends(2), normal, bend)
+            associate (inside => acting_places(problem, candidate))
+               if ((gap_value(problem, gap, inside(1)) - levels(k)) * (gap_value(problem, gap, inside(size(inside))) - &
+                  & levels(k)) > 0.0_wp) cycle
             end associate
-            if ((ends(1) - levels(k)) * (ends(2) - levels(k)) > 0.0_wp) cycle
          end if
          mine = .false.
          do m = 1, size(problem%mark)
@@ -196,6 +221,17 @@ contains
       n = size(tau)
    end subroutine element_cuts
 
+   !> True where the gap passes the value of a mark in the parts of the elements beside it whose crossings are left to it.
+   logical function crosses_at(problem, state, m)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: m
+      associate (mark => problem%mark(m))
+         crosses_at = (gap_value(problem, ground_gap(problem, state, mark%candidate(1)), 1.0_wp - at_mark) < mark%level) .neqv. &
+            & (gap_value(problem, ground_gap(problem, state, mark%candidate(2)), at_mark) < mark%level)
+      end associate
+   end function crosses_at
+
    !> True where a kink lies inside the element after a candidate.
    logical function is_cut(problem, state, candidate)
       type(problem_t), intent(in) :: problem
@@ -209,15 +245,13 @@ contains
       is_cut = any(tau > at_node .and. tau < 1.0_wp - at_node)
    end function is_cut
 
-   !> Sets the segments of a state whose marks stand where they belong. Elements that kinks lie in are left to themselves, and so
-   !> is everything on meshes without marks.
+   !> Sets the segments of a state: every span is on that of the marks at its ends, where the gaps do not say otherwise.
+   !> Everything on meshes without marks is left to itself.
    subroutine tell_segments(problem, state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
-      type(element_gap_t) :: gap
-      real(wp), allocatable :: tau(:), level(:)
-      real(wp) :: value, distance, farthest
-      integer :: c, k, n, last, segment
+      logical :: hold
+      integer :: c, last, m
       state%segment = segment_unknown
       if (size(problem%mark) == 0) return
       last = 0
@@ -228,24 +262,12 @@ contains
          do while (goes_on(last))
             last = last + 1
          end do
-         ! All of a span is on one segment: the one that the farthest gap tells.
-         farthest = 0.0_wp
-         segment = segment_unknown
-         do n = c, last
-            gap = ground_gap(problem, state, n)
-            value = gap_value(problem, gap, 0.5_wp)
-            distance = minval(abs(value - kink_levels(problem, n)))
-            if (distance <= farthest) cycle
-            farthest = distance
-            segment = segment_of(problem, n, value)
-         end do
-         if (farthest <= noise * maxval(abs(state%u(1:2, :)))) cycle
-         state%segment(c:last) = segment
-         do k = c, last
-            call element_cuts(problem, state, k, n, tau, level)
-            if (n > 0) state%segment(k) = segment_unknown
+         do m = 1, size(problem%mark)
+            if (problem%mark(m)%candidate(1) == last) state%segment(c:last) = problem%mark(m)%segment(1)
+            if (problem%mark(m)%candidate(2) == c) state%segment(c:last) = problem%mark(m)%segment(2)
          end do
       end do
+      call segments_hold(problem, state, hold, carried=.true.)
 
    contains
 
@@ -264,13 +286,15 @@ contains
    end subroutine tell_segments
 
    !> Whether the gaps of a converged state agree with its segments; where they do not the segment is given up.
-   subroutine segments_hold(problem, state, hold)
+   subroutine segments_hold(problem, state, hold, carried)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
       logical, intent(out) :: hold
+      logical, intent(in), optional :: carried  !! it comes from another mesh, where its nodes lay inside elements
       type(element_gap_t) :: gap
       real(wp) :: value, low, high, slack
-      integer :: c, j, step
+      real(wp), allocatable :: at(:)
+      integer :: c, j
       logical :: marked(2)
       hold = .true.
       do c = 1, size(state%segment)
@@ -283,11 +307,16 @@ contains
          do j = 1, size(problem%mark)
             marked = marked .or. problem%mark(j)%candidate([2, 1]) == c
          end do
-         step = 1
-         if (.not. follows(problem, state, c)) step = gap%samples
-         do j = 0, gap%samples, step
-            if ((j == 0 .and. marked(1)) .or. (j == gap%samples .and. marked(2))) cycle
-            value = gap_value(problem, gap, real(j, wp) / gap%samples)
+         if (follows(problem, state, c)) then
+            at = [(real(j, wp) / gap%samples, j=0, gap%samples)]
+         else if (present(carried)) then
+            cycle
+         else
+            at = acting_places(problem, c)
+         end if
+         do j = 1, size(at)
+            if ((j == 1 .and. marked(1)) .or. (j == size(at) .and. marked(2))) cycle
+            value = gap_value(problem, gap, at(j))
             if (value >= low - slack .and. value <= high + slack) cycle
             hold = .false.
             state%segment(c) = segment_unknown

@@ -11,14 +11,13 @@ module span_problem
    use contact_touch, only: touch_t, sort_touches
    use ground_mark, only: cut_t
    use ground_cuts, only: add_marks, graded
-   use ground_segments, only: has_kinks, followed_length
    use candidates, only: add_candidates, twins
    use neutral_spans, only: free_clamps
    use conforming_element, only: conforming_size
    implicit none
    private
    public :: new_span_problem, same_spans, new_sampled_problem, chain_starts, hold_touches, present_touches, touch_place, outgrown
-   public :: present_demand, looks_badly
+   public :: present_demand
 
    ! Every free span has a node inside, and one in contact is smooth: no layer forms at its ends.
    integer, parameter :: least_free = 2, least_conforming = 2
@@ -79,7 +78,7 @@ contains
          associate (c => like%mark(k)%candidate(2), chain => like%ground%chain)
             associate (e => chain%element(2, c))
                cut(k) = cut_t(stretch=like%stretch(e), contact=chain%contact(c), at=like%model%mesh%s(1, e) + like%origin(e), &
-                  & level=like%mark(k)%level)
+                  & level=like%mark(k)%level, segment=like%mark(k)%segment)
             end associate
          end associate
       end do
@@ -172,7 +171,7 @@ contains
          end if
          if (.not. (whole%placed .or. any(cut%stretch == stretch)) .and. base%ground%founded(base%along( &
             & base%element_first(stretch)))) then
-            at = looking_division(base, stretch)
+            at = whole%at
             return
          end if
          if (present(state)) middle = element_middles(base, state, stretch)
@@ -222,7 +221,6 @@ contains
          stages = base%deck%mesh%stages(base%layout%stretch(stretch)%element(1))
          if (base%layout%stretch(stretch)%placed) then
             wanted = between(base%demand(stretch), from, to)
-            if (.not. any(cut%stretch == stretch)) wanted = max(wanted, (to - from) / looking_length(base, stretch))
             n = max(least_placed, ceiling(min(wanted, (to - from) / (finest * base%size)) - whole_number))
             if (contact > 0) then
                if (is_perfect(base, stretch) .and. on_straight(base, contact)) n = least_conforming
@@ -265,53 +263,6 @@ contains
          from = to
       end subroutine divide
    end function stretch_division
-
-   !> The longest element that can find out for itself where foundations touch it; as long as can be where none does.
-   pure real(wp) function looking_length(base, stretch) result(longest)
-      type(problem_t), intent(in) :: base
-      integer, intent(in) :: stretch
-      integer :: e, k
-      longest = huge(longest)
-      e = base%along(base%element_first(stretch))
-      do k = base%ground%first(e), base%ground%first(e + 1) - 1
-         associate (c => base%ground%candidate(k), mesh => base%model%mesh)
-            if (.not. has_kinks(base, c)) cycle
-            longest = min(longest, followed_length(base%ground%slope(base%ground%chain%obstacle(c)), &
-               & base%model%section(mesh%section(e))%ei, mesh%stages(e)))
-         end associate
-      end do
-   end function looking_length
-
-   !> The deck's nodes along a stretch, and as many more as elements on foundations need that find out for themselves where they
-   !> touch.
-   pure function looking_division(base, stretch) result(at)
-      type(problem_t), intent(in) :: base
-      integer, intent(in) :: stretch
-      real(wp), allocatable :: at(:)
-      real(wp) :: longest
-      integer :: i, k, n
-      longest = looking_length(base, stretch)
-      at = [0.0_wp]
-      associate (deck => base%layout%stretch(stretch)%at)
-         do k = 1, size(deck) - 1
-            n = max(1, ceiling((deck(k + 1) - deck(k)) / longest - whole_number))
-            at = [at, [(deck(k) + (deck(k + 1) - deck(k)) * i / n, i=1, n - 1)], deck(k + 1)]
-         end do
-      end associate
-   end function looking_division
-
-   !> True where elements of the deck on foundations are too long to find out for themselves where they touch.
-   pure logical function looks_badly(base)
-      type(problem_t), intent(in) :: base            !! of the deck
-      integer :: k
-      looks_badly = .false.
-      do k = 1, size(base%layout%stretch)
-         associate (whole => base%layout%stretch(k))
-            if (whole%free .and. .not. whole%placed) looks_badly = looks_badly .or. &
-               & size(looking_division(base, k)) > size(whole%at)
-         end associate
-      end do
-   end function looks_badly
 
    !> True for a stretch without imperfections: in contact it is as smooth as the obstacle.
    pure logical function is_perfect(base, stretch)

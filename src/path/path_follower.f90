@@ -17,6 +17,7 @@ module path_follower
    use span_changes, only: pass_change
    use span_mesh, only: renew_mesh, refine_mesh, coarsen_mesh, ask_for_twice
    use span_start, only: enter_spans
+   use stiff_start, only: is_stiff_start, take_stiff_start
    use dead_end, only: why_stuck
    use path_record, only: recorder_t
    use timing, only: timers_t, count_up, counter_rejected, counter_cut
@@ -67,7 +68,13 @@ contains
          if (is_arc_length(run%control%method)) &
             & call set_tangent(problem, run%system, run%heading%u, run%heading%load, run%control)
          call shorten_to_stop(step, run)
-         if (.not. taken) call take_increment(problem, run%state, run%control, trial, run%system, report, timers)
+         if (.not. taken) then
+            if (is_stiff_start(problem, run)) then
+               call take_stiff_start(problem, run, trial, report, taken, timers)
+            else
+               call take_increment(problem, run%state, run%control, trial, run%system, report, timers)
+            end if
+         end if
          astray = .false.
          if (cuts == 0) relation%told = .false.
          if (report%converged) then

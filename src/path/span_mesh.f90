@@ -8,8 +8,7 @@ module span_mesh
    use bordered_system, only: linearise
    use contact_touch, only: touch_t
    use span_start, only: prepare_spans
-   use mesh_demand, only: new_demands
-   use span_problem, only: looks_badly, new_span_problem, hold_touches, present_touches, present_demand, outgrown
+   use span_problem, only: new_span_problem, hold_touches, present_touches, present_demand, outgrown
    use touchdown_points, only: carry_forces
    use ground_mark, only: cut_t
    use ground_cuts, only: find_cuts, marked
@@ -33,7 +32,7 @@ contains
       type(touch_t) :: none(0)
       if (any(problem%deck%contact%along)) then
          call prepare_spans(problem)
-      else if (any(problem%layout%stretch%placed) .or. looks_badly(problem)) then
+      else if (any(problem%layout%stretch%placed)) then
          problem = new_span_problem(problem, none)
       end if
    end subroutine prepare_mesh
@@ -50,8 +49,6 @@ contains
       if (problem%sampled) return
       cut = find_cuts(problem, run%state)
       if (.not. (problem%spans .or. size(cut) > 0 .or. size(problem%mark) > 0)) return
-      ! What the nodes were needed for that found out where contact ends nobody needs any more.
-      if (size(problem%mark) == 0 .and. .not. problem%spans) problem%demand = new_demands(problem%layout)
       if (marked(problem, run%state, cut)) then
          if (.not. outgrown(problem, run%state, cut)) return
       end if

@@ -1,0 +1,173 @@
+!> The first point on foundations that are too stiff for the elements to find out for themselves where they touch: it is found on
+!> softer ones, and where contact ends there a mesh has its marks, whose stiffness then grows to what the deck has.
+!>
+!> With marks Newton's method does not mind how stiff a foundation is; what it needs is a guess of where contact ends. From a soft
+!> foundation to a rigid one that place goes a finite way, as the fourth root of the softness.
+module stiff_start
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t, new_state
+   use linear_system, only: system_t, new_system
+   use bordered_system, only: linearise
+   use span_problem, only: new_span_problem, present_touches, hold_touches
+   use contact_touch, only: touch_t
+   use ground_mark, only: cut_t
+   use ground_cuts, only: find_cuts, marked
+   use ground_segments, only: tell_segments, followed_part
+   use state_transfer, only: carried, carried_field
+   use path_control, only: control_t, is_arc_length
+   use path_run, only: run_t, forget_mesh
+   use corrector, only: increment_t, take_increment, correct
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: is_stiff_start, take_stiff_start
+
+   real(wp), parameter :: first_growth = 1.0e2_wp !! of the stiffness: the layers beside marks are a tenth as long then
+   real(wp), parameter :: least_growth = 1.1_wp
+   integer, parameter :: most_tries = 3           !! meshes at a stiffness, until one has all its marks
+
+   !> The same increment on softer foundations.
+   type :: rung_t
+      type(problem_t) :: problem
+      type(state_t) :: state
+      real(wp) :: part = 1.0_wp                  !! of the deck's stiffness
+   end type rung_t
+
+contains
+
+   !> True where the run leaves a start that lies on such foundations.
+   logical function is_stiff_start(problem, run)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      is_stiff_start = run%fresh .and. .not. (problem%sampled .or. is_arc_length(run%control%method)) .and. size(problem%mark) == 0
+      if (is_stiff_start) is_stiff_start = followed_part(problem) < 1.0_wp
+   end function is_stiff_start
+
+   !> The increment that the control asks for, from a start that lies on such foundations.
+   subroutine take_stiff_start(problem, run, trial, report, taken, timers)
+      type(problem_t), intent(inout) :: problem    !! on return on the mesh of the trial
+      type(run_t), intent(inout) :: run            !! its state, too; the system is factored at the trial
+      type(state_t), intent(inout) :: trial
+      type(increment_t), intent(out) :: report
+      logical, intent(out) :: taken                !! false: none was found, and nothing has changed
+      type(timers_t), intent(inout) :: timers
+      type(rung_t) :: here, sound, next
+      type(state_t) :: start
+      type(system_t) :: system
+      type(cut_t), allocatable :: cut(:)
+      type(touch_t) :: none(0)
+      real(wp) :: growth
+      integer :: tries
+      taken = .false.
+      here%part = followed_part(problem)
+      here%problem = new_span_problem(softened(problem, problem, here%part), none)
+      start = new_state(here%problem)
+      call hold_touches(here%problem, start%active)
+      system = new_system(here%problem)
+      call linearise(here%problem, start, start, system, timers)
+      call take_increment(here%problem, start, run%control, here%state, system, report, timers)
+      if (.not. report%converged) return
+      sound = here
+      growth = first_growth
+      tries = 0
+      do
+         cut = find_cuts(here%problem, here%state)
+         next%part = here%part
+         if (marked(here%problem, here%state, cut) .or. tries > most_tries) then
+            if (here%part >= 1.0_wp) exit
+            if (here%part > sound%part) growth = growth**2
+            sound = here
+            tries = 0
+            next%part = min(1.0_wp, here%part * growth)
+            call stiffen(cut, (here%part / next%part)**0.25_wp)
+         end if
+         tries = tries + 1
+         next%problem = new_span_problem(softened(here%problem, problem, next%part), &
+            & present_touches(here%problem, here%state), here%state, cut)
+         call stand_there(run%control, here, next, system, report, timers)
+         if (report%converged) then
+            here = next
+         else
+            here = sound
+            growth = sqrt(growth)
+            tries = 0
+            if (growth < least_growth) return
+         end if
+      end do
+      start = run%state
+      run%state = carried(problem, start, here%problem)
+      call tell_segments(here%problem, run%state)
+      call hold_touches(here%problem, run%state%active)
+      run%heading%u = carried_field(problem, start, run%heading%u, here%problem, run%state)
+      call forget_mesh(run)
+      problem = here%problem
+      trial = here%state
+      run%system = system
+      taken = .true.
+   end subroutine take_stiff_start
+
+   !> The state of a rung on the mesh and the stiffness of the next one.
+   subroutine stand_there(control, here, next, system, report, timers)
+      type(control_t), intent(in) :: control
+      type(rung_t), intent(in) :: here
+      type(rung_t), intent(inout) :: next          !! its problem and part are known
+      type(system_t), intent(out) :: system
+      type(increment_t), intent(out) :: report
+      type(timers_t), intent(inout) :: timers
+      type(control_t) :: hold
+      type(state_t) :: guess
+      hold = control
+      hold%increment = 0.0_wp
+      next%state = carried(here%problem, here%state, next%problem)
+      call tell_segments(next%problem, next%state)
+      call hold_touches(next%problem, next%state%active)
+      guess = next%state
+      system = new_system(next%problem)
+      call correct(next%problem, guess, hold, .true., next%state, system, report, timers)
+   end subroutine stand_there
+
+   !> Where contact ends when a foundation has become stiffer, from beams on elastic foundations: beside an end all lengths are
+   !> those of the layer, and far from there the rod is as on a rigid one that it touches first sqrt(2) layers from the end.
+   subroutine stiffen(cut, ratio)
+      type(cut_t), intent(inout) :: cut(:)         !! sorted
+      real(wp), intent(in) :: ratio                !! of the layers' lengths, after and before
+      real(wp), parameter :: beside = 10.0_wp      !! layers: beyond nothing is left of them
+      real(wp) :: free(size(cut)), at(size(cut)), way
+      integer :: i, j, side, nearest
+      at = cut%at
+      ! The length of the free span at each end of contact tells which of them is the one that all others behind it follow.
+      do i = 1, size(cut)
+         side = merge(1, 2, cut(i)%layer(2) > 0.0_wp)
+         free(i) = huge(free)
+         j = i + 2 * side - 3
+         if (j >= 1 .and. j <= size(cut)) then
+            if (cut(j)%stretch == cut(i)%stretch) free(i) = abs(at(j) - at(i))
+         end if
+      end do
+      do i = 1, size(cut)
+         nearest = i
+         do j = 1, size(cut)
+            if (cut(j)%stretch /= cut(i)%stretch .or. abs(at(j) - at(i)) > beside * maxval(cut(j)%layer)) cycle
+            if (free(j) > free(nearest)) nearest = j
+         end do
+         associate (first => cut(nearest))
+            way = sqrt(2.0_wp) * (1.0_wp - ratio) * (first%layer(2) - first%layer(1))
+            cut(i)%at = at(nearest) + way + ratio * (at(i) - at(nearest))
+         end associate
+      end do
+      do side = 1, 2
+         cut%layer(side) = ratio * cut%layer(side)
+      end do
+   end subroutine stiffen
+
+   !> A problem of the same deck, but with a part of the stiffness of what pushes only.
+   function softened(problem, whole, part) result(soft)
+      type(problem_t), intent(in) :: problem       !! on any mesh
+      type(problem_t), intent(in) :: whole         !! with the stiffness of the deck
+      real(wp), intent(in) :: part
+      type(problem_t) :: soft                      !! its deck: meshes have yet to be made of it
+      soft = problem
+      where (.not. whole%deck%obstacle%bilateral) soft%deck%obstacle%modulus = part * whole%deck%obstacle%modulus
+   end function softened
+end module stiff_start
