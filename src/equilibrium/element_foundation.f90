@@ -7,10 +7,11 @@
 module element_foundation
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, closing_rate
+   use rod_state, only: state_t, closing_rate, unknown_push, rounding_steps
    use element_gap, only: element_gap_t, ground_gap, gap_look, gap_parts, gap_crossings, most_crossings, most_parts
    use force_law, only: law_reaction, segment_reaction, segment_open, segment_unknown
    use gauss_tableau, only: stage_basis
+   use ground_segments, only: follows
    use inner_forces, only: inner_forces_t, clear_forces, add_force
    implicit none
    private
@@ -25,13 +26,14 @@ contains
       integer, intent(in) :: e
       type(inner_forces_t), intent(inout) :: list
       type(element_gap_t) :: gap
-      real(wp) :: part(2, most_parts), from
+      real(wp) :: part(2, most_parts), from, rounding
       real(wp), allocatable :: corner(:)
       integer :: i, j, k, c, s, obstacle, n, corners
 
       call clear_forces(list)
       if (.not. problem%ground%founded(e)) return
       s = problem%model%mesh%stages(e)
+      rounding = rounding_steps * epsilon(rounding) * maxval(abs(state%u(1:2, problem%model%mesh%node(:, e))))
       do i = problem%ground%first(e), problem%ground%first(e + 1) - 1
          c = problem%ground%candidate(i)
          obstacle = problem%ground%chain%obstacle(c)
@@ -85,12 +87,21 @@ contains
          integer :: q
          length = last - first
          if (length <= 1.0e-12_wp) return
+         ! One point more than stages would ask long elements to be as straight between their stages as the surface is: what their
+         ! polynomials miss of that would be multiplied by the stiffness.
+         if (state%segment(c) > segment_open .and. .not. follows(problem, state, c)) then
+            do q = 1, s
+               call add_point(q, first + problem%tableau(s)%c(q) * length, problem%tableau(s)%b(q) * length)
+            end do
+            return
+         end if
          do q = 1, s + 1
-            call add_point(first + problem%ground%rule_place(q, s) * length, problem%ground%rule_weight(q, s) * length)
+            call add_point(q, first + problem%ground%rule_place(q, s) * length, problem%ground%rule_weight(q, s) * length)
          end do
       end subroutine fill
 
-      subroutine add_point(tau, weight)
+      subroutine add_point(number, tau, weight)
+         integer, intent(in) :: number           ! in its part
          real(wp), intent(in) :: tau, weight
          real(wp) :: value, normal(2), bend, push, spring, t(2), x(2)
          integer :: q
@@ -99,6 +110,8 @@ contains
             if (ground%law == 0) then
                spring = ground%modulus
                push = -spring * value
+               if (state%segment(c) > segment_open .and. state%push(number, c) < unknown_push) &
+                  & push = min(max(state%push(number, c), push - spring * rounding), push + spring * rounding)
             else
                if (state%segment(c) == segment_unknown) then
                   call law_reaction(problem%model%law(ground%law), -value, push, spring)

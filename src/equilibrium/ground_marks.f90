@@ -14,6 +14,7 @@ module ground_marks
    use node_rates, only: rod_rate
    use ground_segments, only: segment_stiffness
    use force_law, only: segment_unknown
+   use rod_state, only: rounding_steps
    implicit none
    private
    public :: mark_error, mark_spring, mark_step, is_live
@@ -89,6 +90,7 @@ contains
             & (after%load_factor - before%load_factor) * (closing_rate(problem, chain, mark%candidate(2)) + &
             & dot_product(normal, load%motion(:, chain%obstacle(mark%candidate(2)))))
       end associate
-      distance = -error / slope
+      ! What rounding makes of a gap moves no mark.
+      if (abs(error) > rounding_steps * epsilon(error) * norm2(after%u(1:2, problem%mark(m)%node))) distance = -error / slope
    end function mark_step
 end module ground_marks

@@ -14,7 +14,7 @@ module ground_segments
    use gauss_tableau, only: max_stages
    implicit none
    private
-   public :: has_kinks, tell_segments, segments_hold, element_cuts, crosses_at, segment_at, segment_stiffness, is_cut, &
+   public :: has_kinks, follows, tell_segments, segments_hold, element_cuts, crosses_at, segment_at, segment_stiffness, is_cut, &
       & gap_uncertainty, followed_length, followed_part, stiffest
 
    real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! of what moves: the rounding of gaps, and what Newton leaves
@@ -63,13 +63,13 @@ contains
       end associate
    end function follows
 
-   !> Where the forces of a foundation act on such an element: only there its polynomial is near the rod.
+   !> Where the forces of a foundation act on an element that is too long to follow it: only there its polynomial is near the rod.
    pure function acting_places(problem, candidate) result(tau)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
       real(wp), allocatable :: tau(:)
       associate (s => problem%model%mesh%stages(problem%ground%chain%element(2, candidate)))
-         tau = problem%ground%rule_place(:s + 1, s)
+         tau = problem%tableau(s)%c(:s)
       end associate
    end function acting_places
 
@@ -247,9 +247,10 @@ contains
 
    !> Sets the segments of a state: every span is on that of the marks at its ends, where the gaps do not say otherwise.
    !> Everything on meshes without marks is left to itself.
-   subroutine tell_segments(problem, state)
+   subroutine tell_segments(problem, state, carried)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
+      logical, intent(in) :: carried            !! it comes from another mesh, where its nodes lay inside elements
       logical :: hold
       integer :: c, last, m
       state%segment = segment_unknown
@@ -267,7 +268,7 @@ contains
             if (problem%mark(m)%candidate(2) == c) state%segment(c:last) = problem%mark(m)%segment(2)
          end do
       end do
-      call segments_hold(problem, state, hold, carried=.true.)
+      call segments_hold(problem, state, hold, carried)
 
    contains
 
@@ -290,7 +291,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
       logical, intent(out) :: hold
-      logical, intent(in), optional :: carried  !! it comes from another mesh, where its nodes lay inside elements
+      logical, intent(in) :: carried            !! as tell_segments has it
       type(element_gap_t) :: gap
       real(wp) :: value, low, high, slack
       real(wp), allocatable :: at(:)
@@ -309,7 +310,7 @@ contains
          end do
          if (follows(problem, state, c)) then
             at = [(real(j, wp) / gap%samples, j=0, gap%samples)]
-         else if (present(carried)) then
+         else if (carried) then
             cycle
          else
             at = acting_places(problem, c)

@@ -7,14 +7,18 @@ module rod_state
    use obstacle_geometry, only: moved_gap
    use ground_coupling, only: settlement
    use ge_element, only: ge_load_t
+   use gauss_tableau, only: max_stages
    use force_law, only: segment_unknown
    implicit none
    private
    public :: state_t, new_state, element_displacement, element_load, node_position, candidate_position, &
       & obstacle_shift, candidate_gap, candidate_opening, chain_gap, candidate_offset, closing_rate, may_react, parallel, &
-      & is_stress_free
+      & is_stress_free, unknown_push, rounding_steps
 
    real(wp), parameter :: parallel = 1.0e-6_wp !! sine of the angle between two obstacles that make no corner
+
+   real(wp), parameter :: rounding_steps = 32.0_wp !! of displacements: what their sums along an element may err by
+   real(wp), parameter :: unknown_push = huge(1.0_wp)
 
    type :: state_t
       real(wp) :: load_factor = 0.0_wp
@@ -25,6 +29,8 @@ module rod_state
       logical, allocatable :: grounded(:)     !! (elements) a distributed foundation touches it, at the last converged point
       integer, allocatable :: segment(:)      !! (candidates of the foundations' chain) of its law that the element after it is on,
       !! whatever the gap, see force_law and ground_segments
+      real(wp), allocatable :: push(:, :)     !! (max_stages + 1, candidates of that chain) pressures where foundations act on the
+      !! element after it, see ground_pressures; unknown_push: what the gap says
       type(geometry_t) :: geometry            !! changes only where a touchdown point or the end of a foundation's contact moves
    end type state_t
 
@@ -44,6 +50,7 @@ contains
       allocate (state%reaction(problem%candidates%n), source=0.0_wp)
       allocate (state%grounded(problem%model%mesh%n_elements), source=.false.)
       allocate (state%segment(problem%ground%chain%n), source=segment_unknown)
+      allocate (state%push(max_stages + 1, problem%ground%chain%n), source=unknown_push)
       state%geometry = new_geometry(problem%model, problem%tableau)
       do c = 1, problem%candidates%n
          call candidate_gap(problem, state, c, gap, normal, bend)

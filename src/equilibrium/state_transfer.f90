@@ -8,7 +8,7 @@ module state_transfer
    use problem, only: problem_t
    use element_families, only: collocates
    use rod_geometry, only: geometry_t, new_geometry, shift_nodes
-   use rod_state, only: state_t, element_displacement, element_load, node_position
+   use rod_state, only: state_t, element_displacement, element_load, node_position, unknown_push
    use rod_profile, only: profile_t, new_profile, profile_place, profile_displacement, profile_angle, element_place
    use reference_curve, only: curve_point
    use conforming_span, only: conforming_forces, conforming_displacement, conforming_resultant, conforming_point, &
@@ -135,6 +135,7 @@ contains
       new%reaction = spread(0.0_wp, 1, to%candidates%n)
       new%grounded = spread(.false., 1, to%model%mesh%n_elements)
       new%segment = spread(segment_unknown, 1, to%ground%chain%n)
+      new%push = spread(spread(unknown_push, 1, max_stages + 1), 2, to%ground%chain%n)
       call carry_nodal_contact(from, state, to, new)
       do d = 1, size(to%mesh_node)
          if (to%mesh_node(d) > 0) new%u(:, to%mesh_node(d)) = state%u(:, from%mesh_node(d))

@@ -4,7 +4,7 @@ module corrector
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
    use problem, only: problem_t
-   use rod_state, only: state_t
+   use rod_state, only: state_t, unknown_push
    use linear_system, only: system_t, assemble, contact_reaction
    use bordered_system, only: factor_system, linearise, apply_increment
    use path_control, only: control_t, control_row, control_error, is_arc_length, metric, follow_nodes
@@ -14,7 +14,8 @@ module corrector
    use touchdown_points, only: move_touchdown_points, misfit
    use element_foundation, only: foundation_forces
    use force_law, only: segment_unknown
-   use ground_segments, only: segments_hold
+   use ground_segments, only: segments_hold, tell_segments
+   use ground_pressures, only: advance_pressures
    use ground_marks, only: mark_step, mark_spring
    use inner_forces, only: inner_forces_t
    use timing, only: timers_t, count_up, counter_newton
@@ -40,6 +41,7 @@ module corrector
    integer, parameter :: settling_iterations = 5 !! until then the last correction must be small, too
    real(wp), parameter :: large_correction = 1.0e-4_wp !! of the increment
    real(wp), parameter :: of_root = 0.3_wp      !! times the root of the error asked for: what is left is a tenth of that
+   real(wp), parameter :: noticed = 0.1_wp      !! of the tolerance: what rounding may leave of forces
    integer, parameter :: max_contact_loops = 12 !! outer loops of the paper's scheme
 
 contains
@@ -61,6 +63,9 @@ contains
       logical :: frozen
 
       state = start
+      ! What an iteration has given up on its way may be settled where it ended.
+      if (any(state%segment == segment_unknown .and. problem%ground%chain%element(2, :) > 0)) &
+         & call tell_segments(problem, state, carried=.false.)
       frozen = .false.
       if (present(keep_contact)) frozen = keep_contact
       call control_row(problem, control, start, state, system, rhs, timers)
@@ -207,7 +212,7 @@ contains
             & (report%residual <= max(sharper * tolerance, system%round_off) .or. (iteration > 1 .and. report%residual <= &
             & tolerance .and. report%residual > 0.1_wp * last_residual)) .and. &
             & control_error(problem, control, origin, state) <= at_length) then
-            call segments_hold(problem, state, settled)
+            call segments_hold(problem, state, settled, carried=.false.)
             if (.not. settled) then
                ! Other equations: what has been reached with the last ones is nothing to compare with.
                searching = .true.
@@ -256,8 +261,10 @@ contains
          real(wp) :: work, travelled
          logical :: assembled
          from = state
+         state%push = unknown_push
          if (searching) work = step_work(system, step%x)
          call move(problem, system, step, state)
+         if (system%gap_noise > noticed * tolerance) call advance_pressures(problem, system, step%x, step%y, from, state)
          assembled = searching
          if (searching) then
             ! The work along a step is that of the equations it solves: with the touchdown points where they were.

@@ -65,7 +65,7 @@ contains
       type(control_t) :: hold
       type(increment_t) :: report
       there = carried(problem, state, next)
-      call tell_segments(next, there)
+      call tell_segments(next, there, carried=.true.)
       call hold_touches(next, there%active)
       call carry_forces(problem, state, next, there)
       direction = carried_field(problem, state, direction, next, there)

@@ -81,7 +81,7 @@ contains
          & find_cuts(follower%problem, follower%state))
       next%problem = problem_at(next%base, follower%curve, as_value(follower%curve, follower%coordinate))
       next%state = carried(follower%problem, follower%state, next%problem)
-      call tell_segments(next%problem, next%state)
+      call tell_segments(next%problem, next%state, carried=.true.)
       call hold_touches(next%problem, next%state%active)
       next%control%tangent = carried_field(follower%problem, follower%state, follower%control%tangent, next%problem, next%state)
       if (allocated(next%control%previous)) deallocate (next%control%previous)

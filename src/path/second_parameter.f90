@@ -12,7 +12,7 @@ module second_parameter
    use candidates, only: candidates_t
    use ground_regions, only: ground_reaction
    use force_law, only: segment_unknown
-   use rod_state, only: state_t
+   use rod_state, only: state_t, unknown_push
    use rod_geometry, only: new_geometry
    implicit none
    private
@@ -175,6 +175,7 @@ contains
          call ground_reaction(from, state, share)
          carried%grounded = to%ground%founded
          carried%segment = spread(segment_unknown, 1, to%ground%chain%n)
+         carried%push = spread(spread(unknown_push, 1, size(state%push, 1)), 2, to%ground%chain%n)
          ! The forces at the stages follow the others and are no longer stored.
          deallocate (carried%z)
          allocate (carried%z(maxval(to%z_size), size(state%z, 2)), source=0.0_wp)

@@ -112,7 +112,7 @@ contains
       run%probe = probe
       if (.not. taken) return
       run%state = carried(before, start, problem)
-      call tell_segments(problem, run%state)
+      call tell_segments(problem, run%state, carried=.true.)
       call hold_touches(problem, run%state%active)
       run%heading%u = carried_field(before, start, heading%u, problem, run%state)
    end subroutine take_trial
@@ -213,7 +213,7 @@ contains
       type(timers_t), intent(inout) :: timers
       type(state_t) :: state
       state = carried(problem, run%state, next)
-      call tell_segments(next, state)
+      call tell_segments(next, state, carried=.true.)
       call hold_touches(next, state%active)
       call carry_forces(problem, run%state, next, state)
       run%heading%u = carried_field(problem, run%state, run%heading%u, next, state)

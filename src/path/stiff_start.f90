@@ -97,7 +97,7 @@ contains
       end do
       start = run%state
       run%state = carried(problem, start, here%problem)
-      call tell_segments(here%problem, run%state)
+      call tell_segments(here%problem, run%state, carried=.true.)
       call hold_touches(here%problem, run%state%active)
       run%heading%u = carried_field(problem, start, run%heading%u, here%problem, run%state)
       call forget_mesh(run)
@@ -120,7 +120,7 @@ contains
       hold = control
       hold%increment = 0.0_wp
       next%state = carried(here%problem, here%state, next%problem)
-      call tell_segments(next%problem, next%state)
+      call tell_segments(next%problem, next%state, carried=.true.)
       call hold_touches(next%problem, next%state%active)
       guess = next%state
       system = new_system(next%problem)

@@ -1,0 +1,57 @@
+!> Pressures of foundations so stiff that displacements do not tell them.
+!>
+!> A gap is known to the rounding of displacements, and a stiff foundation multiplies that. But Newton's equations, which are solved
+!> for increments, tell how much every pressure changes to the rounding of the increment. So the pressure is carried along with the
+!> state, as in mixed formulations, wherever it is what the gap says but for rounding.
+module ground_pressures
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t
+   use bordered_system, only: resultant_rates
+   use element_foundation, only: foundation_forces
+   use inner_forces, only: inner_forces_t
+   use rod_profile, only: profile_t, new_profile, profile_rate
+   use linear_system, only: to_global
+   use force_law, only: segment_open
+   implicit none
+   private
+   public :: advance_pressures
+
+contains
+
+   !> The pressures after a step of Newton's method.
+   subroutine advance_pressures(problem, system, x, y, before, after)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system          !! assembled at `before`
+      real(wp), intent(in) :: x(:), y               !! the step, as solve_bordered gives it
+      type(state_t), intent(in) :: before
+      type(state_t), intent(inout) :: after
+      type(inner_forces_t) :: list
+      type(profile_t) :: profile
+      real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements), du(6), change(3)
+      integer :: e, i, q, z, place(problem%ground%chain%n)
+      rate = resultant_rates(problem, system, x, y)
+      place = 0
+      do e = 1, problem%model%mesh%n_elements
+         if (.not. problem%ground%founded(e)) cycle
+         if (.not. any([(before%segment(problem%ground%candidate(i)) > segment_open, &
+            & i=problem%ground%first(e), problem%ground%first(e + 1) - 1)])) cycle
+         call foundation_forces(problem, before, e, list)
+         profile = new_profile(problem, before, e)
+         z = problem%z_size(e)
+         rate(:z, e) = rate(:z, e) + system%op(:z, 7, e)
+         du(1:3) = to_global(problem, system, x, problem%model%mesh%node(1, e))
+         du(4:6) = to_global(problem, system, x, problem%model%mesh%node(2, e))
+         do q = 1, list%n
+            associate (c => list%source(q))
+               if (before%segment(c) <= segment_open) cycle
+               place(c) = place(c) + 1
+               change = profile_rate(problem, before, profile, list%tau(q), du, rate(:z, e), y)
+               after%push(place(c), c) = list%pressure(q) + dot_product(list%normal(:, q), y * list%rate(:, q) - &
+                  & matmul(list%stiffness(:, :, q), change(1:2)))
+            end associate
+         end do
+      end do
+   end subroutine advance_pressures
+end module ground_pressures
