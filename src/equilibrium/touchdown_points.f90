@@ -255,7 +255,6 @@ contains
       state%reaction = before%reaction
       state%grounded = before%grounded
       state%segment = before%segment
-      state%push = before%push
       if (size(problem%mark) > 0) call keep_layers(problem, before, shift, state)
    end subroutine shift_touchdown_points
 
