@@ -17,6 +17,7 @@ module path_continuity
    use state_transfer, only: move_nodes, displacements_at, field_at
    use linear_system, only: system_t
    use path_control, only: control_t, is_arc_length, metric, path_length, set_tangent
+   use force_law, only: segment_unknown
    implicit none
    private
    public :: heading_t, normal_plane, relation_t, heading_at, relate, same_path, too_far, at_corner, chord_between, seen_from, &
@@ -184,8 +185,17 @@ contains
    pure logical function alike(problem, a, b)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: a, b
-      integer :: e
-      alike = all(a%active .eqv. b%active) .and. all(a%segment == b%segment)
+      integer :: c, e
+      alike = all(a%active .eqv. b%active)
+      do c = 1, size(a%segment)
+         if (.not. alike) return
+         if (a%segment(c) == b%segment(c)) cycle
+         ! What is settled at one of them only must at least touch at both, or at none.
+         alike = any([a%segment(c), b%segment(c)] == segment_unknown)
+         if (.not. alike) return
+         e = problem%ground%chain%element(2, c)
+         alike = a%grounded(e) .eqv. b%grounded(e)
+      end do
       if (problem%moving) return
       do e = 1, size(a%geometry%element)
          if (.not. alike) return

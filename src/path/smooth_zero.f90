@@ -14,9 +14,10 @@ module smooth_zero
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
-   use path_control, only: metric
+   use path_control, only: metric, control_t
+   use corrector, only: correct
    use state_transfer, only: displacements_at
-   use path_continuity, only: heading_t, blend_geometry
+   use path_continuity, only: heading_t, blend_geometry, normal_plane
    use increment_points, only: division_t, point_within
    use path_events, only: event_t, event_value, event_bifurcation, event_release
    use sightings, only: sighting_t
@@ -48,6 +49,7 @@ contains
       type(state_t) :: sample(n_samples)
       type(modes_t) :: modes, near_zero(n_samples)
       type(bracket_t) :: bracket
+      type(control_t) :: hold
       real(wp) :: at(n_samples), mu(n_samples), f, centre, guess, h, near
       integer :: try, k
       logical :: low_moved, branching, told
@@ -96,6 +98,16 @@ contains
          & min(run%state%load_factor, trial%load_factor)), max(run%state%load_factor, trial%load_factor))
       call linearise(problem, sighting%place, sighting%place, run%system, timers)
       if (.not. run%system%ok) return
+      ! Ends of contact that have gone far between the samples make more of the cubic's error than the iteration leaves. But at
+      ! bifurcations, see above.
+      sighting%report%residual = max(run%system%force_residual, run%system%defect_residual)
+      if (.not. branching .and. sighting%report%residual > max(step%tolerance, run%system%round_off)) then
+         sample(1) = sighting%place
+         hold = normal_plane(problem, sample(1), sighting%heading)
+         hold%increment = 0.0_wp
+         call correct(problem, sample(1), hold, .true., sighting%place, run%system, sighting%report, timers)
+         if (.not. sighting%report%converged) return
+      end if
       sighting%event%pivots = run%system%negative_pivots
       sighting%report%residual = max(run%system%force_residual, run%system%defect_residual)
       ! In balance as any point is, and zero relative to its change over the increment. Other functions than the eigenvalue
