@@ -63,15 +63,16 @@ contains
       end associate
    end function follows
 
-   !> Where the forces of a foundation act on an element that is too long to follow it: only there its polynomial is near the rod.
-   pure function acting_places(problem, candidate) result(tau)
+   !> The mean gap of an element that is too long to follow its foundation: of what acts on it only the sum means something.
+   pure real(wp) function mean_gap(problem, candidate, gap)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
-      real(wp), allocatable :: tau(:)
-      associate (s => problem%model%mesh%stages(problem%ground%chain%element(2, candidate)))
-         tau = problem%tableau(s)%c(:s)
+      type(element_gap_t), intent(in) :: gap
+      integer :: j
+      associate (tableau => problem%tableau(problem%model%mesh%stages(problem%ground%chain%element(2, candidate))))
+         mean_gap = sum([(tableau%b(j) * gap_value(problem, gap, tableau%c(j)), j=1, tableau%stages)])
       end associate
-   end function acting_places
+   end function mean_gap
 
    !> True for the element after a candidate of the foundations' chain that the foundation may leave: one that pushes only, with
    !> one stiffness. Laws with corners have none of this, see force_law: their elements find out for themselves where they are.
@@ -194,8 +195,8 @@ contains
          ! What lies on its foundation without force has no ends of contact.
          if (maxval(abs([(gap_value(problem, gap, 0.125_wp * j) - levels(k), j=0, 8)])) <= least) cycle
          if (.not. follows(problem, state, candidate)) then
-            associate (inside => acting_places(problem, candidate))
-               if ((gap_value(problem, gap, inside(1)) - levels(k)) * (gap_value(problem, gap, inside(size(inside))) - &
+            associate (tableau => problem%tableau(problem%model%mesh%stages(problem%ground%chain%element(2, candidate))))
+               if ((gap_value(problem, gap, tableau%c(1)) - levels(k)) * (gap_value(problem, gap, tableau%c(tableau%stages)) - &
                   & levels(k)) > 0.0_wp) cycle
             end associate
          end if
@@ -293,8 +294,8 @@ contains
       logical, intent(out) :: hold
       logical, intent(in) :: carried            !! as tell_segments has it
       type(element_gap_t) :: gap
-      real(wp) :: value, low, high, slack
-      real(wp), allocatable :: at(:)
+      real(wp) :: low, high, slack
+      real(wp), allocatable :: value(:)
       integer :: c, j
       logical :: marked(2)
       hold = .true.
@@ -303,26 +304,22 @@ contains
          gap = ground_gap(problem, state, c)
          call segment_range(problem, c, state%segment(c), low, high)
          slack = uncertainty(state, gap)
-         ! A mark that is not yet where it belongs takes the gap of its node along.
-         marked = .false.
-         do j = 1, size(problem%mark)
-            marked = marked .or. problem%mark(j)%candidate([2, 1]) == c
-         end do
          if (follows(problem, state, c)) then
-            at = [(real(j, wp) / gap%samples, j=0, gap%samples)]
+            ! A mark that is not yet where it belongs takes the gap of its node along.
+            marked = .false.
+            do j = 1, size(problem%mark)
+               marked = marked .or. problem%mark(j)%candidate([2, 1]) == c
+            end do
+            value = [(gap_value(problem, gap, real(j, wp) / gap%samples), j=merge(1, 0, marked(1)), &
+               & gap%samples - merge(1, 0, marked(2)))]
          else if (carried) then
             cycle
          else
-            at = acting_places(problem, c)
+            value = [mean_gap(problem, c, gap)]
          end if
-         do j = 1, size(at)
-            if ((j == 1 .and. marked(1)) .or. (j == size(at) .and. marked(2))) cycle
-            value = gap_value(problem, gap, at(j))
-            if (value >= low - slack .and. value <= high + slack) cycle
-            hold = .false.
-            state%segment(c) = segment_unknown
-            exit
-         end do
+         if (all(value >= low - slack .and. value <= high + slack)) cycle
+         hold = .false.
+         state%segment(c) = segment_unknown
       end do
    end subroutine segments_hold
 

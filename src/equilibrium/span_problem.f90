@@ -17,7 +17,7 @@ module span_problem
    implicit none
    private
    public :: new_span_problem, same_spans, new_sampled_problem, chain_starts, hold_touches, present_touches, touch_place, outgrown
-   public :: present_demand
+   public :: present_demand, looking_demand
 
    ! Every free span has a node inside, and one in contact is smooth: no layer forms at its ends.
    integer, parameter :: least_free = 2, least_conforming = 2
@@ -405,6 +405,21 @@ contains
       middle = [(0.5_wp * sum(state%geometry%element(e)%s) + problem%origin(e), &
          & e=problem%element_first(stretch), problem%element_last(stretch))]
    end function element_middles
+
+   !> What is demanded of the next mesh, but more where elements are so much too long to tell what touches them, up to what tells
+   !> it anywhere.
+   function looking_demand(problem, longer) result(demand)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: longer                 !! than they should be, a factor
+      type(demand_t) :: demand(size(problem%layout%stretch))
+      real(wp) :: most
+      integer :: k
+      demand = problem%demand
+      do k = 1, size(demand)
+         most = sampling * problem%layout%stretch(k)%length / sum(problem%layout%stretch%length)
+         demand(k)%elements = demand(k)%elements * max(1.0_wp, min(longer, most / sum(demand(k)%elements)))
+      end do
+   end function looking_demand
 
    !> The demand that a mesh fulfils where its nodes stand now.
    function present_demand(problem, state) result(demand)

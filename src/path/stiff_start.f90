@@ -9,7 +9,7 @@ module stiff_start
    use rod_state, only: state_t, new_state
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
-   use span_problem, only: new_span_problem, present_touches, hold_touches
+   use span_problem, only: new_span_problem, looking_demand, present_touches, hold_touches
    use contact_touch, only: touch_t
    use ground_mark, only: cut_t
    use ground_cuts, only: find_cuts, marked
@@ -61,7 +61,11 @@ contains
       integer :: tries
       taken = .false.
       here%part = followed_part(problem)
-      here%problem = new_span_problem(softened(problem, problem, here%part), none)
+      here%problem = softened(problem, problem, here%part)
+      here%problem%demand = looking_demand(problem, here%part**(-0.25_wp))
+      here%problem = new_span_problem(here%problem, none)
+      here%part = min(1.0_wp, here%part * followed_part(here%problem))
+      here%problem = new_span_problem(softened(here%problem, problem, here%part), none)
       start = new_state(here%problem)
       call hold_touches(here%problem, start%active)
       system = new_system(here%problem)
