@@ -8,6 +8,7 @@ module span_lie_down
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
    use contact_touch, only: touch_t
+   use touch_edits, only: extended, joined
    use section_forces, only: end_forces
    use conforming_span, only: conforming_forces
    use span_problem, only: new_span_problem, hold_touches, present_touches, touch_place
@@ -241,10 +242,7 @@ contains
          if (side == 1 .and. touch(c)%at(2) >= span(1) .and. touch(c)%at(2) < span(2)) other = c
          if (side == 2 .and. touch(c)%at(1) <= span(2) .and. touch(c)%at(1) > span(1)) other = c
       end do
-      touch(k)%line = .true.
-      touch(k)%at = [min(span(1), touch(k)%at(1)), max(span(2), touch(k)%at(2))]
-      if (other == 0) return
-      touch(k)%at = [min(touch(k)%at(1), touch(other)%at(1)), max(touch(k)%at(2), touch(other)%at(2))]
-      touch = [touch(:other - 1), touch(other + 1:)]
+      touch = extended(touch, k, span(side))
+      if (other > 0) touch = joined(touch, k, other)
    end function laid_down
 end module span_lie_down

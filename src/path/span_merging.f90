@@ -9,6 +9,7 @@ module span_merging
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
    use contact_touch, only: touch_t
+   use touch_edits, only: merged
    use span_problem, only: new_span_problem, hold_touches, present_touches
    use span_tests, only: virtual_pressure, run_span_tests, test_slack, test_gap
    use span_validity, only: any_fails
@@ -69,9 +70,7 @@ contains
       own = problem%candidates%touch(candidate)
       touch = present_touches(problem, near)
       number = touch(own)%number
-      touch(own)%at = 0.5_wp * (touch(own)%at + touch(partner)%at)
-      touch = [touch(:partner - 1), touch(partner + 1:)]
-      next = new_span_problem(problem, touch)
+      next = new_span_problem(problem, merged(touch, own, partner))
       c = findloc(next%candidates%touch, findloc(next%touch%number, number, 1), 1)
       on = run
       on%system = new_system(next)
