@@ -14,7 +14,7 @@ module dead_end
    use path_continuity, only: heading_t, heading_at, relate, same_path
    use path_run, only: run_t
    use corrector, only: increment_t, take_increment
-   use span_validity, only: spans_hold
+   use span_tests, only: spans_hold
    use timing, only: timers_t
    implicit none
    private

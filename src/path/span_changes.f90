@@ -8,11 +8,11 @@ module span_changes
    use state_transfer, only: find_point
    use bordered_system, only: linearise
    use span_regions, only: beginning_region, find_span_regions
-   use span_tests, only: span_test_t, virtual_pressure, test_gap, test_force, test_curvature, test_pressure, &
-      & test_length, test_closing
+   use line_pressure, only: virtual_pressure
+   use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_pressure, test_length, test_closing
    use span_events, only: leg_t, change_t, next_t, new_leg, find_change
    use span_arrival, only: begin_sharply, take_line, take_opened
-   use span_set, only: change_set, test_words
+   use span_set, only: change_set
    use touchdown_points, only: stands
    use held_openings, only: held_load, first_length, longest_length
    use span_opening, only: open_line
@@ -236,7 +236,8 @@ contains
       type(timers_t), intent(inout) :: timers
       call linearise(problem, run%state, run%state, run%system, timers)
       run%control%increment = 0.5_wp * run%control%increment
-      if (abs(run%control%increment) < smallest(step, run%control)) run%stuck = 'where '//test_words(test)//' was not found'
+      if (abs(run%control%increment) < smallest(step, run%control)) &
+         & run%stuck = 'where '//trim(test_words(test%kind))//' was not found'
    end subroutine go_less_far
 
    !> True where a line lifts off inside, or at an end that a breakpoint of the rod holds.

@@ -6,8 +6,8 @@ module span_events
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: linearise
-   use span_tests, only: span_test_t, run_span_tests, gap_at, test_slack, test_gap, test_curvature, test_closing
-   use span_validity, only: any_fails, another_fails
+   use free_span_gap, only: gap_at
+   use span_tests, only: span_test_t, run_span_tests, any_fails, another_fails, test_slack, test_gap, test_curvature, test_closing
    use span_lie_down, only: lie_down, beside_free_span, span_gap
    use held_openings, only: find_flat_point, held_load
    use span_merging, only: find_merging, closing_point

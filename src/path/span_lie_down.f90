@@ -12,7 +12,8 @@ module span_lie_down
    use section_forces, only: end_forces
    use conforming_span, only: conforming_forces
    use span_problem, only: new_span_problem, hold_touches, present_touches, touch_place
-   use span_tests, only: span_test_t, run_span_tests, gap_at, test_slack, test_pressure, shortest
+   use free_span_gap, only: gap_at
+   use span_tests, only: span_test_t, run_span_tests, another_fails, test_slack, test_pressure, shortest
    use state_transfer, only: carried
    use path_control, only: control_t, path_length
    use corrector, only: increment_t, correct
@@ -64,7 +65,7 @@ contains
             if (lies) call look_at_ends(next, start, max(system%force_scale, tiny(rate)), lies)
             if (.not. lies) cycle
             tests = run_span_tests(next, start, max(system%force_scale, tiny(rate)))
-            lies = .not. any(tests%value < -10.0_wp * test_slack(tests%kind))
+            lies = .not. another_fails(tests, 0)
             if (lies) return
          end do
       end do

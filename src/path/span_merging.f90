@@ -11,8 +11,8 @@ module span_merging
    use contact_touch, only: touch_t
    use touch_edits, only: merged
    use span_problem, only: new_span_problem, hold_touches, present_touches
-   use span_tests, only: virtual_pressure, run_span_tests, test_slack, test_gap
-   use span_validity, only: any_fails
+   use line_pressure, only: virtual_pressure
+   use span_tests, only: run_span_tests, any_fails, test_slack, test_gap
    use span_lie_down, only: beside_free_span, free_span, span_gap
    use held_openings, only: find_flat_point
    use state_transfer, only: carried

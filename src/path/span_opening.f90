@@ -26,8 +26,8 @@ module span_opening
    use contact_touch, only: touch_t
    use touch_edits, only: begun, opened, end_moved, shrunk, numbered, same_set
    use span_problem, only: new_span_problem, hold_touches, present_touches, touch_place
-   use span_tests, only: span_test_t, test_force, test_pressure, test_slack, well_below
-   use span_validity, only: spans_hold
+   use line_pressure, only: density_at
+   use span_tests, only: span_test_t, spans_hold, test_force, test_pressure, test_slack, well_below
    use touchdown_points, only: held_force
    use state_transfer, only: carried, find_point
    use path_control, only: control_t
@@ -279,21 +279,4 @@ contains
       ends = min(max(zone, line%at(1)), line%at(2))
       least = minval([(density_at(problem, state, line, ends(1) + (ends(2) - ends(1)) * i / samples), i=0, samples)])
    end function least_density
-
-   !> Density of a line's force at one place along its stretch.
-   real(wp) function density_at(problem, state, line, at) result(density)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(touch_t), intent(in) :: line            !! as it is now
-      real(wp), intent(in) :: at
-      real(wp) :: local(3), place(2), angle, tau
-      integer :: e
-      call find_point(problem, state, line%stretch, at, e, tau)
-      if (problem%conforms(e) == 0) then
-         ! The last end of the line begins a free span.
-         e = e - 1
-         tau = 1.0_wp
-      end if
-      call conforming_forces(problem, state, e, tau, local, place, angle, density)
-   end function density_at
 end module span_opening

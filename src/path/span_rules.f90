@@ -6,8 +6,9 @@ module span_rules
    use rod_state, only: state_t
    use contact_touch, only: touch_t
    use touch_edits, only: begun, lost, spread_out, parted, shrunk, joined, end_moved, moved, continued, numbered
-   use span_tests, only: span_test_t, virtual_pressure, test_gap, test_force, test_curvature, test_length, test_closing, &
-      & test_crossing, test_slope, beyond, across
+   use line_pressure, only: virtual_pressure
+   use past_breakpoints, only: beyond, across
+   use span_tests, only: span_test_t, test_gap, test_force, test_curvature, test_length, test_closing, test_crossing, test_slope
    use conforming_span, only: flat_excess, excess_curvature
    use span_merging, only: closing_point
    implicit none

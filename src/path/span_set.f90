@@ -8,8 +8,8 @@ module span_set
    use contact_set, only: reaction_rate
    use contact_touch, only: touch_t
    use span_problem, only: present_touches, touch_place
-   use span_tests, only: span_test_t, gap_at, test_gap, test_force, test_curvature, test_pressure, test_length, test_closing, &
-      & test_crossing, test_slope, shortest
+   use free_span_gap, only: gap_at
+   use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, test_closing, shortest
    use span_rules, only: answer_t, answer_to
    use span_mesh, only: take_touches
    use held_openings, only: open_span, rest_held, find_flat_point, too_flat, small_load, spreading_rate
@@ -22,7 +22,7 @@ module span_set
    use timing, only: timers_t
    implicit none
    private
-   public :: change_set, begin_touch, touched_at, test_words
+   public :: change_set, begin_touch, touched_at
 
 contains
 
@@ -58,7 +58,7 @@ contains
       if (ok .and. any(test%kind == [test_length, test_closing]) .and. all(answer%crosses == 0)) &
          & call come_to_rest(problem, run, before(test%touch)%number, timers)
       if (.not. ok) then
-         run%stuck = 'no way on from where '//test_words(test)
+         run%stuck = 'no way on from where '//trim(test_words(test%kind))
          return
       end if
       select case (test%kind)
@@ -220,28 +220,4 @@ contains
       rate = gap_at(problem, ahead, lost%contact, lost%stretch, lost%at(1)) - &
          & gap_at(problem, here, lost%contact, lost%stretch, lost%at(1))
    end function opening_rate
-
-   !> A test in words.
-   pure function test_words(test) result(words)
-      type(span_test_t), intent(in) :: test
-      character(:), allocatable :: words
-      select case (test%kind)
-      case (test_gap)
-         words = 'contact begins'
-      case (test_force)
-         words = 'contact ends'
-      case (test_curvature)
-         words = 'a contact point spreads'
-      case (test_pressure)
-         words = 'contact opens inside'
-      case (test_length)
-         words = 'a contact line shrinks to a point'
-      case (test_crossing)
-         words = 'contact comes to a breakpoint of the rod'
-      case (test_slope)
-         words = 'an end of a rod lies down'
-      case default
-         words = 'two contacts merge'
-      end select
-   end function test_words
 end module span_set

@@ -9,8 +9,8 @@ module span_start
    use contact_touch, only: touch_t, covers
    use touch_edits, only: begun, extended, end_moved, opened, united, numbered, same_set
    use span_problem, only: new_span_problem, new_sampled_problem, chain_starts, hold_touches, present_touches, touch_place
-   use span_validity, only: any_fails
-   use span_tests, only: run_span_tests, span_test_t, test_slack, test_gap, test_force, test_curvature, test_pressure, test_closing
+   use span_tests, only: run_span_tests, span_test_t, any_fails, test_slack, test_gap, test_force, test_curvature, test_pressure, &
+      & test_closing
    use span_rules, only: answer_t, answer_to
    use span_lie_down, only: beside_free_span, span_gap, laid_down
    use state_transfer, only: carried

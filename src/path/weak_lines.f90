@@ -13,7 +13,7 @@ module weak_lines
    use conforming_span, only: conforming_forces
    use span_problem, only: new_span_problem, hold_touches, present_touches
    use touchdown_points, only: carry_forces
-   use span_tests, only: beyond
+   use past_breakpoints, only: beyond
    use state_transfer, only: carried
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
