@@ -92,7 +92,7 @@ contains
       if (problem%candidates%n > 0) scale = max(scale, maxval(abs(state%reaction)))
       call measure_contact(problem, state, at, scale, middle, accuracy, total, left)
       if (problem%ground%chain%n > 0) call add_foundations()
-      if (problem%spans) call add_spans()
+      if (problem%has_spans()) call add_spans()
       call add_joints()
       accuracy%force = scale
       call note_worst(accuracy%force_balance, beyond(norm2(total(1:2)), noise) / scale, at)

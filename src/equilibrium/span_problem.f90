@@ -3,7 +3,7 @@
 module span_problem
    use kinds, only: wp
    use model, only: obstacle_line
-   use problem, only: problem_t, remeshed_problem
+   use problem, only: problem_t, remeshed_problem, mesh_sampled, mesh_of_marks, mesh_of_spans
    use rod_layout, only: stretch_element
    use rod_state, only: state_t
    use remeshed_model, only: division_t
@@ -104,10 +104,10 @@ contains
       type(problem_t), intent(out) :: problem
       problem = remeshed_problem(with_spans(base, .true.), division)
       problem%touch = touch
-      problem%spans = any(base%deck%contact%along)
       call add_touch_candidates(problem, division)
       call add_marks(problem, cut, division)
-      problem%moving = problem%spans .or. size(problem%mark) > 0
+      if (size(problem%mark) > 0) problem%mesh_kind = mesh_of_marks
+      if (any(base%deck%contact%along)) problem%mesh_kind = mesh_of_spans
       call free_clamps(problem)
    end subroutine lay_spans
 
@@ -128,7 +128,7 @@ contains
          end associate
       end do
       problem = remeshed_problem(with_spans(base, .false.), division)
-      problem%sampled = .true.
+      problem%mesh_kind = mesh_sampled
    end function new_sampled_problem
 
    !> Coordinates of the beginnings of all stretches along the chains of the contacts, 0 where there is none.

@@ -97,7 +97,7 @@ contains
             cycle
          end if
          ! Nor is it known how the path goes on where its contacts change.
-         if (problem%spans) report%converged = spans_hold(problem, next, run%system%force_scale)
+         if (problem%has_spans()) report%converged = spans_hold(problem, next, run%system%force_scale)
          if (.not. report%converged) return
          point = point + 1
          found = rate_here * rate(next, ahead) < 0.0_wp

@@ -133,7 +133,7 @@ contains
                end if
                cycle
             end if
-            if (trial%problem%spans) then
+            if (trial%problem%has_spans()) then
                if (.not. spans_hold(trial%problem, trial%state, follower%system%force_scale)) then
                   trouble = 'its contacts change beyond parameter '//to_text(as_value(curve, follower%coordinate))
                   return

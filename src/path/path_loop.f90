@@ -80,7 +80,7 @@ contains
          nullify (run%landmarks)
          if (size(step%branch) > 0 .or. size(step%limit_curve) > 0) run%landmarks => found
          call follow_points(problem, step, run, recorder, outcome, timers)
-         if (problem%sampled .and. .not. allocated(outcome%why)) outcome%why = &
+         if (problem%is_sampled() .and. .not. allocated(outcome%why)) outcome%why = &
             & 'contact at nodes did not turn into points and lines along the rod before the end of the step'
          if (allocated(outcome%why)) exit steps
          call follow_branches(step, found, n_branches, recorder, outcome, timers)
@@ -90,7 +90,7 @@ contains
          call freeze_loads(problem, run%state)
       end do steps
       outcome%dead_end = allocated(outcome%why) .and. outcome%deck_line == 0 .and. .not. (outcome%turns .or. outcome%used_up)
-      outcome%sampled = problem%sampled
+      outcome%sampled = problem%is_sampled()
       outcome%complete = .not. (allocated(outcome%why) .or. allocated(outcome%trouble))
       if (allocated(outcome%trouble)) then
          if (allocated(outcome%why)) outcome%trouble = outcome%why//'; '//outcome%trouble

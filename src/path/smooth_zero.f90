@@ -167,7 +167,7 @@ contains
                sighting%heading%load = sighting%heading%load + d(i) * sample(i)%load_factor
             end do
          end associate
-         if (problem%moving) then
+         if (problem%moves_nodes()) then
             call blend_geometry(problem, sample, w, sighting%place)
             sighting%heading%u = 0.0_wp
             do i = 1, n_samples

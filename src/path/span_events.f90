@@ -81,7 +81,7 @@ contains
 
    !> The first change on an increment, or just beyond its end. Where a span lies down on the way `next` has the line.
    subroutine find_change(problem, step, run, leg, change, next, timers)
-      type(problem_t), intent(inout) :: problem   !! the same on return
+      type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run           !! its system is factored at the place where one is located
       type(leg_t), intent(inout) :: leg           !! shorter on return where one is found that others come after
@@ -213,7 +213,7 @@ contains
 
    !> A point contact that is about to become as curved as its obstacle: no increment may get there.
    subroutine look_ahead(problem, run, leg, change, timers)
-      type(problem_t), intent(inout) :: problem
+      type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       type(leg_t), intent(in) :: leg
       type(change_t), intent(inout) :: change
@@ -244,7 +244,7 @@ contains
 
    !> The first change along the path: where another test fails at the place of one, that comes before, on the way there.
    subroutine find_first(problem, step, run, leg, change, timers)
-      type(problem_t), intent(inout) :: problem
+      type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
       type(leg_t), intent(inout) :: leg           !! at its end some test fails
@@ -304,7 +304,7 @@ contains
 
    !> The zero of the test change%which between both ends.
    subroutine locate(problem, step, run, leg, change, timers)
-      type(problem_t), intent(inout) :: problem
+      type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
       type(leg_t), intent(in) :: leg
@@ -332,7 +332,7 @@ contains
 
    !> Where a point is as curved as its obstacle, by Newton's method.
    subroutine locate_flat_point(problem, run, leg, change, timers)
-      type(problem_t), intent(inout) :: problem
+      type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       type(leg_t), intent(in) :: leg
       type(change_t), intent(inout) :: change     !! as it was where it is not found

@@ -47,11 +47,11 @@ contains
       logical :: done
       type(cut_t), allocatable :: cut(:)
       if (any(problem%layout%stretch%placed)) problem%demand = present_demand(problem, run%state)
-      if (problem%sampled) return
+      if (problem%is_sampled()) return
       cut = find_cuts(problem, run%state)
-      if (.not. (problem%spans .or. size(cut) > 0 .or. size(problem%mark) > 0)) return
+      if (.not. (problem%has_spans() .or. size(cut) > 0 .or. size(problem%mark) > 0)) return
       ! What the nodes were needed for that found out where contact ends nobody needs any more.
-      if (size(problem%mark) == 0 .and. .not. problem%spans) problem%demand = new_demands(problem%layout)
+      if (size(problem%mark) == 0 .and. .not. problem%has_spans()) problem%demand = new_demands(problem%layout)
       if (marked(problem, run%state, cut)) then
          if (.not. outgrown(problem, run%state, cut)) return
       end if
@@ -78,7 +78,7 @@ contains
       cut = find_cuts(problem, trial)
       ! Without a load nothing says where contact will end.
       if (settled .and. run%fresh) call take_trial(asked, problem, run, trial, taken, timers)
-      if (.not. taken .and. (problem%spans .or. marked(problem, trial, cut))) call stand_on(new_span_problem(asked, &
+      if (.not. taken .and. (problem%has_spans() .or. marked(problem, trial, cut))) call stand_on(new_span_problem(asked, &
          & present_touches(problem, run%state), run%state, find_cuts(problem, run%state)), problem, run, done, timers)
       ! Where contact has just been told by nodes, or by elements on foundations, the run does not stand on a point of these spans.
       if (.not. (taken .or. done)) call take_trial(asked, problem, run, trial, taken, timers)
@@ -147,7 +147,7 @@ contains
       type(run_t), intent(inout) :: run
       logical, intent(out) :: asked                  !! false: the program makes no meshes here
       integer :: k
-      asked = any(problem%layout%stretch%placed) .and. .not. problem%sampled
+      asked = any(problem%layout%stretch%placed) .and. .not. problem%is_sampled()
       if (.not. asked) return
       run%wanted = present_demand(problem, run%state)
       do k = 1, size(run%wanted)

@@ -28,7 +28,7 @@ module span_opening
    use span_problem, only: new_span_problem, hold_touches, present_touches, touch_place
    use line_pressure, only: density_at
    use span_tests, only: span_test_t, spans_hold, test_force, test_pressure, test_slack, well_below
-   use touchdown_points, only: held_force
+   use touchdown_points, only: held_force, with_held
    use state_transfer, only: carried, find_point
    use path_control, only: control_t
    use corrector, only: increment_t, correct
@@ -57,7 +57,8 @@ contains
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
       type(touch_t), allocatable :: touch(:)
-      logical, allocatable :: follows(:), moves(:)
+      logical, allocatable :: follows(:)
+      integer :: c
       type(control_t) :: here
       type(increment_t) :: report
       type(state_t) :: start
@@ -74,25 +75,23 @@ contains
       system = new_system(next)
       here%method = method_load
       follows = next%candidates%follows
-      moves = next%candidates%moves
       ! A point that has just parted is hardly more curved than the obstacle: as one that lies on it, its place is where the
       ! moments on both sides agree.
-      next%candidates%follows = follows .or. moves
+      next%candidates%follows = follows .or. next%candidates%moves
       ! The ends move where forces in equilibrium tell them to.
-      next%candidates%moves = .false.
-      call settle()
-      next%candidates%moves = moves
-      if (found) call settle()
+      call settle(with_held(next, [(c, c=1, next%candidates%n)]))
+      if (found) call settle(next)
       next%candidates%follows = follows
-      if (found) call settle()
+      if (found) call settle(next)
       if (.not. found) return
       found = spans_hold(next, state, system%force_scale)
 
    contains
 
-      subroutine settle()
+      subroutine settle(problem)
+         type(problem_t), intent(in) :: problem
          start = state
-         call correct(next, start, here, .true., state, system, report, timers)
+         call correct(problem, start, here, .true., state, system, report, timers)
          found = report%converged
       end subroutine settle
    end subroutine open_line

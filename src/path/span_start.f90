@@ -19,6 +19,7 @@ module span_start
    use path_continuity, only: heading_at
    use path_events, only: new_probe
    use corrector, only: increment_t, correct
+   use touchdown_points, only: with_held
    use conforming_span, only: rod_angle
    use rod_geometry, only: geometry_t, new_geometry
    use obstacle_geometry, only: obstacle_gap
@@ -119,7 +120,6 @@ contains
       type(touch_t), allocatable :: touch(:), first(:), better(:)
       type(span_test_t), allocatable :: tests(:)
       character(:), allocatable :: why
-      logical, allocatable :: moves(:)
       integer :: round, wave, k
       entered = .false.
       here%method = method_load
@@ -199,10 +199,7 @@ contains
             call hold_touches(next, state%active)
             system = new_system(next)
             ! Touchdown points move where they are told by forces in equilibrium.
-            moves = next%candidates%moves
-            next%candidates%moves = .false.
-            call correct(next, state, here, .true., state, system, report, timers)
-            next%candidates%moves = moves
+            call correct(with_held(next, [(k, k=1, next%candidates%n)]), state, here, .true., state, system, report, timers)
             if (report%converged) call correct(next, state, here, .true., state, system, report, timers, far_off=.true.)
             why = 'equilibrium was not found'
             if (.not. report%converged) exit tries

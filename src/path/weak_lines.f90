@@ -40,7 +40,7 @@ contains
       real(wp) :: none
       integer :: k, side, n
       any_weak = .false.
-      if (.not. problem%spans) return
+      if (.not. problem%has_spans()) return
       none = nothing * problem%model%step(problem%step)%tolerance * max(system%force_scale, tiny(none))
       weak = [(problem%touch(k)%line, k=1, size(weak))]
       do k = 1, size(weak)
