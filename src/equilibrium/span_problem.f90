@@ -17,7 +17,7 @@ module span_problem
    use conforming_element, only: conforming_size
    implicit none
    private
-   public :: new_span_problem, same_spans, new_sampled_problem, chain_starts, hold_touches, present_touches, touch_place, outgrown
+   public :: new_span_problem, same_spans, new_sampled_problem, chain_starts, present_touches, touch_place, outgrown
    public :: present_demand, looks_badly
 
    ! Every free span has a node inside, and one in contact is smooth: no layer forms at its ends.
@@ -533,13 +533,6 @@ contains
          coarse_beside = any(has > 1.25_wp * wanted .and. mark%layer > 0.0_wp)
       end function coarse_beside
    end function outgrown
-
-   !> All candidates of touches active; their reactions are unknown yet.
-   pure subroutine hold_touches(problem, active)
-      type(problem_t), intent(in) :: problem
-      logical, intent(inout) :: active(:)            !! (candidates)
-      active = active .or. problem%candidates%touch > 0
-   end subroutine hold_touches
 
    !> The touches where a state has their ends now.
    function present_touches(problem, state) result(touch)

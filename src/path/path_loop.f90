@@ -17,7 +17,6 @@ module path_loop
    use landmarks, only: landmarks_t
    use first_contact, only: presume_contact
    use span_mesh, only: prepare_mesh, ask_for_twice, refine_mesh
-   use span_problem, only: hold_touches
    use step_control, only: start_control
    use path_events, only: new_probe
    use path_acceptance, only: record, note_trouble, outcome_t
@@ -56,7 +55,6 @@ contains
       perfect = problem%deck
       call prepare_mesh(problem)
       run%state = new_state(problem)
-      call hold_touches(problem, run%state%active)
       run%touches = size(problem%touch)
       run%system = new_system(problem)
       steps: do k = 1, size(problem%model%step)
@@ -210,7 +208,6 @@ contains
       call prepare_mesh(fresh)
       problem = fresh
       run%state = new_state(problem)
-      call hold_touches(problem, run%state%active)
       run%touches = size(problem%touch)
       run%system = new_system(problem)
 

@@ -23,7 +23,7 @@ module smooth_zero
    use weak_lines, only: release_lines
    use tangent_modes, only: modes_t, lowest_modes, numbered_eigenvalue
    use path_run, only: run_t, heading_of, probe_at
-   use bracketing, only: bracket_t, new_bracket, bracket_guess, bracket_update
+   use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    use timing, only: timers_t
    implicit none
    private
@@ -31,7 +31,7 @@ module smooth_zero
 
    integer, parameter :: eigenvalues_looked_at = 4
    integer, parameter :: n_samples = 4           !! of a cubic
-   integer, parameter :: max_tries = 40, max_centres = 6
+   integer, parameter :: max_centres = 6
 
 contains
 
@@ -50,7 +50,7 @@ contains
       type(bracket_t) :: bracket
       real(wp) :: at(n_samples), mu(n_samples), f, centre, guess, h, near
       integer :: try, k
-      logical :: low_moved, branching, told
+      logical :: branching, told
 
       sighting%located = .false.
       h = epsilon(h)**0.2_wp
@@ -64,13 +64,10 @@ contains
       ! Where the contact set changes the function may jump: no zero can be interpolated there.
       if (.not. division%smooth) return
       ! To within the reach of the samples.
-      centre = bracket_guess(bracket)
-      do try = 1, max_tries
-         if (bracket%high - bracket%low <= h) exit
+      do while (next_guess(bracket, h, centre))
          if (.not. sampled(centre, sample(1), f)) return
          if (abs(f) <= h * bracket%scale) exit
-         call bracket_update(bracket, centre, f, low_moved)
-         centre = bracket_guess(bracket)
+         call take_value(bracket, centre, f)
       end do
       do try = 1, max_centres
          ! Two on each side of it; where the increment ends all on one side, so that none comes near it.

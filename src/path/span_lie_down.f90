@@ -11,7 +11,7 @@ module span_lie_down
    use touch_edits, only: extended, joined
    use section_forces, only: end_forces
    use conforming_span, only: conforming_forces
-   use span_problem, only: new_span_problem, hold_touches, present_touches, touch_place
+   use span_problem, only: new_span_problem, present_touches, touch_place
    use free_span_gap, only: gap_at
    use span_tests, only: span_test_t, run_span_tests, another_fails, test_slack, test_pressure, shortest
    use state_transfer, only: carried
@@ -136,7 +136,6 @@ contains
       real(wp) :: loads(2), pressure(2), guess, slack
       integer :: try
       start = carried(problem, trial, next)
-      call hold_touches(next, start%active)
       system = new_system(next)
       control%method = method_load
       state = start

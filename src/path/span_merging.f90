@@ -10,7 +10,7 @@ module span_merging
    use bordered_system, only: linearise
    use contact_touch, only: touch_t
    use touch_edits, only: merged
-   use span_problem, only: new_span_problem, hold_touches, present_touches
+   use span_problem, only: new_span_problem, present_touches
    use line_pressure, only: virtual_pressure
    use span_tests, only: run_span_tests, any_fails, test_slack, test_gap
    use span_lie_down, only: beside_free_span, free_span, span_gap
@@ -75,7 +75,6 @@ contains
       on = run
       on%system = new_system(next)
       from = carried(problem, near, next)
-      call hold_touches(next, from%active)
       state = from
       call find_flat_point(next, on, c, state, found, timers)
       if (.not. found) return

@@ -9,8 +9,8 @@ module span_mesh
    use contact_touch, only: touch_t
    use span_start, only: prepare_spans
    use mesh_demand, only: new_demands
-   use span_problem, only: looks_badly, new_span_problem, hold_touches, present_touches, present_demand, outgrown
-   use touchdown_points, only: carry_forces
+   use span_problem, only: looks_badly, new_span_problem, present_touches, present_demand, outgrown
+   use mesh_change, only: carry_over
    use ground_mark, only: cut_t
    use ground_cuts, only: find_cuts, marked
    use ground_segments, only: tell_segments
@@ -116,7 +116,6 @@ contains
       if (.not. taken) return
       run%state = carried(before, start, problem)
       call tell_segments(problem, run%state)
-      call hold_touches(problem, run%state%active)
       run%heading%u = carried_field(before, start, heading%u, problem, run%state)
    end subroutine take_trial
 
@@ -214,15 +213,9 @@ contains
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
       type(timers_t), intent(inout) :: timers
-      type(state_t) :: state
-      state = carried(problem, run%state, next)
-      call tell_segments(next, state)
-      call hold_touches(next, state%active)
-      call carry_forces(problem, run%state, next, state)
-      run%heading%u = carried_field(problem, run%state, run%heading%u, next, state)
+      call carry_over(problem, next, run%state, run%heading%u)
       call forget_mesh(run)
       problem = next
-      run%state = state
       run%system = new_system(problem)
       call linearise(problem, run%state, run%state, run%system, timers)
    end subroutine take_problem

@@ -25,7 +25,7 @@ module span_opening
    use obstacle_track, only: track_t
    use contact_touch, only: touch_t
    use touch_edits, only: begun, opened, end_moved, shrunk, numbered, same_set
-   use span_problem, only: new_span_problem, hold_touches, present_touches, touch_place
+   use span_problem, only: new_span_problem, present_touches, touch_place
    use line_pressure, only: density_at
    use span_tests, only: span_test_t, spans_hold, test_force, test_pressure, test_slack, well_below
    use touchdown_points, only: held_force, with_held
@@ -71,7 +71,6 @@ contains
       if (.not. found) return
       next = new_span_problem(problem, touch)
       state = carried(problem, beyond, next)
-      call hold_touches(next, state%active)
       system = new_system(next)
       here%method = method_load
       follows = next%candidates%follows

@@ -8,7 +8,7 @@ module span_start
    use bordered_system, only: linearise
    use contact_touch, only: touch_t, covers
    use touch_edits, only: begun, extended, end_moved, opened, united, numbered, same_set
-   use span_problem, only: new_span_problem, new_sampled_problem, chain_starts, hold_touches, present_touches, touch_place
+   use span_problem, only: new_span_problem, new_sampled_problem, chain_starts, present_touches, touch_place
    use span_tests, only: run_span_tests, span_test_t, any_fails, test_slack, test_gap, test_force, test_curvature, test_pressure, &
       & test_closing
    use span_rules, only: answer_t, answer_to
@@ -146,7 +146,6 @@ contains
       end do
       run%touches = run%touches + size(next%touch)
       run%state = carried(problem, run%state, next)
-      call hold_touches(next, run%state%active)
       run%system = system
       problem = next
       trial = state
@@ -196,7 +195,6 @@ contains
             touch%number = [(k, k=1, size(touch))]
             next = new_span_problem(problem, touch)
             state = carried(problem, trial, next)
-            call hold_touches(next, state%active)
             system = new_system(next)
             ! Touchdown points move where they are told by forces in equilibrium.
             call correct(with_held(next, [(k, k=1, next%candidates%n)]), state, here, .true., state, system, report, timers)

@@ -11,7 +11,7 @@ module weak_lines
    use obstacle_geometry, only: obstacle_gap
    use contact_touch, only: touch_t
    use conforming_span, only: conforming_forces
-   use span_problem, only: new_span_problem, hold_touches, present_touches
+   use span_problem, only: new_span_problem, present_touches
    use touchdown_points, only: carry_forces
    use past_breakpoints, only: beyond
    use state_transfer, only: carried
@@ -71,7 +71,6 @@ contains
       free%hinge = problem%hinge
       free%model%fixed(3, free%hinge) = .false.
       released = carried(problem, state, free)
-      call hold_touches(free, released%active)
       call carry_forces(problem, state, free, released)
       do k = 1, free%candidates%n
          if (free%candidates%touch(k) == 0) cycle
