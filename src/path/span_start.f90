@@ -3,7 +3,7 @@ module span_start
    use kinds, only: wp
    use model, only: method_load
    use problem, only: problem_t
-   use rod_state, only: state_t, candidate_gap, may_react
+   use rod_state, only: state_t
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
    use contact_touch, only: touch_t, covers
@@ -11,7 +11,8 @@ module span_start
    use span_problem, only: new_span_problem, new_sampled_problem, chain_starts, present_touches, touch_place
    use span_tests, only: run_span_tests, span_test_t, any_fails, test_slack, test_gap, test_force, test_curvature, test_pressure, &
       & test_closing
-   use span_rules, only: answer_t, answer_to
+   use span_rules, only: answer_t, answer_to, index_of
+   use nodal_touches, only: touches_at_nodes, along
    use span_lie_down, only: beside_free_span, span_gap, laid_down
    use state_transfer, only: carried
    use path_control, only: control_t, displacement_between, is_arc_length, set_tangent
@@ -20,7 +21,6 @@ module span_start
    use path_events, only: new_probe
    use corrector, only: increment_t, correct
    use touchdown_points, only: with_held
-   use conforming_span, only: rod_angle
    use rod_geometry, only: geometry_t, new_geometry
    use obstacle_geometry, only: obstacle_gap
    use timing, only: timers_t
@@ -29,7 +29,6 @@ module span_start
    public :: prepare_spans, enter_spans
 
    integer, parameter :: open_nodes(3) = [1, 4, 16]
-   real(wp), parameter :: along = 1.0e-9_wp !! sine of the angle between a rod and its obstacle
    real(wp), parameter :: begins = 0.02_wp  !! of a stretch: where nodes say less than that, contact begins with it
    real(wp), parameter :: opens = 0.2_wp    !! of a line
    integer, parameter :: max_rounds = 20 !! corrections of what the nodes say
@@ -125,7 +124,7 @@ contains
       here%method = method_load
       ! From what the nodes say to what they may mean.
       waves: do wave = 1, size(open_nodes)
-         touch = nodal_touches(problem, trial, open_nodes(wave))
+         touch = touches_at_nodes(problem, trial, open_nodes(wave))
          if (wave > 1) then
             if (same_set(touch, first)) cycle waves
          end if
@@ -213,134 +212,6 @@ contains
       end subroutine settle
    end subroutine enter_spans
 
-   !> Runs of nodes in contact: one or two make a point, more a line, on each stretch that they go over one of its own. A few open
-   !> nodes between others are those of the waves that forces at nodes make; a support that stands on the obstacle takes its
-   !> force, but is in contact, and so is a clamp along it even by itself: contact may spread from there.
-   function nodal_touches(problem, state, most) result(touch)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: most        !! open nodes in a row that count as such waves
-      type(touch_t), allocatable :: touch(:)
-      logical, dimension(problem%candidates%n) :: active, done, told
-      integer :: run(problem%candidates%n)
-      real(wp) :: gap, normal(2), bend, angle
-      integer :: c, n, at
-      allocate (touch(0))
-      active = state%active .and. problem%deck%contact(problem%candidates%contact)%along
-      do c = 1, problem%candidates%n
-         if (.not. problem%deck%contact(problem%candidates%contact(c))%along) cycle
-         associate (near => problem%candidates%neighbour(:, c))
-            if (active(c)) cycle
-            call candidate_gap(problem, state, c, gap, normal, bend)
-            if (may_react(problem, c, normal)) cycle
-            angle = rod_angle(problem, state, c)
-            if (any(state%active(pack(near, near > 0))) .or. (problem%model%fixed(3, problem%candidates%node(c)) .and. &
-               & abs(dot_product(normal, [cos(angle), sin(angle)])) <= along)) active(c) = gap <= 1.0e-9_wp * problem%size
-         end associate
-      end do
-      told = active
-      do c = 1, problem%candidates%n
-         if (.not. told(c)) cycle
-         call close_waves(c, 1)
-         call close_waves(c, 2)
-      end do
-      done = .not. active
-      do c = 1, problem%candidates%n
-         if (done(c)) cycle
-         ! Back to where the run begins; one all round begins anywhere.
-         at = c
-         do
-            if (problem%candidates%neighbour(1, at) == 0) exit
-            if (.not. active(problem%candidates%neighbour(1, at))) exit
-            at = problem%candidates%neighbour(1, at)
-            if (at == c) exit
-         end do
-         n = 0
-         do
-            if (n > 0) then
-               if (at == run(1)) exit
-            end if
-            n = n + 1
-            run(n) = at
-            done(at) = .true.
-            at = problem%candidates%neighbour(2, at)
-            if (at == 0) exit
-            if (.not. active(at)) exit
-         end do
-         if (n <= 2 .and. all(told(run(:n)))) then
-            if (n == 2) then
-               if (state%reaction(run(2)) > state%reaction(run(1))) run(1) = run(2)
-            end if
-            touch = [touch, point_at(run(1))]
-         else
-            call add_lines(run(:n), at == run(1))
-         end if
-      end do
-
-   contains
-
-      !> Takes a few open nodes next to one in contact for closed, up to the next one, or the end of the rod.
-      subroutine close_waves(c, side)
-         integer, intent(in) :: c, side
-         integer :: at, n
-         at = c
-         do n = 0, most
-            at = problem%candidates%neighbour(side, at)
-            if (at == 0) exit
-            if (told(at)) exit
-         end do
-         if (n > most) return
-         ! At the end of a rod that lies flat a single node takes it all.
-         if (at == 0 .and. most == 1) return
-         at = problem%candidates%neighbour(side, c)
-         do while (at > 0)
-            if (active(at)) exit
-            active(at) = .true.
-            at = problem%candidates%neighbour(side, at)
-         end do
-      end subroutine close_waves
-
-      !> A point contact at a node.
-      function point_at(c) result(new)
-         integer, intent(in) :: c
-         type(touch_t) :: new
-         integer :: side
-         side = merge(1, 2, problem%candidates%element(2, c) > 0)
-         new%contact = problem%candidates%contact(c)
-         new%stretch = problem%stretch(problem%candidates%element(3 - side, c))
-         new%at = end_of(problem%candidates%element(3 - side, c), side)
-      end function point_at
-
-      !> Coordinate along its stretch of one end of an element; of breakpoints exactly.
-      real(wp) function end_of(e, side)
-         integer, intent(in) :: e, side
-         end_of = state%geometry%element(e)%s(side) + problem%origin(e)
-         if (side == 1 .and. e == problem%element_first(problem%stretch(e))) end_of = 0.0_wp
-         if (side == 2 .and. e == problem%element_last(problem%stretch(e))) &
-            & end_of = problem%layout%stretch(problem%stretch(e))%length
-      end function end_of
-
-      !> Lines for nodes in contact side by side.
-      subroutine add_lines(run, closed)
-         integer, intent(in) :: run(:)      ! candidates
-         logical, intent(in) :: closed      ! the last one's neighbour is the first one
-         type(touch_t) :: new
-         integer :: i, e
-         do i = 1, size(run) - merge(0, 1, closed)
-            e = problem%candidates%element(2, run(i))
-            if (new%stretch /= problem%stretch(e) .or. (i > 1 .and. e == problem%element_first(problem%stretch(e)))) then
-               if (new%stretch > 0) touch = [touch, new]
-               new%stretch = problem%stretch(e)
-               new%contact = problem%candidates%contact(run(1))
-               new%line = .true.
-               new%at(1) = end_of(e, 1)
-            end if
-            new%at(2) = end_of(e, 2)
-         end do
-         touch = [touch, new]
-      end subroutine add_lines
-   end function nodal_touches
-
    !> Another set where some tests of one do not hold: contact where the rod is inside an obstacle, none where it would have to be
    !> pulled. Not allocated where nothing is known to help.
    subroutine correct_touches(problem, state, tests, better)
@@ -370,11 +241,11 @@ contains
             end if
             if (test%kind == test_gap .and. k > 0) then
                ! The end of a rod that has turned flat lies down from there.
-               set = extended(set, index_of(k), test%at)
+               set = extended(set, index_of(problem, set, k), test%at)
             else if (test%kind == test_pressure) then
-               call lift(index_of(k), test%at, nint(test%sense))
+               call lift(index_of(problem, set, k), test%at, nint(test%sense))
             else if (test%kind == test_force .and. problem%touch(max(k, 1))%line) then
-               call lift(index_of(k), 0.0_wp, &
+               call lift(index_of(problem, set, k), 0.0_wp, &
                   & merge(1, -1, touch_place(problem, state, test%candidate) > 0.5_wp * sum(before(k)%at)))
             else
                answer = answer_to(problem, state, test, set, maxval([0, set%number]), begins, begins)
@@ -387,12 +258,6 @@ contains
       if (.not. same_set(set, before)) better = united(set)
 
    contains
-
-      !> Where one of the problem's touches is in the set.
-      pure integer function index_of(touch)
-         integer, intent(in) :: touch
-         index_of = findloc(set%number, problem%touch(touch)%number, 1)
-      end function index_of
 
       !> True for a span next to a point contact that is less curved than its obstacle.
       pure logical function spreads_beside(test) result(beside)
