@@ -15,6 +15,7 @@ module span_beyond
    use held_openings, only: held_load
    use state_transfer, only: find_point
    use path_control, only: control_t, path_length
+   use path_continuity, only: largest_distance
    use path_run, only: run_t, heading_of
    use corrector, only: increment_t, correct
    use error_report, only: bars_at_touch
@@ -22,8 +23,6 @@ module span_beyond
    implicit none
    private
    public :: look_beyond
-
-   real(wp), parameter :: near_by = 0.1_wp     !! of an increment: what a better place may differ by
 
 contains
 
@@ -90,7 +89,8 @@ contains
       call correct(problem, change%place, control, .true., better, run%system, anew, timers)
       found = anew%converged
       ! Where the path turns back the load tells nothing.
-      if (found) found = path_length(problem, change%place, better) <= near_by * path_length(problem, run%state, leg%to)
+      if (found) found = path_length(problem, change%place, better) <= largest_distance * path_length(problem, run%state, &
+         & leg%to)
       if (.not. found) then
          call linearise(problem, change%place, run%state, run%system, timers)
          return

@@ -16,6 +16,7 @@ module span_lie_down
    use span_tests, only: span_test_t, run_span_tests, another_fails, test_slack, test_pressure, shortest
    use state_transfer, only: carried
    use path_control, only: control_t, path_length
+   use path_continuity, only: largest_distance
    use corrector, only: increment_t, correct
    use timing, only: timers_t
    implicit none
@@ -23,8 +24,6 @@ module span_lie_down
    public :: lie_down, laid_down, beside_free_span, free_span, span_gap
 
    integer, parameter :: samples = 16          !! of the gap over a span
-   integer, parameter :: max_tries = 12
-   real(wp), parameter :: straight = 0.125_wp  !! of an increment: as far as paths are followed as straight (path_continuity)
 
 contains
 
@@ -71,11 +70,11 @@ contains
       end do
    end subroutine lie_down
 
-   !> True where a gap that falls as it did is gone at the load at which the line begins.
+   !> True where a gap that falls as it did is gone at the load at which the line begins, as far as paths are followed as straight.
    pure logical function gone_there(left, come, load, whole)
       real(wp), intent(in) :: left, come         !! gap at the state, and at the point before
       real(wp), intent(in) :: load, whole        !! from that point to the line's beginning, and to the state
-      gone_there = abs(load * (come - left) - whole * come) <= straight * abs(whole * (come - left))
+      gone_there = abs(load * (come - left) - whole * come) <= largest_distance * abs(whole * (come - left))
    end function gone_there
 
    !> True for a free span between two touches that is as short as none.
@@ -144,7 +143,7 @@ contains
       rate = 1.0_wp
       pressure = 0.0_wp
       found = .false.
-      do try = 1, max_tries
+      do try = 1, problem%model%step(problem%step)%max_iterations
          control%increment = guess - state%load_factor
          start = state
          call correct(next, start, control, .true., state, system, report, timers)

@@ -147,7 +147,6 @@ contains
       type(span_test_t), intent(in) :: test
       logical, intent(out) :: ok                 !! false: the state is not that one
       type(timers_t), intent(inout) :: timers
-      integer, parameter :: most = 8
       type(touch_t) :: new
       type(control_t) :: control
       type(increment_t) :: report
@@ -169,7 +168,7 @@ contains
       control%increment = 0.0_wp
       ! However little is left, rounding is that of the load.
       control%whole = run%state%load_factor
-      do try = 1, most
+      do try = 1, problem%model%step(problem%step)%max_iterations
          base = run%state
          call correct(problem, base, control, .true., run%state, run%system, report, timers)
          ok = report%converged

@@ -1,8 +1,8 @@
 !> What must hold for a set of contact spans to be the right one: test functions, smooth along a path on which the set stays,
 !> positive while it holds. Their zeros are where contact begins, ends, spreads or splits.
 !>
-!>   state -> tests -> the first that vanishes on an increment, and where (span_events) -> recorded (span_changes) -> the set behind
-!>   it (span_rules, touch_edits) -> mesh (span_mesh) -> the way on, in which what is new grows (span_set, span_arrival)
+!>   state -> tests -> the first that vanishes on an increment (span_events) -> where (span_location, span_beyond) -> recorded
+!>   (span_changes) -> the next set (span_rules, touch_edits) -> its mesh (span_mesh) -> the way on (span_set, span_arrival)
 module span_tests
    use kinds, only: wp
    use problem, only: problem_t
