@@ -26,6 +26,7 @@ module held_touchdown
       end function condition
    end interface
 
+   integer, parameter :: max_iterations = 20
    real(wp), parameter :: small = 1.0e-8_wp !! from here on as small as it gets, for where the gap is least hangs on that where
    !! curvatures hardly differ
    real(wp), parameter :: least_step = 1.0e-11_wp !! of the load: what the corrector can tell from none
@@ -55,7 +56,7 @@ contains
       frozen = with_held(problem, points)
       other = state
       call go_by([0.0_wp, 0.0_wp], other, state, left)
-      do try = 1, problem%model%step(problem%step)%max_iterations
+      do try = 1, max_iterations
          if (.not. ok) return
          if (maxval(abs(left)) <= small .and. maxval(abs(left)) >= 0.1_wp * best) return
          if (maxval(abs(left)) <= rounding) return

@@ -4,9 +4,8 @@ module span_arrival
    use model, only: step_t, method_load
    use problem, only: problem_t
    use rod_state, only: state_t
-   use span_regions, only: find_span_regions
    use span_tests, only: span_test_t, test_length
-   use span_change, only: leg_t, change_t, next_t, place_here
+   use span_change, only: leg_t, change_t, next_t, merges_untold, place_here
    use span_opening, only: open_line
    use span_set, only: change_set
    use held_openings, only: first_length, longest_length
@@ -73,9 +72,7 @@ contains
       logical :: merges, shorter
       finished = .false.
       associate (next => change%next)
-         merges = .false.
-         if (change%which == 0) &
-            & merges = size(find_span_regions(next%problem, next%state)) < size(find_span_regions(problem, change%place))
+         merges = merges_untold(problem, change)
          if (change%where == place_here) then
             run = bound_for(problem, run, next)
             problem = next%problem

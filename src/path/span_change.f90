@@ -4,14 +4,15 @@ module span_change
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
-   use span_tests, only: span_test_t, run_span_tests
+   use span_regions, only: find_span_regions
+   use span_tests, only: span_test_t, run_span_tests, test_gap, test_closing, test_force
    use path_continuity, only: heading_t
    use path_run, only: run_t
    use corrector, only: increment_t
    use error_bar, only: error_bars_t
    implicit none
    private
-   public :: leg_t, change_t, next_t, new_leg
+   public :: leg_t, change_t, next_t, new_leg, merges_untold
    public :: change_none, change_missed, change_by_rule, change_opening, change_lying, change_merging
    public :: place_within, place_here, place_ahead
 
@@ -78,4 +79,14 @@ contains
       leg%after = run_span_tests(problem, leg%to, leg%scale)
       leg%before = run_span_tests(problem, leg%from, leg%scale)
    end function new_leg
+
+   !> True where contacts become one by what is known beyond, and no test at the place says so.
+   logical function merges_untold(problem, change) result(merges)
+      type(problem_t), intent(in) :: problem
+      type(change_t), intent(in) :: change
+      merges = change%kind == change_lying .or. change%kind == change_merging
+      if (merges .and. change%which > 0) merges = .not. any(change%tests(change%which)%kind == [test_gap, test_closing, test_force])
+      if (merges) merges = size(find_span_regions(change%next%problem, change%next%state)) < &
+         & size(find_span_regions(problem, change%place))
+   end function merges_untold
 end module span_change

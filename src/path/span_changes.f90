@@ -9,8 +9,8 @@ module span_changes
    use span_regions, only: find_span_regions
    use line_pressure, only: virtual_pressure
    use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_pressure, test_length, test_closing
-   use span_change, only: leg_t, change_t, new_leg, change_none, change_missed, change_by_rule, change_opening, change_lying, &
-      & change_merging, place_here, place_ahead
+   use span_change, only: leg_t, change_t, new_leg, merges_untold, change_none, change_missed, change_by_rule, change_opening, &
+      & change_lying, change_merging, place_here, place_ahead
    use span_events, only: find_change
    use span_beyond, only: look_beyond
    use span_arrival, only: take_set, take_line, take_opened
@@ -110,6 +110,7 @@ contains
             call bars_of_line(problem, step, run, change%place, next%problem, line, change%bars, timers)
          end associate
       end if
+      if (change%where /= place_here .and. merges_untold(problem, change)) label = 'C+'
       if (change%which > 0 .and. .not. allocated(change%bars)) call bars_at_point(problem, step, run, change%place, &
          & change%heading, label, .false., change%which, change%bars, timers)
       ! Two changes at once, of which the first has its point: where contact only spreads Newton's method has yet to follow.

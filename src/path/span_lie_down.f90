@@ -24,6 +24,7 @@ module span_lie_down
    public :: lie_down, laid_down, beside_free_span, free_span, span_gap
 
    integer, parameter :: samples = 16          !! of the gap over a span
+   integer, parameter :: max_tries = 12
 
 contains
 
@@ -143,7 +144,7 @@ contains
       rate = 1.0_wp
       pressure = 0.0_wp
       found = .false.
-      do try = 1, problem%model%step(problem%step)%max_iterations
+      do try = 1, max_tries
          control%increment = guess - state%load_factor
          start = state
          call correct(next, start, control, .true., state, system, report, timers)
