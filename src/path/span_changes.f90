@@ -92,10 +92,12 @@ contains
       character(2) :: label
       type(run_t) :: line
       real(wp) :: increment
-      logical :: divides
+      logical :: divides, merges
       shorter = .false.
       finished = .false.
       call describe(problem, change, label, divides)
+      merges = change%where /= place_here .and. merges_untold(problem, change)
+      if (merges) label = 'C+'
       increment = run%control%increment
       ! What happens on the way to a place beyond is looked for in parts of the increment.
       if (change%where == place_ahead .and. run%control%method == method_load) &
@@ -110,9 +112,8 @@ contains
             call bars_of_line(problem, step, run, change%place, next%problem, line, change%bars, timers)
          end associate
       end if
-      if (change%where /= place_here .and. merges_untold(problem, change)) label = 'C+'
       if (change%which > 0 .and. .not. allocated(change%bars)) call bars_at_point(problem, step, run, change%place, &
-         & change%heading, label, .false., change%which, change%bars, timers)
+         & change%heading, label, .false., merge(0, change%which, merges), change%bars, timers)
       ! Two changes at once, of which the first has its point: where contact only spreads Newton's method has yet to follow.
       if (.not. (change%where == place_here .and. label == '  ')) call accept(problem, step, run, change%place, change%heading, &
          & label, change%report, change%where == place_ahead .and. .not. stuck, recorder, shorter, finished, outcome, timers, &
