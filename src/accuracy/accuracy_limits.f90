@@ -21,7 +21,6 @@ contains
       integer :: c
       why = ''
       if (any(.not. collocates(problem%model%mesh%family))) why = 'the mesh has UL2 elements'
-      if (any(problem%opening > 0)) why = 'a contact span has just begun to open'
       do c = 1, problem%candidates%n
          if (problem%candidates%touch(c) > 0 .or. .not. state%active(c)) cycle
          ! Stops stand at nodes that the deck names.

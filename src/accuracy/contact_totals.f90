@@ -21,7 +21,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: m                   !! index into model%monitor, of a contact force
-      known = problem%spans
+      known = problem%has_spans()
       if (.not. known) return
       associate (o => problem%deck%monitor(m)%obstacle, list => problem%candidates)
          known = .not. any(list%obstacle == o .and. list%touch == 0 .and. state%active) .and. &

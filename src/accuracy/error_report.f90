@@ -92,7 +92,7 @@ contains
       allocate (bars)
       call timing_start(timers, phase_accuracy)
       zero%test = test
-      if (label /= '' .and. .not. problem%spans) then
+      if (label /= '' .and. .not. problem%has_spans()) then
          bars = no_error_bars(size(problem%model%monitor), inside_elements)
       else if (label /= '' .and. test == 0) then
          bars = no_error_bars(size(problem%model%monitor), 'a whole span lies down here')

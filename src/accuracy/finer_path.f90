@@ -81,7 +81,7 @@ contains
       associate (problem => path%problem)
          do k = 1, steps
             if (.not. point%ok) return
-            if (problem%moving) call follow_nodes(problem, path%base, control, point%state, origin, seen)
+            if (problem%moves_nodes()) call follow_nodes(problem, path%base, control, point%state, origin, seen)
             call control_row(problem, seen, origin, point%state, point%system, rhs, timers)
             call solve_contact_step(problem, point%state, point%system, rhs, .true., step, timers)
             point%ok = step%ok
@@ -90,7 +90,7 @@ contains
             before = point%state
             call apply_increment(problem, point%system, step%x, step%y, point%state)
             point%state%reaction = step%reaction
-            if (problem%moving) call move_touchdown_points(problem, before, point%state)
+            if (problem%moves_nodes()) call move_touchdown_points(problem, before, point%state)
             call linearise(problem, point%state, point%state, point%system, timers)
             point%ok = point%system%ok
          end do

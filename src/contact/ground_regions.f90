@@ -207,7 +207,7 @@ contains
       real(wp) :: from, to
       associate (e => problem%ground%chain%element(2, candidate), mesh => problem%model%mesh)
          s = problem%ground%chain%s(candidate)
-         if (.not. problem%moving .or. mesh%curve(e) == 0) return
+         if (.not. problem%moves_nodes() .or. mesh%curve(e) == 0) return
          from = mesh%s(1, e)
          to = state%geometry%element(e)%s(1)
          if (.not. abs(to - from) > 0.0_wp) return

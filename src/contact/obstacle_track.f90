@@ -12,7 +12,7 @@ module obstacle_track
    use obstacle_curve, only: foot_t, nearest_point, shape_arc, shape_cubic, arc_length, turned_angle
    implicit none
    private
-   public :: track_t, track_foot, track_at, track_ahead, track_between
+   public :: track_t, track_foot, track_at, track_ahead, track_between, rate_jumps
 
    !> A point of the track.
    type :: track_t
@@ -117,6 +117,25 @@ contains
       end do
       between%piece = i
    end function track_between
+
+   !> What the curvature's rate gains, along the track, at each joint between two of its points where the curvature itself does not
+   !> jump: the points of a spline.
+   pure function rate_jumps(obstacle, offset, first, last) result(jump)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset
+      type(track_t), intent(in) :: first, last   !! in either order
+      real(wp), allocatable :: jump(:)
+      type(track_t) :: before, after
+      integer :: i, low
+      low = min(first%piece, last%piece)
+      allocate (jump(abs(last%piece - first%piece)), source=0.0_wp)
+      do i = 1, size(jump)
+         if (jumps(obstacle, low + i - 1)) cycle
+         before = on_piece(obstacle, offset, low + i - 1, 1.0_wp)
+         after = on_piece(obstacle, offset, low + i, 0.0_wp)
+         jump(i) = after%curvature_rate - before%curvature_rate
+      end do
+   end function rate_jumps
 
    pure type(track_t) function on_line(obstacle, offset, sigma) result(track)
       type(obstacle_t), intent(in) :: obstacle

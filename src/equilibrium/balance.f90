@@ -11,7 +11,7 @@ module balance
    use node_loads, only: node_push_t, dead_node_load, node_pushes
    use section_forces, only: end_forces
    use span_forces, only: span_totals, end_force
-   use conforming_span, only: conforming_forces
+   use conforming_span, only: conforming_forces, joint_forces
    use deck_nodes, only: deck_contact_gaps, find_node
    use element_foundation, only: foundation_forces
    use ground_segments, only: gap_uncertainty, segment_stiffness
@@ -92,7 +92,7 @@ contains
       if (problem%candidates%n > 0) scale = max(scale, maxval(abs(state%reaction)))
       call measure_contact(problem, state, at, scale, middle, accuracy, total, left)
       if (problem%ground%chain%n > 0) call add_foundations()
-      if (problem%spans) call add_spans()
+      if (problem%has_spans()) call add_spans()
       call add_joints()
       accuracy%force = scale
       call note_worst(accuracy%force_balance, beyond(norm2(total(1:2)), noise) / scale, at)
@@ -149,7 +149,7 @@ contains
       subroutine add_spans()
          real(wp) :: totals(3, size(problem%model%contact)), moment, push, gap, normal(2), bend, local(3), &
             & x(2), angle, density, tau, counted(2)
-         real(wp), allocatable :: gaps(:), place(:, :)
+         real(wp), allocatable :: gaps(:), place(:, :), pushes(:)
          logical, allocatable :: beside(:)
          integer :: c, e, i, mesh_node
          call span_totals(problem, state, middle, totals, moment)
@@ -177,6 +177,11 @@ contains
                tau = real(i, wp) / line_samples
                call conforming_forces(problem, state, e, tau, local, x, angle, density)
                call note_worst(accuracy%tension, (-density * problem%size - line_slack * scale) / max(accuracy%reaction, &
+                  & least_reaction * scale), at, element=problem%model%mesh%element_label(e))
+            end do
+            pushes = joint_forces(problem, state, e)
+            do i = 1, size(pushes)
+               call note_worst(accuracy%tension, (-pushes(i) - 1.0e-8_wp * scale) / max(accuracy%reaction, &
                   & least_reaction * scale), at, element=problem%model%mesh%element_label(e))
             end do
          end do

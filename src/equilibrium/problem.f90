@@ -25,6 +25,13 @@ module problem
    implicit none
    private
    public :: problem_t, new_problem, remeshed_problem, derive_problem, rounding_gap, dof
+   public :: mesh_sampled, mesh_of_marks, mesh_of_spans
+
+   ! What the nodes of a mesh go with.
+   integer, parameter :: mesh_fixed = 0                  !! nothing: they stay
+   integer, parameter :: mesh_sampled = 1                !! nothing: they are many, and find out what touches at the start
+   integer, parameter :: mesh_of_marks = 2               !! the ends of contact with foundations
+   integer, parameter :: mesh_of_spans = 3               !! touchdown points, and those
 
    type :: problem_t
       type(model_t) :: model                             !! on the working mesh
@@ -49,17 +56,13 @@ module problem
       real(wp), allocatable :: spring(:, :)              !! (3, nodes) stiffness of springs to the ground
       logical, allocatable :: pressurised(:)             !! (elements) a pressure acts in some step
       integer, allocatable :: z_size(:)                  !! (elements) stored unknowns
-      logical :: spans = .false.                         !! nodes go with touchdown points: a mesh of contact spans
       type(mark_t), allocatable :: mark(:)               !! ends of contact with foundations, corners of their laws
-      logical :: moving = .false.                        !! nodes go along the rods: with touchdown points, or with marks
       real(wp), allocatable :: chain_start(:, :)         !! (stretches, contacts) coordinate of their beginnings along the chain
       !! of a contact
       logical, allocatable :: covered(:, :)              !! (stretches, contacts) where spans may be: all along or not at all
-      logical :: sampled = .false.                       !! a mesh of many nodes that finds out what touches at the start
+      integer :: mesh_kind = mesh_fixed
       type(touch_t), allocatable :: touch(:)             !! and what touches, in order along the rods, where it was when this mesh
       !! was made
-      integer :: opening(2) = 0                          !! candidates: touchdown points whose distance is held while a span between
-      !! them opens; 0: a breakpoint, or none
       integer, allocatable :: conforms(:)                !! (elements) on the track of an obstacle: candidate at the first node,
       !! 0: free
       integer, allocatable :: hinge(:)                   !! nodes of clamps that are hinges beside neutral spans
@@ -73,9 +76,31 @@ module problem
       logical :: resting = .false.                       !! what foundations act on lies on them, or is bilateral: no gap at home
       real(wp) :: force_floor = 0.0_wp                   !! smallest force scale: rounding of EI/size^2
       real(wp), allocatable :: weight(:)                 !! (nodes) share of the rod's length over size^2: the arc-length metric
+   contains
+      procedure :: has_spans
+      procedure :: moves_nodes
+      procedure :: is_sampled
    end type problem_t
 
 contains
+
+   !> True for a mesh of contact spans.
+   pure logical function has_spans(problem)
+      class(problem_t), intent(in) :: problem
+      has_spans = problem%mesh_kind == mesh_of_spans
+   end function has_spans
+
+   !> True where nodes go along the rods.
+   pure logical function moves_nodes(problem)
+      class(problem_t), intent(in) :: problem
+      moves_nodes = problem%mesh_kind == mesh_of_spans .or. problem%mesh_kind == mesh_of_marks
+   end function moves_nodes
+
+   !> True for the mesh that finds out what touches.
+   pure logical function is_sampled(problem)
+      class(problem_t), intent(in) :: problem
+      is_sampled = problem%mesh_kind == mesh_sampled
+   end function is_sampled
 
    !> The problem of a checked model on its own mesh.
    function new_problem(model) result(problem)

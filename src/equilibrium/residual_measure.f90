@@ -58,7 +58,7 @@ contains
       do i = 1, size(push)
          scale = max(scale, norm2(push(i)%force(1:2)))
       end do
-      if (problem%spans) then
+      if (problem%has_spans()) then
          ! An obstacle may carry a load that no section feels.
          carried = 0.0_wp
          do e = 1, problem%model%mesh%n_elements

@@ -3,7 +3,7 @@
 module span_problem
    use kinds, only: wp
    use model, only: obstacle_line
-   use problem, only: problem_t, remeshed_problem
+   use problem, only: problem_t, remeshed_problem, mesh_sampled, mesh_of_marks, mesh_of_spans
    use rod_layout, only: stretch_element
    use rod_state, only: state_t
    use remeshed_model, only: division_t
@@ -16,7 +16,7 @@ module span_problem
    use conforming_element, only: conforming_size
    implicit none
    private
-   public :: new_span_problem, same_spans, new_sampled_problem, chain_starts, hold_touches, present_touches, touch_place, outgrown
+   public :: new_span_problem, same_spans, new_sampled_problem, chain_starts, present_touches, touch_place, outgrown
    public :: present_demand, looking_demand
 
    ! Every free span has a node inside, and one in contact is smooth: no layer forms at its ends.
@@ -103,10 +103,10 @@ contains
       type(problem_t), intent(out) :: problem
       problem = remeshed_problem(with_spans(base, .true.), division)
       problem%touch = touch
-      problem%spans = any(base%deck%contact%along)
       call add_touch_candidates(problem, division)
       call add_marks(problem, cut, division)
-      problem%moving = problem%spans .or. size(problem%mark) > 0
+      if (size(problem%mark) > 0) problem%mesh_kind = mesh_of_marks
+      if (any(base%deck%contact%along)) problem%mesh_kind = mesh_of_spans
       call free_clamps(problem)
    end subroutine lay_spans
 
@@ -127,7 +127,7 @@ contains
          end associate
       end do
       problem = remeshed_problem(with_spans(base, .false.), division)
-      problem%sampled = .true.
+      problem%mesh_kind = mesh_sampled
    end function new_sampled_problem
 
    !> Coordinates of the beginnings of all stretches along the chains of the contacts, 0 where there is none.
@@ -499,13 +499,6 @@ contains
          coarse_beside = any(has > 1.25_wp * wanted .and. mark%layer > 0.0_wp)
       end function coarse_beside
    end function outgrown
-
-   !> All candidates of touches active; their reactions are unknown yet.
-   pure subroutine hold_touches(problem, active)
-      type(problem_t), intent(in) :: problem
-      logical, intent(inout) :: active(:)            !! (candidates)
-      active = active .or. problem%candidates%touch > 0
-   end subroutine hold_touches
 
    !> The touches where a state has their ends now.
    function present_touches(problem, state) result(touch)

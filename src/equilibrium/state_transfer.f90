@@ -113,7 +113,7 @@ contains
    end function carried_field
 
    !> The same for a state whose geometry is set: it gets load factor, displacements, resultants, and the contact of candidates
-   !> that act at nodes on both meshes; contacts that have spans are not active.
+   !> that act at nodes on both meshes; what touches in contact spans is active, its forces are not known.
    pure subroutine carry_to(from, state, to, new, moved)
       type(problem_t), intent(in) :: from       !! of the same deck as `to`
       type(state_t), intent(in) :: state        !! of `from`
@@ -131,7 +131,7 @@ contains
       new%load_factor = state%load_factor
       new%u = spread([0.0_wp, 0.0_wp, 0.0_wp], 2, to%model%mesh%n_nodes)
       new%z = spread(spread(0.0_wp, 1, maxval(to%z_size)), 2, to%model%mesh%n_elements)
-      new%active = spread(.false., 1, to%candidates%n)
+      new%active = to%candidates%touch(:to%candidates%n) > 0
       new%reaction = spread(0.0_wp, 1, to%candidates%n)
       new%grounded = spread(.false., 1, to%model%mesh%n_elements)
       new%segment = spread(segment_unknown, 1, to%ground%chain%n)

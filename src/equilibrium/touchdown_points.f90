@@ -18,8 +18,8 @@ module touchdown_points
    use ground_following, only: keep_to_ground, keep_layers
    implicit none
    private
-   public :: misfit, opening_misfit, move_touchdown_points, shift_touchdown_points, point_force, held_force, carry_forces, &
-      & stands, at_breakpoint
+   public :: misfit, with_held, opening_misfit, move_touchdown_points, shift_touchdown_points, point_force, held_force, &
+      & carry_forces, stands, at_breakpoint
 
    real(wp), parameter :: here = 1.0e-12_wp !! of the size: one and the same place
    real(wp), parameter :: most = 0.5_wp     !! of a span, that its ends may come nearer at once: its nodes keep their order
@@ -38,7 +38,7 @@ contains
       distance = quotient(error, slope)
       moment = 0.0_wp
       do c = 1, size(error)
-         if (.not. problem%candidates%moves(c) .or. any(problem%opening == c)) cycle
+         if (.not. problem%candidates%moves(c) .or. problem%candidates%held(c)) cycle
          moment = max(moment, merge(abs(error(c)), abs(state%reaction(c) * distance(c)), problem%candidates%follows(c)))
       end do
    end subroutine misfit
@@ -74,21 +74,20 @@ contains
       if (abs(slope) > 0.0_wp) quotient = error / slope
    end function quotient
 
-   !> True for touchdown points that are held while a span opens.
-   pure function held(problem)
+   !> The problem with touchdown points held where they are.
+   pure function with_held(problem, points) result(frozen)
       type(problem_t), intent(in) :: problem
-      logical :: held(problem%candidates%n)
-      integer :: i
-      held = .false.
-      do i = 1, 2
-         if (problem%opening(i) > 0) held(problem%opening(i)) = .true.
-      end do
-   end function held
+      integer, intent(in) :: points(:)      !! candidates, 0: none
+      type(problem_t) :: frozen
+      frozen = problem
+      frozen%candidates%held(pack(points, points > 0)) = .true.
+   end function with_held
 
-   !> What is left to do at the two touchdown points of an opening span, each on its own: of a point the rotation against the
-   !> obstacle, of a line's end how far it is from where it belongs, over the size. 0 for a side that has none.
-   function opening_misfit(problem, state) result(left)
+   !> What is left to do at two touchdown points, each on its own: of a point the rotation against the obstacle, of a line's end
+   !> how far it is from where it belongs, over the size. 0 for a side that has none.
+   function opening_misfit(problem, points, state) result(left)
       type(problem_t), intent(in) :: problem
+      integer, intent(in) :: points(2)      !! candidates, 0: none
       type(state_t), intent(in) :: state
       real(wp) :: left(2)
       real(wp) :: distance(problem%candidates%n), moment
@@ -96,11 +95,11 @@ contains
       call misfit(problem, state, distance, moment)
       left = 0.0_wp
       do i = 1, 2
-         if (problem%opening(i) == 0) cycle
-         if (problem%candidates%follows(problem%opening(i))) then
-            left(i) = distance(problem%opening(i)) / problem%size
+         if (points(i) == 0) cycle
+         if (problem%candidates%follows(points(i))) then
+            left(i) = distance(points(i)) / problem%size
          else
-            left(i) = track_rotation(problem, state, problem%opening(i))
+            left(i) = track_rotation(problem, state, points(i))
          end if
       end do
    end function opening_misfit
@@ -229,7 +228,7 @@ contains
       if (size(mark) > 0) call keep_to_ground(problem, before, state)
       call measure_errors(problem, before, error, slope)
       call measure_errors(problem, state, error, now)
-      where (held(problem)) error = 0.0_wp
+      where (problem%candidates%held(:size(error))) error = 0.0_wp
       ! A point that was flat was held like a line's end: its slope is that of what it has become.
       where (abs(now) > abs(slope) .and. (problem%candidates%follows .or. abs(slope) * problem%size <= flat_excess)) slope = now
       error = quotient(error, slope)

@@ -4,7 +4,7 @@ module bracketing
    use kinds, only: wp
    implicit none
    private
-   public :: bracket_t, new_bracket, bracket_guess, bracket_update
+   public :: bracket_t, new_bracket, next_guess, take_value
 
    type :: bracket_t
       real(wp) :: low = 0.0_wp, high = 1.0_wp
@@ -25,7 +25,16 @@ contains
       bracket%scale = max(abs(f_low), abs(f_high))
    end function new_bracket
 
-   !> Where to look next; the middle when the signs do not differ.
+   !> Where to look next. False: the bracket is narrow.
+   logical function next_guess(bracket, narrow, at)
+      type(bracket_t), intent(in) :: bracket
+      real(wp), intent(in) :: narrow             !! width
+      real(wp), intent(out) :: at
+      at = bracket_guess(bracket)
+      next_guess = bracket%high - bracket%low > narrow
+   end function next_guess
+
+   !> The middle when the signs do not differ.
    pure real(wp) function bracket_guess(bracket) result(at)
       type(bracket_t), intent(in) :: bracket
       real(wp) :: x(3), f(3), xi, phi, part, width, margin
@@ -53,13 +62,14 @@ contains
       at = min(max(at, bracket%low + margin), bracket%high - margin)
    end function bracket_guess
 
-   !> Takes a new value in. True when it became the low end.
-   subroutine bracket_update(bracket, at, f, low_moved)
+   !> Takes a new value in.
+   subroutine take_value(bracket, at, f, low_moved)
       type(bracket_t), intent(inout) :: bracket
       real(wp), intent(in) :: at, f
-      logical, intent(out) :: low_moved
-      low_moved = f * bracket%f_low > 0.0_wp
-      if (low_moved) then
+      logical, intent(out), optional :: low_moved !! it became the low end
+      logical :: low
+      low = f * bracket%f_low > 0.0_wp
+      if (low) then
          bracket%dropped = bracket%low
          bracket%f_dropped = bracket%f_low
          bracket%low = at
@@ -70,7 +80,8 @@ contains
          bracket%high = at
          bracket%f_high = f
       end if
-      bracket%latest_low = low_moved
+      bracket%latest_low = low
+      if (present(low_moved)) low_moved = low
       bracket%fresh = .false.
-   end subroutine bracket_update
+   end subroutine take_value
 end module bracketing

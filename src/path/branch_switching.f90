@@ -114,7 +114,7 @@ contains
       subroutine look_outside(state)
          type(state_t), intent(in) :: state
          type(span_test_t), allocatable :: tests(:)
-         if (.not. problem%spans) return
+         if (.not. problem%has_spans()) return
          tests = run_span_tests(problem, state, max(run%system%force_scale, tiny(length)))
          report%converged = all(tests%value >= -test_slack(tests%kind) .or. tests%kind /= test_gap)
          if (.not. report%converged) report%message = 'the other path begins inside an obstacle'

@@ -14,7 +14,7 @@ module contact_corner
    use path_continuity, only: heading_t, heading_at
    use corrector, only: increment_t, take_increment
    use contact_set, only: reaction_rate, gap_rate
-   use bracketing, only: bracket_t, new_bracket, bracket_guess, bracket_update
+   use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    use timing, only: timers_t
    implicit none
    private
@@ -34,15 +34,13 @@ contains
       type(increment_t), intent(out) :: report
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
-      integer, parameter :: max_tries = 40
       real(wp), parameter :: at_once = 1.0e-8_wp !! of an increment
       type(state_t) :: beyond
       type(control_t) :: part
       real(wp), allocatable :: before(:), after(:), ends(:)
       type(bracket_t) :: bracket
       real(wp) :: fraction
-      integer :: try, k, first
-      logical :: changed
+      integer :: k, first
 
       found = .false.
       call take_increment(problem, start, control, beyond, system, report, timers, keep_contact=.true.)
@@ -64,19 +62,17 @@ contains
       bracket = new_bracket(before(first), after(first))
       part = control
       place = start
-      do try = 1, max_tries
-         fraction = bracket_guess(bracket)
+      do while (next_guess(bracket, epsilon(fraction), fraction))
          part%increment = fraction * control%increment
          call take_increment(problem, start, part, place, system, report, timers, keep_contact=.true.)
          if (.not. report%converged) return
          after = signs(problem, start%active, place, system)
-         found = abs(after(first)) <= problem%model%step(problem%step)%locate_tolerance * bracket%scale &
-            & .or. bracket%high - bracket%low <= epsilon(fraction)
-         ! The corner counts only if nothing else has changed its sign on the way.
+         found = abs(after(first)) <= problem%model%step(problem%step)%locate_tolerance * bracket%scale
          if (found) exit
-         call bracket_update(bracket, fraction, after(first), changed)
+         call take_value(bracket, fraction, after(first))
          call linearise(problem, start, start, system, timers)
       end do
+      ! The corner counts only if nothing else has changed its sign on the way.
       if (found) found = all(after >= -1.0e-6_wp .or. before < 0.0_wp)
       if (.not. found) return
       do k = 1, size(after)

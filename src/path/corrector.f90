@@ -115,7 +115,7 @@ contains
       end if
       origin = base
       seen = control
-      if (problem%moving) call follow_nodes(problem, base, control, state, origin, seen)
+      if (problem%moves_nodes()) call follow_nodes(problem, base, control, state, origin, seen)
       call control_row(problem, seen, origin, state, system, rhs, timers)
       call iterate(problem, base, control, state, system, rhs, keep_contact, huge(1), report, timers, far_off)
    end subroutine correct
@@ -166,7 +166,7 @@ contains
       if (present(far_off)) seeking = far_off
       ! How long an arc is matters to nothing on the path, and nodes that go along it make it uncertain until they rest.
       at_length = max(tolerance, 1.0e-9_wp)
-      if (problem%moving .and. is_arc_length(given%method) .and. .not. given%whole > 0.0_wp) at_length = large_correction
+      if (problem%moves_nodes() .and. is_arc_length(given%method) .and. .not. given%whole > 0.0_wp) at_length = large_correction
       previous = 0.0_wp
       second_order = huge(1.0_wp)
       ! Foundations find out where they touch while Newton goes on; the limit counts from then on.
@@ -274,7 +274,7 @@ contains
                & call shorten_step(problem, origin, from, step%x, work, state, system, timers)
          end if
          correction = metric(problem, state%u - from%u, state%u - from%u)
-         if (problem%moving) then
+         if (problem%moves_nodes()) then
             call move_touchdown_points(problem, from, state, travelled)
             ! Touchdown points that are far off get a tenth of the span nearer each time as long as it is much too long: its moment
             ! falls with the square of its length. The limit counts from then on.
@@ -343,11 +343,11 @@ contains
                & problem%size)**2)
          end do
       end if
-      if (.not. problem%spans) return
+      if (.not. problem%has_spans()) return
       call misfit(problem, state, distance, moment)
       worst = max(worst, moment / (problem%size * max(system%force_scale, tiny(worst))))
       ! Where a touchdown point is held the hinge of a neutral span turns.
-      if (all(problem%opening == 0)) worst = max(worst, maxval(abs(state%u(3, problem%hinge))))
+      if (.not. any(problem%candidates%held)) worst = max(worst, maxval(abs(state%u(3, problem%hinge))))
    end function constraint_residual
 
    !> Signs of all gaps and reactions at a converged state.

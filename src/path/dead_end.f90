@@ -14,7 +14,7 @@ module dead_end
    use path_continuity, only: heading_t, heading_at, relate, same_path
    use path_run, only: run_t
    use corrector, only: increment_t, take_increment
-   use span_validity, only: spans_hold
+   use span_tests, only: spans_hold
    use timing, only: timers_t
    implicit none
    private
@@ -97,7 +97,7 @@ contains
             cycle
          end if
          ! Nor is it known how the path goes on where its contacts change.
-         if (problem%spans) report%converged = spans_hold(problem, next, run%system%force_scale)
+         if (problem%has_spans()) report%converged = spans_hold(problem, next, run%system%force_scale)
          if (.not. report%converged) return
          point = point + 1
          found = rate_here * rate(next, ahead) < 0.0_wp

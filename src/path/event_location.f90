@@ -13,7 +13,7 @@ module event_location
    use sightings, only: sighting_t
    use smooth_zero, only: locate_smooth, zero_eigenvalue
    use path_run, only: run_t, heading_of, probe_at
-   use bracketing, only: bracket_t, new_bracket, bracket_guess, bracket_update
+   use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    use timing, only: timers_t
    implicit none
    private
@@ -61,12 +61,10 @@ contains
       type(division_t), intent(inout) :: division
       type(sighting_t), intent(inout) :: sighting
       type(timers_t), intent(inout) :: timers
-      integer, parameter :: max_tries = 60
       type(state_t) :: here, below, above
       type(heading_t) :: heading, heading_above
       type(bracket_t) :: bracket
       real(wp) :: f, f_below, f_above
-      integer :: try
       logical :: held, low_moved, releases
 
       associate (event => sighting%event, located => sighting%located)
@@ -88,9 +86,20 @@ contains
          heading_above = ahead
          ! A contact that is lost may leave no gap where something else holds the node; with it held its reaction tells.
          located = abs(bracket%f_high) <= step%locate_tolerance * bracket%scale .and. .not. held
-         search: do try = 1, max_tries
-            if (located) exit search
-            sighting%fraction = bracket_guess(bracket)
+         search: do while (.not. located)
+            if (.not. next_guess(bracket, step%locate_tolerance, sighting%fraction)) then
+               sighting%place = above
+               sighting%heading = heading_above
+               sighting%fraction = bracket%high
+               ! What is continuous shrinks with its bracket, what jumps does not, and is no event. The force of a contact may
+               ! begin with any slope, and the structure may give way by what a node more or less in contact makes.
+               if (event%kind == event_contact) then
+                  located = path_length(problem, below, above) <= largest_distance * path_length(problem, run%state, trial)
+               else
+                  located = abs(f_above - f_below) <= sqrt(step%locate_tolerance) * bracket%scale
+               end if
+               exit search
+            end if
             ! With the contact set of the start the function of a contact event is smooth through its zero.
             call point_within(problem, run, trial, ahead, division, sighting%fraction, held, held, here, sighting%report, timers)
             if (held .and. sighting%report%converged) then
@@ -112,7 +121,7 @@ contains
             sighting%heading = heading
             located = abs(f) <= step%locate_tolerance * bracket%scale .and. load_error() <= step%locate_tolerance
             if (located) exit search
-            call bracket_update(bracket, sighting%fraction, f, low_moved)
+            call take_value(bracket, sighting%fraction, f, low_moved)
             if (low_moved) then
                below = here
                f_below = f
@@ -120,19 +129,6 @@ contains
                above = here
                heading_above = heading
                f_above = f
-            end if
-            if (bracket%high - bracket%low <= step%locate_tolerance) then
-               sighting%place = above
-               sighting%heading = heading_above
-               sighting%fraction = bracket%high
-               ! What is continuous shrinks with its bracket, what jumps does not, and is no event. The force of a contact may
-               ! begin with any slope, and the structure may give way by what a node more or less in contact makes.
-               if (event%kind == event_contact) then
-                  located = path_length(problem, below, above) <= largest_distance * path_length(problem, run%state, trial)
-               else
-                  located = abs(f_above - f_below) <= sqrt(step%locate_tolerance) * bracket%scale
-               end if
-               exit search
             end if
          end do search
          ! Where the contact set changes, eigenvalues may jump without a bifurcation.

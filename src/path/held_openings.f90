@@ -9,7 +9,7 @@ module held_openings
    use path_control, only: control_t
    use corrector, only: increment_t, correct
    use path_run, only: run_t
-   use touchdown_points, only: opening_misfit
+   use touchdown_points, only: with_held, opening_misfit
    use held_touchdown, only: solve_held
    use conforming_span, only: flat_excess, excess_curvature, track_sense, track_rotation, node_track
    use timing, only: timers_t
@@ -25,16 +25,16 @@ contains
    !> Opens a span between two touchdown points: with their distance held the load, and the place of both, are found at which
    !> they are where they belong.
    subroutine open_span(problem, run, opened, ok, timers)
-      type(problem_t), intent(inout) :: problem
+      type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       integer, intent(in) :: opened(2)           !! numbers of touches; both the same: a line, between its own ends
       logical, intent(out) :: ok
       type(timers_t), intent(inout) :: timers
       type(state_t) :: state
-      problem%opening = opening_ends(problem, opened)
+      integer :: ends(2)
+      ends = opening_ends(problem, opened)
       state = run%state
-      call solve_held(problem, run%system, all(problem%opening > 0), held_steps(problem, run), opening_misfit, state, ok, timers)
-      problem%opening = 0
+      call solve_held(problem, ends, run%system, all(ends > 0), held_steps(problem, run), opening_misfit, state, ok, timers)
       if (.not. ok) return
       run%state = state
       call linearise(problem, run%state, run%state, run%system, timers)
@@ -44,18 +44,16 @@ contains
    !> Brings a span that is about to open to equilibrium at the load where the run stands, its touchdown points held: what they
    !> want there tells where they go. The state stays where there is none.
    subroutine rest_held(problem, run, opened, timers)
-      type(problem_t), intent(inout) :: problem
+      type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       integer, intent(in) :: opened(2)           !! as open_span
       type(timers_t), intent(inout) :: timers
       type(state_t) :: state
       type(control_t) :: here
       type(increment_t) :: report
-      problem%opening = opening_ends(problem, opened)
       state = run%state
       here%method = method_load
-      call correct(problem, run%state, here, .true., state, run%system, report, timers)
-      problem%opening = 0
+      call correct(with_held(problem, opening_ends(problem, opened)), run%state, here, .true., state, run%system, report, timers)
       if (report%converged) run%state = state
       call linearise(problem, run%state, run%state, run%system, timers)
    end subroutine rest_held
@@ -93,25 +91,24 @@ contains
    !> Where a point contact is as curved as its obstacle: there its own equation, that of the least gap, has no slope. With it
    !> held load and place are found at which both are right.
    subroutine find_flat_point(problem, run, candidate, place, ok, timers)
-      type(problem_t), intent(inout) :: problem
+      type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       integer, intent(in) :: candidate
       type(state_t), intent(inout) :: place      !! a state nearby on entry
       logical, intent(out) :: ok
       type(timers_t), intent(inout) :: timers
-      problem%opening = [candidate, 0]
-      call solve_held(problem, run%system, problem%candidates%moves(candidate), held_steps(problem, run), flatness, place, ok, &
-         & timers)
-      problem%opening = 0
+      call solve_held(problem, [candidate, 0], run%system, problem%candidates%moves(candidate), held_steps(problem, run), &
+         & flatness, place, ok, timers)
    end subroutine find_flat_point
 
    !> Rotation of a held point against the obstacle, and its excess of curvature over the size, which is to stay above zero.
-   function flatness(problem, state) result(left)
+   function flatness(problem, points, state) result(left)
       type(problem_t), intent(in) :: problem
+      integer, intent(in) :: points(2)           !! candidate, 0
       type(state_t), intent(in) :: state
       real(wp) :: left(2), excess, stretch
-      left(1) = track_rotation(problem, state, problem%opening(1))
-      call excess_curvature(problem, state, problem%opening(1), excess, stretch)
+      left(1) = track_rotation(problem, state, points(1))
+      call excess_curvature(problem, state, points(1), excess, stretch)
       left(2) = excess * problem%size - 0.1_wp * flat_excess
    end function flatness
 
@@ -156,32 +153,30 @@ contains
 
    !> How the new span grows along the path, per unit of load factor.
    real(wp) function spreading_rate(problem, run, opened) result(rate)
-      type(problem_t), intent(inout) :: problem
+      type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run             !! its system factored
-      integer, intent(in) :: opened(2)
+      integer, intent(in) :: opened(2)           !! as open_span
       type(state_t) :: ahead, here
       real(wp) :: step, change(2), excess, stretch
-      integer :: k
-      problem%opening = opening_ends(problem, opened)
+      integer :: ends(2), k
+      ends = opening_ends(problem, opened)
       step = small_load(problem, run)
       here = run%state
       ahead = run%state
       call apply_increment(problem, run%system, 0.0_wp * run%system%tangent, 0.0_wp, here)
       call apply_increment(problem, run%system, step * run%system%tangent, step, ahead)
-      change = opening_misfit(problem, ahead) - opening_misfit(problem, here)
+      change = opening_misfit(problem, ends, ahead) - opening_misfit(problem, ends, here)
       rate = 0.0_wp
       do k = 1, 2
-         if (problem%opening(k) == 0) cycle
-         if (.not. problem%candidates%follows(problem%opening(k))) then
+         if (ends(k) == 0) cycle
+         if (.not. problem%candidates%follows(ends(k))) then
             ! A rotation against the obstacle moves a point by that over the curvature it has more.
-            call excess_curvature(problem, run%state, problem%opening(k), excess, stretch)
-            change(k) = -change(k) * track_sense(problem, run%state, problem%opening(k), &
-               & node_track(problem, run%state, problem%opening(k))) / excess
+            call excess_curvature(problem, run%state, ends(k), excess, stretch)
+            change(k) = -change(k) * track_sense(problem, run%state, ends(k), node_track(problem, run%state, ends(k))) / excess
          end if
          rate = rate + merge(-1.0_wp, 1.0_wp, k == 1) * change(k) * merge(problem%size, 1.0_wp, &
-            & problem%candidates%follows(problem%opening(k)))
+            & problem%candidates%follows(ends(k)))
       end do
       rate = rate / step
-      problem%opening = 0
    end function spreading_rate
 end module held_openings

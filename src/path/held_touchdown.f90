@@ -8,7 +8,7 @@ module held_touchdown
    use linear_system, only: system_t
    use path_control, only: control_t
    use corrector, only: increment_t, correct
-   use touchdown_points, only: shift_touchdown_points
+   use touchdown_points, only: with_held, shift_touchdown_points
    use small_dense, only: solve_small
    use timing, only: timers_t
    implicit none
@@ -17,9 +17,10 @@ module held_touchdown
 
    abstract interface
       !> What is to vanish, of the size of rotations.
-      function condition(problem, state) result(left)
+      function condition(problem, points, state) result(left)
          import :: problem_t, state_t, wp
          type(problem_t), intent(in) :: problem
+         integer, intent(in) :: points(2)
          type(state_t), intent(in) :: state
          real(wp) :: left(2)
       end function condition
@@ -33,10 +34,11 @@ module held_touchdown
 
 contains
 
-   !> Newton's method, by differences, for load factor and place of the points problem%opening, which move together. With one
+   !> Newton's method, by differences, for load factor and place of touchdown points, which move together. With one
    !> point at most, and `places` false, the load alone is unknown and the sum of the conditions has to vanish.
-   subroutine solve_held(problem, system, places, step, left_of, state, ok, timers)
-      type(problem_t), intent(in) :: problem     !! its opening set
+   subroutine solve_held(problem, points, system, places, step, left_of, state, ok, timers)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: points(2)           !! candidates, 0: none
       type(system_t), intent(inout) :: system
       logical, intent(in) :: places              !! the place is an unknown, too
       real(wp), intent(in) :: step(2)            !! of load factor and place, for differences
@@ -44,12 +46,14 @@ contains
       type(state_t), intent(inout) :: state      !! guess on entry
       logical, intent(out) :: ok
       type(timers_t), intent(inout) :: timers
+      type(problem_t) :: frozen
       type(state_t) :: other
       real(wp) :: left(2), changed(2), slope(2, 2), move(2, 1), trial(2), best
       integer :: try, k, unknowns
       logical :: singular
       unknowns = merge(2, 1, places)
       best = huge(best)
+      frozen = with_held(problem, points)
       other = state
       call go_by([0.0_wp, 0.0_wp], other, state, left)
       do try = 1, max_iterations
@@ -104,19 +108,16 @@ contains
          type(control_t) :: control
          type(increment_t) :: report
          real(wp) :: distance(problem%candidates%n)
-         integer :: i
          to = from
          distance = 0.0_wp
-         do i = 1, 2
-            if (problem%opening(i) > 0 .and. places) distance(problem%opening(i)) = move(2)
-         end do
+         if (places) distance(pack(points, points > 0)) = move(2)
          call shift_touchdown_points(problem, to, distance)
          control%method = method_load
          control%increment = move(1)
          if (present(whole)) control%whole = whole
-         call correct(problem, from, control, .true., to, system, report, timers)
+         call correct(frozen, from, control, .true., to, system, report, timers)
          ok = report%converged
-         left = left_of(problem, to)
+         left = left_of(problem, points, to)
       end subroutine go_by
    end subroutine solve_held
 end module held_touchdown

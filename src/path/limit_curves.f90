@@ -13,7 +13,7 @@ module limit_curves
    use bordered_system, only: linearise
    use landmarks, only: landmarks_t
    use path_acceptance, only: outcome_t, note_trouble
-   use span_validity, only: spans_hold
+   use span_tests, only: spans_hold
    use second_parameter, only: present_value
    use limit_marks, only: renew_marks, take_marks_off
    use limit_search, only: follower_t, trial_t, stand_here, scale_rate, evaluate, search, as_coordinate, as_value, small_drop
@@ -133,7 +133,7 @@ contains
                end if
                cycle
             end if
-            if (trial%problem%spans) then
+            if (trial%problem%has_spans()) then
                if (.not. spans_hold(trial%problem, trial%state, follower%system%force_scale)) then
                   trouble = 'its contacts change beyond parameter '//to_text(as_value(curve, follower%coordinate))
                   return

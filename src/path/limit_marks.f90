@@ -6,12 +6,10 @@ module limit_marks
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
-   use span_problem, only: new_span_problem, same_spans, present_touches, hold_touches, outgrown
-   use touchdown_points, only: carry_forces
+   use span_problem, only: new_span_problem, same_spans, present_touches, outgrown
    use ground_mark, only: cut_t
    use ground_cuts, only: find_cuts, marked
-   use ground_segments, only: tell_segments
-   use state_transfer, only: carried, carried_field
+   use mesh_change, only: carry_over
    use path_control, only: control_t
    use corrector, only: increment_t, correct
    use timing, only: timers_t
@@ -64,17 +62,13 @@ contains
       type(system_t) :: system
       type(control_t) :: hold
       type(increment_t) :: report
-      there = carried(problem, state, next)
-      call tell_segments(next, there, carried=.true.)
-      call hold_touches(next, there%active)
-      call carry_forces(problem, state, next, there)
-      direction = carried_field(problem, state, direction, next, there)
+      call carry_over(problem, next, state, direction)
       system = new_system(next)
       hold%method = method_linearised
       hold%tangent = direction
       hold%increment = 0.0_wp
       problem = next
-      state = there
+      there = state
       call correct(problem, there, hold, .true., state, system, report, timers)
       ok = report%converged
    end subroutine stand_on

@@ -3,7 +3,7 @@ module limit_mesh
    use kinds, only: wp
    use model, only: step_t
    use linear_system, only: new_system
-   use span_problem, only: new_span_problem, present_touches, hold_touches
+   use span_problem, only: new_span_problem, present_touches
    use ground_cuts, only: find_cuts
    use ground_segments, only: tell_segments
    use state_transfer, only: carried, carried_field
@@ -82,7 +82,6 @@ contains
       next%problem = problem_at(next%base, follower%curve, as_value(follower%curve, follower%coordinate))
       next%state = carried(follower%problem, follower%state, next%problem)
       call tell_segments(next%problem, next%state, carried=.true.)
-      call hold_touches(next%problem, next%state%active)
       next%control%tangent = carried_field(follower%problem, follower%state, follower%control%tangent, next%problem, next%state)
       if (allocated(next%control%previous)) deallocate (next%control%previous)
       next%system = new_system(next%problem)

@@ -32,7 +32,7 @@ contains
             end if
             total = 0.0_wp
             if (monitor%quantity == quantity_contact) then
-               if (problem%spans) then
+               if (problem%has_spans()) then
                   call span_totals(problem, state, [0.0_wp, 0.0_wp], pushed, moment)
                   total = total + sum(pushed(monitor%component, :), mask=problem%model%contact%obstacle == monitor%obstacle)
                end if
@@ -75,7 +75,7 @@ contains
          if (monitor%quantity == quantity_displacement) then
             rate = monitor_change(problem, m, state, system, system%tangent, 1.0_wp)
          else if (monitor%quantity == quantity_contact) then
-            if (problem%spans) rate = monitor%factor * span_rate(monitor%component, monitor%obstacle)
+            if (problem%has_spans()) rate = monitor%factor * span_rate(monitor%component, monitor%obstacle)
             do i = 1, problem%candidates%n
                if (problem%candidates%obstacle(i) /= monitor%obstacle .or. .not. state%active(i)) cycle
                if (problem%candidates%touch(i) > 0) cycle

@@ -530,7 +530,7 @@ contains
          & merge(run%beginning_in, 0, label == 'C+'), point, outcome%accuracy)
       call note_load(problem%step, state%load_factor, outcome%accuracy)
       call count_up(timers, counter_points)
-      if (.not. problem%sampled) call count_largest(timers, counter_largest, problem%model%mesh%n_elements)
+      if (.not. problem%is_sampled()) call count_largest(timers, counter_largest, problem%model%mesh%n_elements)
       call recorder%point(point, timers, error)
       if (allocated(error)) outcome%why = error%message
    end subroutine record

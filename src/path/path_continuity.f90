@@ -164,7 +164,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
       real(wp) :: chord(3, size(from%u, 2))     !! (3, nodes)
-      if (problem%moving) then
+      if (problem%moves_nodes()) then
          chord = displacements_at(problem, to, from%geometry) - from%u
          return
       end if
@@ -178,7 +178,7 @@ contains
       real(wp), intent(in) :: u(:, :)           !! (3, nodes) at the nodes of `there`
       real(wp) :: seen(3, size(u, 2))
       seen = u
-      if (problem%moving) seen = field_at(problem, there, u, from%geometry)
+      if (problem%moves_nodes()) seen = field_at(problem, there, u, from%geometry)
    end function seen_from
 
    !> True for states that differ in nothing that jumps: contact set, places of the nodes along the rod.
@@ -196,7 +196,7 @@ contains
          e = problem%ground%chain%element(2, c)
          alike = a%grounded(e) .eqv. b%grounded(e)
       end do
-      if (problem%moving) return
+      if (problem%moves_nodes()) return
       do e = 1, size(a%geometry%element)
          if (.not. alike) return
          alike = all(abs(a%geometry%element(e)%s - b%geometry%element(e)%s) <= 0.0_wp)
@@ -220,11 +220,11 @@ contains
       state%load_factor = from%load_factor + weight(1) * before%load + weight(2) * (to%load_factor - from%load_factor) + &
          & weight(3) * after%load
       ! Where nodes go along the rod their own displacements change at other rates.
-      if (problem%moving) weight = [0.0_wp, part, 0.0_wp]
+      if (problem%moves_nodes()) weight = [0.0_wp, part, 0.0_wp]
       state%u = from%u + weight(1) * before%u + weight(2) * (to%u - from%u) + weight(3) * after%u
       state%z = from%z + part * (to%z - from%z)
       state%reaction = from%reaction + part * (to%reaction - from%reaction)
-      if (problem%moving) call blend_geometry(problem, [from, to], [1.0_wp - part, part], state)
+      if (problem%moves_nodes()) call blend_geometry(problem, [from, to], [1.0_wp - part, part], state)
    end function between
 
    !> Nodes of a state where those of others are, by their weights, which sum up to one.
@@ -318,7 +318,7 @@ contains
       way = chord_between(problem, from, place)
       along = metric(problem, way, chord) / length**2
       part = min(max(along, 0.0_wp), 1.0_wp)
-      if (problem%moving) then
+      if (problem%moves_nodes()) then
          ! The nodes go along the rod: the cubic of the material points where those of the start are.
          weight = hermite(part)
          way = way - weight(1) * length * before%u - weight(2) * chord - weight(3) * length * &

@@ -283,7 +283,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
       real(wp) :: u(3, size(to%u, 2))
-      if (problem%moving) then
+      if (problem%moves_nodes()) then
          u = to%u - displacements_at(problem, from, to%geometry)
       else
          u = to%u - from%u

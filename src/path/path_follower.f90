@@ -83,7 +83,7 @@ contains
             relation = relate(problem, run%state, trial, run%heading, ahead, run%fresh)
             astray = .not. same_path(relation)
             ! With contact spans corners are where their changes are located, and the heading is that after them.
-            if (astray .and. cuts > 0 .and. .not. problem%spans) then
+            if (astray .and. cuts > 0 .and. .not. problem%has_spans()) then
                if (at_corner(before, relation)) &
                   & astray = .not. same_path(relate(problem, run%state, trial, run%heading, ahead, .true.))
             end if
@@ -102,7 +102,7 @@ contains
             call count_up(timers, counter_rejected)
             cuts = cuts + 1
             call linearise(problem, run%state, run%state, run%system, timers)
-            if (problem%spans .and. cuts == cuts_before_change .and. allocated(run%trail)) then
+            if (problem%has_spans() .and. cuts == cuts_before_change .and. allocated(run%trail)) then
                ! A change of contact just ahead may be the reason.
                trial = run%state
                ahead = run%heading
@@ -142,13 +142,13 @@ contains
          end if
          cuts = 0
          entered = .false.
-         if (problem%sampled) then
+         if (problem%is_sampled()) then
             call enter_spans(problem, run, trial, entered, timers)
             if (entered) ahead = heading_of(problem, run, trial)
          end if
          if (entered .or. allocated(run%stuck)) then
             continue
-         else if (problem%spans) then
+         else if (problem%has_spans()) then
             call pass_change(problem, step, run, trial, ahead, .false., tries, recorder, changed, finished, outcome, timers)
             if (finished .or. allocated(outcome%why)) return
             if (wants_another(run)) then
@@ -182,7 +182,7 @@ contains
             cycle points
          end if
          if (allocated(run%control%tangent)) run%control%previous = run%control%tangent
-         call next_increment(step, report%iterations, relation, problem%moving, run%control)
+         call next_increment(step, report%iterations, relation, problem%moves_nodes(), run%control)
       end do points
 
    contains

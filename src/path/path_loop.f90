@@ -17,7 +17,6 @@ module path_loop
    use landmarks, only: landmarks_t
    use first_contact, only: presume_contact
    use span_mesh, only: prepare_mesh, ask_for_twice, refine_mesh
-   use span_problem, only: hold_touches
    use step_control, only: start_control
    use path_events, only: new_probe
    use path_acceptance, only: record, note_trouble, outcome_t
@@ -56,7 +55,6 @@ contains
       perfect = problem%deck
       call prepare_mesh(problem)
       run%state = new_state(problem)
-      call hold_touches(problem, run%state%active)
       run%touches = size(problem%touch)
       run%system = new_system(problem)
       steps: do k = 1, size(problem%model%step)
@@ -80,7 +78,7 @@ contains
          nullify (run%landmarks)
          if (size(step%branch) > 0 .or. size(step%limit_curve) > 0) run%landmarks => found
          call follow_points(problem, step, run, recorder, outcome, timers)
-         if (problem%sampled .and. .not. allocated(outcome%why)) outcome%why = &
+         if (problem%is_sampled() .and. .not. allocated(outcome%why)) outcome%why = &
             & 'contact at nodes did not turn into points and lines along the rod before the end of the step'
          if (allocated(outcome%why)) exit steps
          call follow_branches(step, found, n_branches, recorder, outcome, timers)
@@ -90,7 +88,7 @@ contains
          call freeze_loads(problem, run%state)
       end do steps
       outcome%dead_end = allocated(outcome%why) .and. outcome%deck_line == 0 .and. .not. (outcome%turns .or. outcome%used_up)
-      outcome%sampled = problem%sampled
+      outcome%sampled = problem%is_sampled()
       outcome%complete = .not. (allocated(outcome%why) .or. allocated(outcome%trouble))
       if (allocated(outcome%trouble)) then
          if (allocated(outcome%why)) outcome%trouble = outcome%why//'; '//outcome%trouble
@@ -210,7 +208,6 @@ contains
       call prepare_mesh(fresh)
       problem = fresh
       run%state = new_state(problem)
-      call hold_touches(problem, run%state%active)
       run%touches = size(problem%touch)
       run%system = new_system(problem)
 

@@ -38,7 +38,7 @@ contains
          point%monitor = monitor_values(problem, state, system)
          if (size(problem%model%contact) > 0) then
             point%region = find_regions(problem, state)
-            if (problem%spans) then
+            if (problem%has_spans()) then
                point%region = [find_span_regions(problem, state), point%region]
                ! The nodes of a contact span are the mesh's affair.
                point%active_contacts = size(problem%touch) + count(state%active .and. problem%candidates%touch == 0) + &
@@ -48,7 +48,7 @@ contains
             allocate (totals(3, size(problem%model%obstacle)), pushed(3, size(problem%model%contact)))
             call foundation_totals(problem, state, totals)
             point%obstacle_force = totals(1:2, :)
-            if (problem%spans) then
+            if (problem%has_spans()) then
                call span_totals(problem, state, [0.0_wp, 0.0_wp], pushed, moment)
                do c = 1, size(problem%model%contact)
                   associate (force => point%obstacle_force(:, problem%model%contact(c)%obstacle))

@@ -59,9 +59,9 @@ contains
       if (curve%parameter == parameter_imperfection) &
          & k = base%deck%curve(base%deck%mesh%curve(curve%element(1)))%imperfection
       call set_value(problem%deck, curve, value, k)
-      if (.not. base%moving) call set_value(problem%model, curve, value, k)
+      if (.not. base%moves_nodes()) call set_value(problem%model, curve, value, k)
       if (k > 0) problem%layout = new_layout(problem%deck)
-      if (base%moving) then
+      if (base%moves_nodes()) then
          call lay_spans_again(base, problem)
       else
          call derive_again(base, problem)
@@ -119,7 +119,6 @@ contains
       problem%overlap = deck%overlap
       problem%chain_start = chain_starts(deck)
       problem = same_spans(problem, base)
-      problem%opening = base%opening
       problem%weight = base%weight
    end subroutine lay_spans_again
 
@@ -143,7 +142,7 @@ contains
       logical :: done(size(state%u, 2))
       carried = state
       carried%geometry = new_geometry(to%model, to%tableau)
-      if (to%moving) then
+      if (to%moves_nodes()) then
          ! The same mesh: its nodes are at the same material points.
          do node = 1, to%model%mesh%n_nodes
             e = from%beside(1, node)

@@ -24,7 +24,7 @@ module smooth_zero
    use weak_lines, only: release_lines
    use tangent_modes, only: modes_t, lowest_modes, numbered_eigenvalue
    use path_run, only: run_t, heading_of, probe_at
-   use bracketing, only: bracket_t, new_bracket, bracket_guess, bracket_update
+   use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    use timing, only: timers_t
    implicit none
    private
@@ -32,7 +32,7 @@ module smooth_zero
 
    integer, parameter :: eigenvalues_looked_at = 4
    integer, parameter :: n_samples = 4           !! of a cubic
-   integer, parameter :: max_tries = 40, max_centres = 6
+   integer, parameter :: max_centres = 6
 
 contains
 
@@ -52,7 +52,7 @@ contains
       type(control_t) :: hold
       real(wp) :: at(n_samples), mu(n_samples), f, centre, guess, h, near
       integer :: try, k
-      logical :: low_moved, branching, told
+      logical :: branching, told
 
       sighting%located = .false.
       h = epsilon(h)**0.2_wp
@@ -66,13 +66,10 @@ contains
       ! Where the contact set changes the function may jump: no zero can be interpolated there.
       if (.not. division%smooth) return
       ! To within the reach of the samples.
-      centre = bracket_guess(bracket)
-      do try = 1, max_tries
-         if (bracket%high - bracket%low <= h) exit
+      do while (next_guess(bracket, h, centre))
          if (.not. sampled(centre, sample(1), f)) return
          if (abs(f) <= h * bracket%scale) exit
-         call bracket_update(bracket, centre, f, low_moved)
-         centre = bracket_guess(bracket)
+         call take_value(bracket, centre, f)
       end do
       do try = 1, max_centres
          ! Two on each side of it; where the increment ends all on one side, so that none comes near it.
@@ -179,7 +176,7 @@ contains
                sighting%heading%load = sighting%heading%load + d(i) * sample(i)%load_factor
             end do
          end associate
-         if (problem%moving) then
+         if (problem%moves_nodes()) then
             call blend_geometry(problem, sample, w, sighting%place)
             sighting%heading%u = 0.0_wp
             do i = 1, n_samples

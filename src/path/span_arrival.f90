@@ -1,86 +1,69 @@
-!> The equilibria around a change of contact spans that are computed on the next set: the touch itself where contact begins, the
-!> line of a span that has lain down, the free span that opens within a line.
+!> The run beyond a change of its contact spans.
 module span_arrival
    use kinds, only: wp
    use model, only: step_t, method_load
    use problem, only: problem_t
    use rod_state, only: state_t
-   use bordered_system, only: linearise
-   use span_problem, only: hold_touches
-   use span_regions, only: find_span_regions
-   use span_tests, only: run_span_tests
-   use span_events, only: leg_t, change_t, next_t
+   use span_tests, only: span_test_t, test_length
+   use span_change, only: leg_t, change_t, next_t, merges_untold, place_here
    use span_opening, only: open_line
-   use span_set, only: begin_touch, touched_at
+   use span_set, only: change_set
+   use held_openings, only: first_length, longest_length
    use state_transfer, only: carried, carried_field
-   use path_control, only: control_t, path_length, displacement_between
+   use path_control, only: control_t, displacement_between
    use path_continuity, only: heading_t, heading_at, between
    use path_events, only: event_t, new_probe, detect_events
    use path_run, only: run_t, heading_of, forget_mesh
    use path_acceptance, only: accept, outcome_t
    use corrector, only: increment_t, correct
    use path_record, only: recorder_t
-   use error_bar, only: error_bars_t
-   use error_report, only: bars_at_touch
    use timing, only: timers_t
    implicit none
    private
-   public :: begin_sharply, take_line, take_opened
-
-   real(wp), parameter :: near_by = 0.1_wp     !! of an increment: what a better place may differ by
+   public :: take_set, take_line, take_opened
 
 contains
 
-   !> Where contact begins: the gap is as good as the dense output, the touch itself as good as the nodes.
-   subroutine begin_sharply(problem, step, run, leg, change, bars, timers)
-      type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run          !! its system is factored at the change's place
-      type(leg_t), intent(in) :: leg
-      type(change_t), intent(inout) :: change    !! as it was where no touch is found nearby
-      type(error_bars_t), allocatable, intent(inout) :: bars
+   !> With the set that a test's rule tells. A span that opens gets as long as it takes to tell its ends.
+   subroutine take_set(problem, run, test, timers)
+      type(problem_t), intent(inout) :: problem
+      type(run_t), intent(inout) :: run          !! stuck where there is no way on
+      type(span_test_t), intent(in) :: test      !! there
       type(timers_t), intent(inout) :: timers
-      type(run_t) :: touched
-      type(problem_t) :: next
-      type(state_t) :: better
-      type(control_t) :: control
-      type(increment_t) :: anew
-      logical :: found
-      touched = run
-      touched%state = change%place
-      touched%heading = change%heading
-      next = problem
-      call begin_touch(next, touched, change%tests(change%which), found, timers)
-      if (.not. found) return
-      control%method = method_load
-      control%increment = touched%state%load_factor - change%place%load_factor
-      control%whole = change%place%load_factor
-      better = change%place
-      call correct(problem, change%place, control, .true., better, run%system, anew, timers)
-      found = anew%converged
-      ! Where the path turns back the load tells nothing.
-      if (found) found = path_length(problem, change%place, better) <= near_by * path_length(problem, run%state, leg%to)
-      if (.not. found) then
-         call linearise(problem, change%place, run%state, run%system, timers)
+      type(problem_t) :: kept
+      type(run_t) :: kept_run
+      real(wp) :: length
+      logical :: shallow
+      character(:), allocatable :: why
+      kept = problem
+      kept_run = run
+      length = first_length
+      do
+         call change_set(problem, run, test, length, shallow, timers)
+         if (allocated(run%stuck) .or. .not. shallow .or. length > longest_length) exit
+         length = 4.0_wp * length
+         problem = kept
+         run = kept_run
+      end do
+      if (.not. allocated(run%stuck)) then
+         ! A point that a line has shrunk to may leave a span neutral there; the line's pivots are definite.
+         if (test%kind == test_length) run%probe%negative_pivots = kept_run%probe%negative_pivots
          return
       end if
-      change%place = better
-      change%report%iterations = change%report%iterations + anew%iterations
-      change%report%residual = anew%residual
-      change%heading = heading_of(problem, run, better)
-      change%tests = run_span_tests(problem, better, leg%scale)
-      change%tests(change%which)%at = touched_at(next, touched)
-      call bars_at_touch(problem, step, run, better, change%heading, next, touched, bars, timers)
-   end subroutine begin_sharply
+      ! Back to where it was still right.
+      why = run%stuck
+      problem = kept
+      run = kept_run
+      run%stuck = why
+   end subroutine take_set
 
-   !> Goes on with the line of a span that has lain down. Its first point is one of the path where the
-   !> increment came to it, an event where contacts have merged by that.
-   subroutine take_line(problem, step, run, change, next, recorder, finished, outcome, timers)
+   !> Goes on with the line of a span that has lain down, or the one point of two. Its first point is one of the path where the run
+   !> stands before it, an event where contacts have merged by that.
+   subroutine take_line(problem, step, run, change, recorder, finished, outcome, timers)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! at the change's place
-      type(change_t), intent(in) :: change
-      type(next_t), intent(inout) :: next
+      type(change_t), intent(inout) :: change    !! the equilibrium beyond is known
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
@@ -88,45 +71,41 @@ contains
       type(state_t) :: before
       logical :: merges, shorter
       finished = .false.
-      merges = .false.
-      if (change%which == 0) &
-         & merges = size(find_span_regions(next%problem, next%state)) < size(find_span_regions(problem, change%place))
-      before = carried(problem, run%state, next%problem)
-      call hold_touches(next%problem, before%active)
-      ! A line that presses already goes on as the path came.
-      run%heading%u = carried_field(problem, run%state, run%heading%u, next%problem, before)
-      problem = next%problem
-      run%system = next%system
-      if (change%standing) then
-         run%state = before
-         run%heading = heading_at(problem, next%system, displacement_between(problem, before, next%state), &
-            & next%state%load_factor - before%load_factor)
-         run%probe = new_probe(problem, before, next%system, run%heading%load)
-         call forget_mesh(run)
-         call accept(problem, step, run, next%state, heading_of(problem, run, next%state), merge('C+', '  ', merges), &
-            & increment_t(converged=.true.), .false., recorder, shorter, finished, outcome, timers)
-         if (finished .or. allocated(outcome%why)) return
-      end if
-      run%state = next%state
-      if (abs(next%rate) > 0.0_wp) run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, next%rate))
+      associate (next => change%next)
+         merges = merges_untold(problem, change)
+         if (change%where == place_here) then
+            run = bound_for(problem, run, next)
+            problem = next%problem
+            call accept(problem, step, run, next%state, heading_of(problem, run, next%state), merge('C+', '  ', merges), &
+               & increment_t(converged=.true.), .false., recorder, shorter, finished, outcome, timers)
+            if (finished .or. allocated(outcome%why)) return
+         else
+            ! A line that presses already goes on as the path came.
+            before = carried(problem, run%state, next%problem)
+            run%heading%u = carried_field(problem, run%state, run%heading%u, next%problem, before)
+            run%system = next%system
+            problem = next%problem
+         end if
+         run%state = next%state
+         if (abs(next%rate) > 0.0_wp) run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, next%rate))
+      end associate
       run%probe = new_probe(problem, run%state, run%system, run%heading%load)
       call forget_mesh(run)
    end subroutine take_line
 
    !> From where a span opens, where the run stands, to the equilibrium with the open span: as near as it takes for nothing
    !> else to happen before.
-   subroutine take_opened(problem, step, run, leg, change, next, recorder, finished, outcome, timers)
+   subroutine take_opened(problem, step, run, leg, change, recorder, finished, outcome, timers)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! at the change's place
       type(leg_t), intent(in) :: leg             !! from there on to its end
-      type(change_t), intent(in) :: change
-      type(next_t), intent(inout) :: next        !! the open span at the end of the leg
+      type(change_t), intent(in) :: change       !! the open span is known at the end of the leg
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
-      type(next_t) :: nearer
+      type(next_t) :: next, nearer
       type(state_t) :: here
       type(control_t) :: control
       type(increment_t) :: report
@@ -135,18 +114,11 @@ contains
       type(event_t), allocatable :: events(:)
       real(wp) :: part
       logical :: found, shorter
-      finished = .false.
+      next = change%next
       report = change%report
       part = 1.0_wp
       do
-         on = run
-         on%state = carried(problem, run%state, next%problem)
-         call hold_touches(next%problem, on%state%active)
-         on%system = next%system
-         call forget_mesh(on)
-         on%heading = heading_at(next%problem, next%system, displacement_between(next%problem, on%state, next%state), &
-            & next%state%load_factor - on%state%load_factor)
-         on%probe = new_probe(next%problem, on%state, next%system, on%heading%load)
+         on = bound_for(problem, run, next)
          heading = heading_of(next%problem, on, next%state)
          call detect_events(next%problem, step, on%probe, new_probe(next%problem, next%state, next%system, heading%load), &
             & on%state, next%state, events)
@@ -167,4 +139,19 @@ contains
       run%touches = max(run%touches, maxval(problem%touch%number))
       call accept(problem, step, run, next%state, heading, '  ', report, .false., recorder, shorter, finished, outcome, timers)
    end subroutine take_opened
+
+   !> The run where it stands, on the mesh of the next set, bound for the equilibrium that is known there.
+   function bound_for(problem, run, next) result(on)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      type(next_t), intent(in) :: next
+      type(run_t) :: on
+      on = run
+      on%state = carried(problem, run%state, next%problem)
+      on%system = next%system
+      call forget_mesh(on)
+      on%heading = heading_at(next%problem, next%system, displacement_between(next%problem, on%state, next%state), &
+         & next%state%load_factor - on%state%load_factor)
+      on%probe = new_probe(next%problem, on%state, next%system, on%heading%load)
+   end function bound_for
 end module span_arrival

@@ -8,12 +8,15 @@ module span_lie_down
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
    use contact_touch, only: touch_t
+   use touch_edits, only: extended, joined
    use section_forces, only: end_forces
    use conforming_span, only: conforming_forces
-   use span_problem, only: new_span_problem, hold_touches, present_touches, touch_place
-   use span_tests, only: span_test_t, run_span_tests, gap_at, test_slack, test_pressure, shortest
+   use span_problem, only: new_span_problem, present_touches, touch_place
+   use free_span_gap, only: gap_at
+   use span_tests, only: span_test_t, run_span_tests, another_fails, test_slack, test_pressure, shortest
    use state_transfer, only: carried
    use path_control, only: control_t, path_length
+   use path_continuity, only: largest_distance
    use corrector, only: increment_t, correct
    use timing, only: timers_t
    implicit none
@@ -22,7 +25,6 @@ module span_lie_down
 
    integer, parameter :: samples = 16          !! of the gap over a span
    integer, parameter :: max_tries = 12
-   real(wp), parameter :: straight = 0.125_wp  !! of an increment: as far as paths are followed as straight (path_continuity)
 
 contains
 
@@ -63,17 +65,17 @@ contains
             if (lies) call look_at_ends(next, start, max(system%force_scale, tiny(rate)), lies)
             if (.not. lies) cycle
             tests = run_span_tests(next, start, max(system%force_scale, tiny(rate)))
-            lies = .not. any(tests%value < -10.0_wp * test_slack(tests%kind))
+            lies = .not. another_fails(tests, 0)
             if (lies) return
          end do
       end do
    end subroutine lie_down
 
-   !> True where a gap that falls as it did is gone at the load at which the line begins.
+   !> True where a gap that falls as it did is gone at the load at which the line begins, as far as paths are followed as straight.
    pure logical function gone_there(left, come, load, whole)
       real(wp), intent(in) :: left, come         !! gap at the state, and at the point before
       real(wp), intent(in) :: load, whole        !! from that point to the line's beginning, and to the state
-      gone_there = abs(load * (come - left) - whole * come) <= straight * abs(whole * (come - left))
+      gone_there = abs(load * (come - left) - whole * come) <= largest_distance * abs(whole * (come - left))
    end function gone_there
 
    !> True for a free span between two touches that is as short as none.
@@ -134,7 +136,6 @@ contains
       real(wp) :: loads(2), pressure(2), guess, slack
       integer :: try
       start = carried(problem, trial, next)
-      call hold_touches(next, start%active)
       system = new_system(next)
       control%method = method_load
       state = start
@@ -241,10 +242,7 @@ contains
          if (side == 1 .and. touch(c)%at(2) >= span(1) .and. touch(c)%at(2) < span(2)) other = c
          if (side == 2 .and. touch(c)%at(1) <= span(2) .and. touch(c)%at(1) > span(1)) other = c
       end do
-      touch(k)%line = .true.
-      touch(k)%at = [min(span(1), touch(k)%at(1)), max(span(2), touch(k)%at(2))]
-      if (other == 0) return
-      touch(k)%at = [min(touch(k)%at(1), touch(other)%at(1)), max(touch(k)%at(2), touch(other)%at(2))]
-      touch = [touch(:other - 1), touch(other + 1:)]
+      touch = extended(touch, k, span(side))
+      if (other > 0) touch = joined(touch, k, other)
    end function laid_down
 end module span_lie_down

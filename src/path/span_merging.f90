@@ -9,9 +9,10 @@ module span_merging
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
    use contact_touch, only: touch_t
-   use span_problem, only: new_span_problem, hold_touches, present_touches
-   use span_tests, only: virtual_pressure, run_span_tests, test_slack, test_gap
-   use span_validity, only: any_fails
+   use touch_edits, only: merged
+   use span_problem, only: new_span_problem, present_touches
+   use line_pressure, only: virtual_pressure
+   use span_tests, only: run_span_tests, any_fails, test_slack, test_gap
    use span_lie_down, only: beside_free_span, free_span, span_gap
    use held_openings, only: find_flat_point
    use state_transfer, only: carried
@@ -69,14 +70,11 @@ contains
       own = problem%candidates%touch(candidate)
       touch = present_touches(problem, near)
       number = touch(own)%number
-      touch(own)%at = 0.5_wp * (touch(own)%at + touch(partner)%at)
-      touch = [touch(:partner - 1), touch(partner + 1:)]
-      next = new_span_problem(problem, touch)
+      next = new_span_problem(problem, merged(touch, own, partner))
       c = findloc(next%candidates%touch, findloc(next%touch%number, number, 1), 1)
       on = run
       on%system = new_system(next)
       from = carried(problem, near, next)
-      call hold_touches(next, from%active)
       state = from
       call find_flat_point(next, on, c, state, found, timers)
       if (.not. found) return

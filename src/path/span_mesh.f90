@@ -8,8 +8,8 @@ module span_mesh
    use bordered_system, only: linearise
    use contact_touch, only: touch_t
    use span_start, only: prepare_spans
-   use span_problem, only: new_span_problem, hold_touches, present_touches, present_demand, outgrown
-   use touchdown_points, only: carry_forces
+   use span_problem, only: new_span_problem, present_touches, present_demand, outgrown
+   use mesh_change, only: carry_over
    use ground_mark, only: cut_t
    use ground_cuts, only: find_cuts, marked
    use ground_segments, only: tell_segments
@@ -46,9 +46,9 @@ contains
       logical :: done
       type(cut_t), allocatable :: cut(:)
       if (any(problem%layout%stretch%placed)) problem%demand = present_demand(problem, run%state)
-      if (problem%sampled) return
+      if (problem%is_sampled()) return
       cut = find_cuts(problem, run%state)
-      if (.not. (problem%spans .or. size(cut) > 0 .or. size(problem%mark) > 0)) return
+      if (.not. (problem%has_spans() .or. size(cut) > 0 .or. size(problem%mark) > 0)) return
       if (marked(problem, run%state, cut)) then
          if (.not. outgrown(problem, run%state, cut)) return
       end if
@@ -75,7 +75,7 @@ contains
       cut = find_cuts(problem, trial)
       ! Without a load nothing says where contact will end.
       if (settled .and. run%fresh) call take_trial(asked, problem, run, trial, taken, timers)
-      if (.not. taken .and. (problem%spans .or. marked(problem, trial, cut))) call stand_on(new_span_problem(asked, &
+      if (.not. taken .and. (problem%has_spans() .or. marked(problem, trial, cut))) call stand_on(new_span_problem(asked, &
          & present_touches(problem, run%state), run%state, find_cuts(problem, run%state)), problem, run, done, timers)
       ! Where contact has just been told by nodes, or by elements on foundations, the run does not stand on a point of these spans.
       if (.not. (taken .or. done)) call take_trial(asked, problem, run, trial, taken, timers)
@@ -113,7 +113,6 @@ contains
       if (.not. taken) return
       run%state = carried(before, start, problem)
       call tell_segments(problem, run%state, carried=.true.)
-      call hold_touches(problem, run%state%active)
       run%heading%u = carried_field(before, start, heading%u, problem, run%state)
    end subroutine take_trial
 
@@ -144,7 +143,7 @@ contains
       type(run_t), intent(inout) :: run
       logical, intent(out) :: asked                  !! false: the program makes no meshes here
       integer :: k
-      asked = any(problem%layout%stretch%placed) .and. .not. problem%sampled
+      asked = any(problem%layout%stretch%placed) .and. .not. problem%is_sampled()
       if (.not. asked) return
       run%wanted = present_demand(problem, run%state)
       do k = 1, size(run%wanted)
@@ -211,15 +210,9 @@ contains
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
       type(timers_t), intent(inout) :: timers
-      type(state_t) :: state
-      state = carried(problem, run%state, next)
-      call tell_segments(next, state, carried=.true.)
-      call hold_touches(next, state%active)
-      call carry_forces(problem, run%state, next, state)
-      run%heading%u = carried_field(problem, run%state, run%heading%u, next, state)
+      call carry_over(problem, next, run%state, run%heading%u)
       call forget_mesh(run)
       problem = next
-      run%state = state
       run%system = new_system(problem)
       call linearise(problem, run%state, run%state, run%system, timers)
    end subroutine take_problem

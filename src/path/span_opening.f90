@@ -24,10 +24,11 @@ module span_opening
    use conforming_span, only: conforming_forces, node_track
    use obstacle_track, only: track_t
    use contact_touch, only: touch_t
-   use span_problem, only: new_span_problem, hold_touches, present_touches, touch_place
-   use span_tests, only: span_test_t, test_force, test_pressure, test_slack, well_below
-   use span_validity, only: spans_hold
-   use touchdown_points, only: held_force
+   use touch_edits, only: begun, opened, end_moved, shrunk, numbered, same_set
+   use span_problem, only: new_span_problem, present_touches, touch_place
+   use line_pressure, only: density_at
+   use span_tests, only: span_test_t, spans_hold, test_force, test_pressure, test_slack, well_below
+   use touchdown_points, only: held_force, with_held
    use state_transfer, only: carried, find_point
    use path_control, only: control_t
    use corrector, only: increment_t, correct
@@ -56,7 +57,8 @@ contains
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
       type(touch_t), allocatable :: touch(:)
-      logical, allocatable :: follows(:), moves(:)
+      logical, allocatable :: follows(:)
+      integer :: c
       type(control_t) :: here
       type(increment_t) :: report
       type(state_t) :: start
@@ -69,29 +71,26 @@ contains
       if (.not. found) return
       next = new_span_problem(problem, touch)
       state = carried(problem, beyond, next)
-      call hold_touches(next, state%active)
       system = new_system(next)
       here%method = method_load
       follows = next%candidates%follows
-      moves = next%candidates%moves
       ! A point that has just parted is hardly more curved than the obstacle: as one that lies on it, its place is where the
       ! moments on both sides agree.
-      next%candidates%follows = follows .or. moves
+      next%candidates%follows = follows .or. next%candidates%moves
       ! The ends move where forces in equilibrium tell them to.
-      next%candidates%moves = .false.
-      call settle()
-      next%candidates%moves = moves
-      if (found) call settle()
+      call settle(with_held(next, [(c, c=1, next%candidates%n)]))
+      if (found) call settle(next)
       next%candidates%follows = follows
-      if (found) call settle()
+      if (found) call settle(next)
       if (.not. found) return
       found = spans_hold(next, state, system%force_scale)
 
    contains
 
-      subroutine settle()
+      subroutine settle(problem)
+         type(problem_t), intent(in) :: problem
          start = state
-         call correct(next, start, here, .true., state, system, report, timers)
+         call correct(problem, start, here, .true., state, system, report, timers)
          found = report%converged
       end subroutine settle
    end subroutine open_line
@@ -105,82 +104,66 @@ contains
       real(wp), intent(in) :: scale                !! of forces
       integer, intent(in) :: number                !! of the first contact that parts
       type(touch_t), allocatable, intent(out) :: touch(:)
-      type(touch_t), allocatable :: before(:), now(:), own(:)
+      type(touch_t), allocatable :: before(:), now(:), set(:)
       real(wp), allocatable :: zone(:, :)
       real(wp) :: nothing
-      integer :: k, i
+      integer :: k, i, rest
       logical :: told
       now = present_touches(problem, state)
       before = present_touches(problem, place)
       nothing = well_below * test_slack(test_pressure) * scale / problem%size
-      allocate (own(0))
+      set = now
       do k = 1, size(now)
-         own = [own, now(k)]
          if (.not. now(k)%line) cycle
          zone = pulled_zones(problem, state, now(k))
+         rest = k
          do i = 1, size(zone, 2)
             if (least_density(problem, place, before(k), zone(:, i)) > nothing) cycle
-            call open_zone(problem, state, now(k), k, zone(:, i), own, told)
+            call open_zone(problem, state, now(k), k, zone(:, i), set, rest, told)
             if (.not. told) return
          end do
       end do
-      if (size(own) == size(now)) then
-         if (all([(all(abs(own(i)%at - now(i)%at) <= 0.0_wp), i=1, size(own))])) return
-      end if
-      do i = 1, size(own)
-         if (own(i)%number == 0) own(i)%number = number + count(own(:i)%number >= number)
-      end do
-      touch = own
+      if (.not. same_set(set, now)) touch = numbered(set, number - 1)
    end subroutine opened_touches
 
    !> One zone of a line open.
-   subroutine open_zone(problem, state, line, which, zone, touch, told)
+   subroutine open_zone(problem, state, line, which, zone, set, rest, told)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(touch_t), intent(in) :: line            !! as it is now
       integer, intent(in) :: which                 !! its index
       real(wp), intent(in) :: zone(2)
-      type(touch_t), allocatable, intent(inout) :: touch(:) !! the last one is what is left of the line after this zone
+      type(touch_t), allocatable, intent(inout) :: set(:)
+      integer, intent(inout) :: rest               !! index of what is left of the line from this zone on
       logical, intent(out) :: told                 !! false: the laws do not tell
-      type(touch_t) :: rest
-      real(wp) :: length
-      integer :: c, n, side, away
+      real(wp) :: length, part
+      integer :: c, side
       logical :: pulled(2)
       length = zone(2) - zone(1)
       pulled = [zone(1) <= line%at(1), zone(2) >= line%at(2)]
       told = length > 0.0_wp .and. .not. all(pulled)
       if (.not. told) return
-      n = size(touch)
-      rest = touch(n)
-      rest%number = 0
       if (.not. any(pulled)) then
-         touch(n)%at(2) = 0.5_wp * (sum(zone) - whole_zone * length)
-         rest%at(1) = 0.5_wp * (sum(zone) + whole_zone * length)
-         told = touch(n)%at(2) > touch(n)%at(1) .and. rest%at(1) < rest%at(2)
-         touch = [touch, rest]
+         set = opened(set, rest, 0.5_wp * (sum(zone) - whole_zone * length), 0.5_wp * (sum(zone) + whole_zone * length))
+         told = set(rest)%at(2) > set(rest)%at(1)
+         rest = size(set)
+         told = told .and. set(rest)%at(2) > set(rest)%at(1)
          return
       end if
       side = merge(1, 2, pulled(1))
-      away = merge(1, -1, pulled(1))
       c = line_end(problem, state, which, side)
-      rest%at = line%at(side)
-      rest%line = .false.
+      part = half_zone
       if (problem%candidates%moves(c)) then
-         touch(n)%at(side) = rest%at(1) + away * half_zone * length
-         told = touch(n)%at(2) > touch(n)%at(1)
-         ! What is left of the line stays the last.
-         touch = [touch(:n - 1), rest, touch(n)]
-         return
+         set = begun(set, line%contact, line%stretch, line%at(side))
       else if (.not. problem%model%fixed(3, problem%candidates%node(c))) then
          ! A line that goes on over a breakpoint, or ends at one that holds it.
          told = .false.
          return
       else if (free_across(c)) then
-         touch(n)%at(side) = rest%at(1) + away * whole_zone * length
-      else
-         touch(n)%at(side) = rest%at(1) + away * half_zone * length
+         part = whole_zone
       end if
-      told = touch(n)%at(2) > touch(n)%at(1)
+      set = end_moved(set, rest, side, line%at(side) + merge(part, -part, side == 1) * length)
+      told = set(rest)%at(2) > set(rest)%at(1)
 
    contains
 
@@ -223,10 +206,9 @@ contains
          else if (density > 0.0_wp) then
             length = min(length, (merge(24.0_wp, 72.0_wp, turns) * lift / (problem%compliance(e)%bending * density))**0.25_wp)
          end if
-         now(k)%at(3 - side) = now(k)%at(3 - side) + merge(-length, length, side == 1)
+         now = end_moved(now, k, 3 - side, now(k)%at(3 - side) + merge(-length, length, side == 1))
          ! A line that nothing presses goes all at once; what pushes at its other end stays.
-         now(k)%line = now(k)%at(2) > now(k)%at(1)
-         if (.not. now(k)%line) now(k)%at = now(k)%at(side)
+         if (now(k)%at(2) <= now(k)%at(1)) now = shrunk(now, k, now(k)%at(side))
       end do
       touch = now
    end subroutine lifted_touches
@@ -295,21 +277,4 @@ contains
       ends = min(max(zone, line%at(1)), line%at(2))
       least = minval([(density_at(problem, state, line, ends(1) + (ends(2) - ends(1)) * i / samples), i=0, samples)])
    end function least_density
-
-   !> Density of a line's force at one place along its stretch.
-   real(wp) function density_at(problem, state, line, at) result(density)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(touch_t), intent(in) :: line            !! as it is now
-      real(wp), intent(in) :: at
-      real(wp) :: local(3), place(2), angle, tau
-      integer :: e
-      call find_point(problem, state, line%stretch, at, e, tau)
-      if (problem%conforms(e) == 0) then
-         ! The last end of the line begins a free span.
-         e = e - 1
-         tau = 1.0_wp
-      end if
-      call conforming_forces(problem, state, e, tau, local, place, angle, density)
-   end function density_at
 end module span_opening

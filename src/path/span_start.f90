@@ -3,14 +3,16 @@ module span_start
    use kinds, only: wp
    use model, only: method_load
    use problem, only: problem_t
-   use rod_state, only: state_t, candidate_gap, may_react
+   use rod_state, only: state_t
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
-   use contact_touch, only: touch_t, covers, sort_touches
-   use span_problem, only: new_span_problem, new_sampled_problem, chain_starts, hold_touches, present_touches, touch_place
-   use span_validity, only: any_fails
-   use span_tests, only: run_span_tests, span_test_t, virtual_pressure, test_slack, test_gap, test_force, &
-      & test_curvature, test_pressure, test_length, test_closing, test_crossing, test_slope
+   use contact_touch, only: touch_t, covers
+   use touch_edits, only: begun, extended, end_moved, opened, united, numbered, same_set
+   use span_problem, only: new_span_problem, new_sampled_problem, chain_starts, present_touches, touch_place
+   use span_tests, only: run_span_tests, span_test_t, any_fails, test_slack, test_gap, test_force, test_curvature, test_pressure, &
+      & test_closing
+   use span_rules, only: answer_t, answer_to, index_of
+   use nodal_touches, only: touches_at_nodes, along
    use span_lie_down, only: beside_free_span, span_gap, laid_down
    use state_transfer, only: carried
    use path_control, only: control_t, displacement_between, is_arc_length, set_tangent
@@ -18,7 +20,7 @@ module span_start
    use path_continuity, only: heading_at
    use path_events, only: new_probe
    use corrector, only: increment_t, correct
-   use conforming_span, only: rod_angle
+   use touchdown_points, only: with_held
    use rod_geometry, only: geometry_t, new_geometry
    use obstacle_geometry, only: obstacle_gap
    use timing, only: timers_t
@@ -27,7 +29,8 @@ module span_start
    public :: prepare_spans, enter_spans
 
    integer, parameter :: open_nodes(3) = [1, 4, 16]
-   real(wp), parameter :: along = 1.0e-9_wp !! sine of the angle between a rod and its obstacle
+   real(wp), parameter :: begins = 0.02_wp  !! of a stretch: where nodes say less than that, contact begins with it
+   real(wp), parameter :: opens = 0.2_wp    !! of a line
    integer, parameter :: max_rounds = 20 !! corrections of what the nodes say
    integer, parameter :: max_tries = 30  !! increments with contact at nodes
 
@@ -116,15 +119,14 @@ contains
       type(touch_t), allocatable :: touch(:), first(:), better(:)
       type(span_test_t), allocatable :: tests(:)
       character(:), allocatable :: why
-      logical, allocatable :: moves(:)
       integer :: round, wave, k
       entered = .false.
       here%method = method_load
       ! From what the nodes say to what they may mean.
       waves: do wave = 1, size(open_nodes)
-         touch = nodal_touches(problem, trial, open_nodes(wave))
+         touch = touches_at_nodes(problem, trial, open_nodes(wave))
          if (wave > 1) then
-            if (same_touches(touch, first)) cycle waves
+            if (same_set(touch, first)) cycle waves
          end if
          first = touch
          call settle()
@@ -143,7 +145,6 @@ contains
       end do
       run%touches = run%touches + size(next%touch)
       run%state = carried(problem, run%state, next)
-      call hold_touches(next, run%state%active)
       run%system = system
       problem = next
       trial = state
@@ -190,15 +191,12 @@ contains
       subroutine settle()
          entered = .false.
          tries: do round = 1, max_rounds
+            touch%number = [(k, k=1, size(touch))]
             next = new_span_problem(problem, touch)
             state = carried(problem, trial, next)
-            call hold_touches(next, state%active)
             system = new_system(next)
             ! Touchdown points move where they are told by forces in equilibrium.
-            moves = next%candidates%moves
-            next%candidates%moves = .false.
-            call correct(next, state, here, .true., state, system, report, timers)
-            next%candidates%moves = moves
+            call correct(with_held(next, [(k, k=1, next%candidates%n)]), state, here, .true., state, system, report, timers)
             if (report%converged) call correct(next, state, here, .true., state, system, report, timers, far_off=.true.)
             why = 'equilibrium was not found'
             if (.not. report%converged) exit tries
@@ -208,171 +206,11 @@ contains
             why = 'contact did not settle'
             call correct_touches(next, state, tests, better)
             if (.not. allocated(better)) exit tries
-            if (same_touches(better, touch)) exit tries
+            if (same_set(better, touch)) exit tries
             touch = better
          end do tries
       end subroutine settle
    end subroutine enter_spans
-
-   !> Touches that have grown over each other are one.
-   function united(touches) result(touch)
-      type(touch_t), intent(in) :: touches(:)
-      type(touch_t), allocatable :: touch(:)
-      integer :: k
-      touch = touches
-      call sort_touches(touch)
-      k = 1
-      do while (k < size(touch))
-         if (touch(k)%stretch == touch(k + 1)%stretch .and. touch(k)%contact == touch(k + 1)%contact .and. &
-            & touch(k + 1)%at(1) <= touch(k)%at(2)) then
-            touch(k)%at(2) = max(touch(k)%at(2), touch(k + 1)%at(2))
-            touch(k)%line = .true.
-            touch = [touch(:k), touch(k + 2:)]
-         else
-            k = k + 1
-         end if
-      end do
-   end function united
-
-   !> True for sets that are one and the same.
-   pure logical function same_touches(one, other) result(same)
-      type(touch_t), intent(in) :: one(:), other(:)
-      integer :: k
-      same = size(one) == size(other)
-      if (.not. same) return
-      do k = 1, size(one)
-         same = same .and. one(k)%contact == other(k)%contact .and. one(k)%stretch == other(k)%stretch .and. &
-            & (one(k)%line .eqv. other(k)%line) .and. all(abs(one(k)%at - other(k)%at) <= 0.0_wp)
-      end do
-   end function same_touches
-
-   !> Runs of nodes in contact: one or two make a point, more a line, on each stretch that they go over one of its own. A few open
-   !> nodes between others are those of the waves that forces at nodes make; a support that stands on the obstacle takes its
-   !> force, but is in contact, and so is a clamp along it even by itself: contact may spread from there.
-   function nodal_touches(problem, state, most) result(touch)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: most        !! open nodes in a row that count as such waves
-      type(touch_t), allocatable :: touch(:)
-      logical, dimension(problem%candidates%n) :: active, done, told
-      integer :: run(problem%candidates%n)
-      real(wp) :: gap, normal(2), bend, angle
-      integer :: c, n, at
-      allocate (touch(0))
-      active = state%active .and. problem%deck%contact(problem%candidates%contact)%along
-      do c = 1, problem%candidates%n
-         if (.not. problem%deck%contact(problem%candidates%contact(c))%along) cycle
-         associate (near => problem%candidates%neighbour(:, c))
-            if (active(c)) cycle
-            call candidate_gap(problem, state, c, gap, normal, bend)
-            if (may_react(problem, c, normal)) cycle
-            angle = rod_angle(problem, state, c)
-            if (any(state%active(pack(near, near > 0))) .or. (problem%model%fixed(3, problem%candidates%node(c)) .and. &
-               & abs(dot_product(normal, [cos(angle), sin(angle)])) <= along)) active(c) = gap <= 1.0e-9_wp * problem%size
-         end associate
-      end do
-      told = active
-      do c = 1, problem%candidates%n
-         if (.not. told(c)) cycle
-         call close_waves(c, 1)
-         call close_waves(c, 2)
-      end do
-      done = .not. active
-      do c = 1, problem%candidates%n
-         if (done(c)) cycle
-         ! Back to where the run begins; one all round begins anywhere.
-         at = c
-         do
-            if (problem%candidates%neighbour(1, at) == 0) exit
-            if (.not. active(problem%candidates%neighbour(1, at))) exit
-            at = problem%candidates%neighbour(1, at)
-            if (at == c) exit
-         end do
-         n = 0
-         do
-            if (n > 0) then
-               if (at == run(1)) exit
-            end if
-            n = n + 1
-            run(n) = at
-            done(at) = .true.
-            at = problem%candidates%neighbour(2, at)
-            if (at == 0) exit
-            if (.not. active(at)) exit
-         end do
-         if (n <= 2 .and. all(told(run(:n)))) then
-            if (n == 2) then
-               if (state%reaction(run(2)) > state%reaction(run(1))) run(1) = run(2)
-            end if
-            touch = [touch, point_at(run(1))]
-         else
-            call add_lines(run(:n), at == run(1))
-         end if
-      end do
-
-   contains
-
-      !> Takes a few open nodes next to one in contact for closed, up to the next one, or the end of the rod.
-      subroutine close_waves(c, side)
-         integer, intent(in) :: c, side
-         integer :: at, n
-         at = c
-         do n = 0, most
-            at = problem%candidates%neighbour(side, at)
-            if (at == 0) exit
-            if (told(at)) exit
-         end do
-         if (n > most) return
-         ! At the end of a rod that lies flat a single node takes it all.
-         if (at == 0 .and. most == 1) return
-         at = problem%candidates%neighbour(side, c)
-         do while (at > 0)
-            if (active(at)) exit
-            active(at) = .true.
-            at = problem%candidates%neighbour(side, at)
-         end do
-      end subroutine close_waves
-
-      !> A point contact at a node.
-      function point_at(c) result(new)
-         integer, intent(in) :: c
-         type(touch_t) :: new
-         integer :: side
-         side = merge(1, 2, problem%candidates%element(2, c) > 0)
-         new%contact = problem%candidates%contact(c)
-         new%stretch = problem%stretch(problem%candidates%element(3 - side, c))
-         new%at = end_of(problem%candidates%element(3 - side, c), side)
-      end function point_at
-
-      !> Coordinate along its stretch of one end of an element; of breakpoints exactly.
-      real(wp) function end_of(e, side)
-         integer, intent(in) :: e, side
-         end_of = state%geometry%element(e)%s(side) + problem%origin(e)
-         if (side == 1 .and. e == problem%element_first(problem%stretch(e))) end_of = 0.0_wp
-         if (side == 2 .and. e == problem%element_last(problem%stretch(e))) &
-            & end_of = problem%layout%stretch(problem%stretch(e))%length
-      end function end_of
-
-      !> Lines for nodes in contact side by side.
-      subroutine add_lines(run, closed)
-         integer, intent(in) :: run(:)      ! candidates
-         logical, intent(in) :: closed      ! the last one's neighbour is the first one
-         type(touch_t) :: new
-         integer :: i, e
-         do i = 1, size(run) - merge(0, 1, closed)
-            e = problem%candidates%element(2, run(i))
-            if (new%stretch /= problem%stretch(e) .or. (i > 1 .and. e == problem%element_first(problem%stretch(e)))) then
-               if (new%stretch > 0) touch = [touch, new]
-               new%stretch = problem%stretch(e)
-               new%contact = problem%candidates%contact(run(1))
-               new%line = .true.
-               new%at(1) = end_of(e, 1)
-            end if
-            new%at(2) = end_of(e, 2)
-         end do
-         touch = [touch, new]
-      end subroutine add_lines
-   end function nodal_touches
 
    !> Another set where some tests of one do not hold: contact where the rod is inside an obstacle, none where it would have to be
    !> pulled. Not allocated where nothing is known to help.
@@ -381,85 +219,43 @@ contains
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: tests(:)
       type(touch_t), allocatable, intent(out) :: better(:)
-      type(touch_t) :: touch(size(problem%touch)), new
-      type(touch_t), allocatable :: added(:)
-      logical :: kept(size(problem%touch)), touched(size(problem%touch))
-      real(wp) :: length, whole
+      type(touch_t), allocatable :: set(:), before(:)
+      type(answer_t) :: answer
+      logical :: answered(size(problem%touch))       ! one test each
       integer :: k, i
-      touch = present_touches(problem, state)
-      kept = .true.
-      touched = .false.
-      allocate (added(0))
+      before = present_touches(problem, state)
+      set = before
+      answered = .false.
       do i = 1, size(tests)
          associate (test => tests(i))
             if (test%value >= -test_slack(test%kind)) cycle
             k = test%touch
+            if (test%kind == test_gap) k = at_tip(test)
             if (k > 0) then
-               if (touched(k)) cycle
-               touched(k) = .true.
-               whole = problem%layout%stretch(touch(k)%stretch)%length
-               length = touch(k)%at(2) - touch(k)%at(1)
+               if (answered(k)) cycle
+               answered(k) = .true.
             end if
-            select case (test%kind)
-            case (test_gap)
-               ! Beside a point that is to spread the rod is inside the obstacle for that reason.
+            ! Beside a point that is to spread the rod is inside the obstacle for that reason.
+            if (test%kind == test_gap) then
                if (spreads_beside(test)) cycle
-               k = at_tip(test)
-               if (k > 0) then
-                  ! The end of a rod that has turned flat lies down from there.
-                  if (touched(k)) cycle
-                  touched(k) = .true.
-                  touch(k)%line = .true.
-                  touch(k)%at = [min(test%at, touch(k)%at(1)), max(test%at, touch(k)%at(2))]
-               else
-                  new = touch_t(contact=test%contact, stretch=test%stretch, at=[test%at, test%at])
-                  added = [added, new]
-               end if
-            case (test_force)
-               if (.not. touch(k)%line) then
-                  kept(k) = .false.
-               else if (touch_place(problem, state, test%candidate) > 0.5_wp * sum(touch(k)%at)) then
-                  call lift_end(2)
-               else
-                  call lift_end(1)
-               end if
-            case (test_curvature)
-               length = 0.01_wp * whole
-               touch(k)%at = [max(touch(k)%at(1) - length, 0.0_wp), min(touch(k)%at(2) + length, whole)]
-               touch(k)%line = virtual_pressure(problem, state, test%candidate) >= 0.0_wp
-               if (.not. touch(k)%line) then
-                  new = touch(k)
-                  new%at(1) = new%at(2)
-                  touch(k)%at(2) = touch(k)%at(1)
-                  added = [added, new]
-               end if
-            case (test_slope)
-               length = 0.01_wp * whole
-               touch(k)%line = .true.
-               touch(k)%at = [max(touch(k)%at(1) - length, 0.0_wp), min(touch(k)%at(2) + length, whole)]
-            case (test_crossing)
-               if (test%sense < 0.0_wp .or. .not. touch(k)%line) touch(k)%at(1) = merge(0.0_wp, whole, test%sense < 0.0_wp)
-               if (test%sense > 0.0_wp .or. .not. touch(k)%line) touch(k)%at(2) = merge(0.0_wp, whole, test%sense < 0.0_wp)
-            case (test_pressure)
-               if (test%sense > 0.5_wp) then
-                  call lift_end(2)
-               else if (test%sense < -0.5_wp) then
-                  call lift_end(1)
-               else
-                  call open_inside(test%at)
-               end if
-            case (test_length)
-               touch(k)%line = .false.
-               touch(k)%at = test%at
-            case (test_closing)
-               touched(k + 1) = .true.
-               kept(k + 1) = .false.
-               touch(k)%at(2) = touch(k + 1)%at(2)
-               touch(k)%line = .true.
-            end select
+            end if
+            if (test%kind == test_gap .and. k > 0) then
+               ! The end of a rod that has turned flat lies down from there.
+               set = extended(set, index_of(problem, set, k), test%at)
+            else if (test%kind == test_pressure) then
+               call lift(index_of(problem, set, k), test%at, nint(test%sense))
+            else if (test%kind == test_force .and. problem%touch(max(k, 1))%line) then
+               call lift(index_of(problem, set, k), 0.0_wp, &
+                  & merge(1, -1, touch_place(problem, state, test%candidate) > 0.5_wp * sum(before(k)%at)))
+            else
+               answer = answer_to(problem, state, test, set, maxval([0, set%number]), begins, begins)
+               if (allocated(answer%why)) cycle
+               set = answer%touch
+               if (test%kind == test_closing) answered(k + 1) = .true.
+            end if
          end associate
       end do
-      if (any(touched) .or. size(added) > 0) better = united([pack(touch, kept), added])
+      if (.not. same_set(set, before)) better = united(set)
 
    contains
 
@@ -483,37 +279,33 @@ contains
             k = problem%candidates%touch(c)
             if (k == 0) cycle
             node = problem%candidates%node(c)
-            if (touch(k)%line .or. touch(k)%contact /= test%contact .or. all(problem%beside(:, node) > 0)) cycle
+            if (problem%touch(k)%line .or. problem%touch(k)%contact /= test%contact .or. all(problem%beside(:, node) > 0)) cycle
             if (any(problem%beside(:, node) == test%first .or. problem%beside(:, node) == test%last)) return
          end do
          k = 0
       end function at_tip
 
-      !> A line that is not pressed at one end: it ends before, and its last point stays where the rod is pressed on.
-      subroutine lift_end(side)
-         integer, intent(in) :: side
-         real(wp) :: to
-         logical :: last
-         last = touch(k)%at(side) <= 0.0_wp .or. touch(k)%at(side) >= whole
-         to = touch(k)%at(side) + merge(0.2_wp, -0.2_wp, side == 1) * length
-         if (.not. last) then
-            new = touch(k)
-            new%line = .false.
-            new%at = touch(k)%at(side)
-            added = [added, new]
+      !> A line that is not pressed somewhere: inside it becomes two; at an end it ends before, and its last point stays where the
+      !> rod is pressed on.
+      subroutine lift(k, at, side)
+         integer, intent(in) :: k
+         real(wp), intent(in) :: at                  !! inside
+         integer, intent(in) :: side                 !! -1: at its first end, 0: inside, 1: at its last
+         real(wp) :: part, whole
+         integer :: end
+         whole = problem%layout%stretch(set(k)%stretch)%length
+         part = opens * (set(k)%at(2) - set(k)%at(1))
+         if (side == 0) then
+            part = 0.5_wp * min(part, 2.0_wp * opens * (at - set(k)%at(1)), 2.0_wp * opens * (set(k)%at(2) - at))
+            set = numbered(opened(set, k, at - part, at + part), maxval(set%number))
+            return
          end if
-         touch(k)%at(side) = to
-      end subroutine lift_end
-
-      !> A line that is not pressed inside becomes two.
-      subroutine open_inside(at)
-         real(wp), intent(in) :: at
-         real(wp) :: half
-         half = 0.1_wp * min(length, 2.0_wp * (at - touch(k)%at(1)), 2.0_wp * (touch(k)%at(2) - at))
-         new = touch(k)
-         new%at(1) = at + half
-         touch(k)%at(2) = at - half
-         added = [added, new]
-      end subroutine open_inside
+         end = merge(1, 2, side < 0)
+         associate (from => set(k)%at(end))
+            if (from > 0.0_wp .and. from < whole) &
+               & set = numbered(begun(set, set(k)%contact, set(k)%stretch, from), maxval(set%number))
+         end associate
+         set = end_moved(set, k, end, set(k)%at(end) - side * part)
+      end subroutine lift
    end subroutine correct_touches
 end module span_start

@@ -9,7 +9,7 @@ module stiff_start
    use rod_state, only: state_t, new_state
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
-   use span_problem, only: new_span_problem, looking_demand, present_touches, hold_touches
+   use span_problem, only: new_span_problem, looking_demand, present_touches
    use contact_touch, only: touch_t
    use ground_mark, only: cut_t
    use ground_cuts, only: find_cuts, marked
@@ -23,7 +23,8 @@ module stiff_start
    private
    public :: is_stiff_start, take_stiff_start
 
-   real(wp), parameter :: first_growth = 1.0e2_wp !! of the stiffness: the layers beside marks are a tenth as long then
+   ! Growth of the stiffness from one rung to the next: its square where one was found, its root where none was.
+   real(wp), parameter :: first_growth = 1.0e2_wp !! the layers beside marks are a third as long then
    real(wp), parameter :: least_growth = 1.1_wp
    integer, parameter :: most_tries = 3           !! meshes at a stiffness, until one has all its marks
 
@@ -40,7 +41,8 @@ contains
    logical function is_stiff_start(problem, run)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
-      is_stiff_start = run%fresh .and. .not. (problem%sampled .or. is_arc_length(run%control%method)) .and. size(problem%mark) == 0
+      is_stiff_start = run%fresh .and. size(problem%mark) == 0 .and. &
+         & .not. (problem%is_sampled() .or. is_arc_length(run%control%method))
       if (is_stiff_start) is_stiff_start = followed_part(problem) < 1.0_wp
    end function is_stiff_start
 
@@ -67,7 +69,6 @@ contains
       here%part = min(1.0_wp, here%part * followed_part(here%problem))
       here%problem = new_span_problem(softened(here%problem, problem, here%part), none)
       start = new_state(here%problem)
-      call hold_touches(here%problem, start%active)
       system = new_system(here%problem)
       call linearise(here%problem, start, start, system, timers)
       call take_increment(here%problem, start, run%control, here%state, system, report, timers)
@@ -84,7 +85,7 @@ contains
             sound = here
             tries = 0
             next%part = min(1.0_wp, here%part * growth)
-            call stiffen(cut, (here%part / next%part)**0.25_wp)
+            call stiffen(problem, cut, (here%part / next%part)**0.25_wp)
          end if
          tries = tries + 1
          next%problem = new_span_problem(softened(here%problem, problem, next%part), &
@@ -94,6 +95,7 @@ contains
             here = next
          else
             here = sound
+            if (here%part >= 1.0_wp) exit
             growth = sqrt(growth)
             tries = 0
             if (growth < least_growth) return
@@ -102,13 +104,13 @@ contains
       start = run%state
       run%state = carried(problem, start, here%problem)
       call tell_segments(here%problem, run%state, carried=.true.)
-      call hold_touches(here%problem, run%state%active)
       run%heading%u = carried_field(problem, start, run%heading%u, here%problem, run%state)
       call forget_mesh(run)
       problem = here%problem
       trial = here%state
-      run%system = system
-      taken = .true.
+      run%system = new_system(problem)
+      call linearise(problem, trial, trial, run%system, timers)
+      taken = run%system%ok
    end subroutine take_stiff_start
 
    !> The state of a rung on the mesh and the stiffness of the next one.
@@ -125,7 +127,6 @@ contains
       hold%increment = 0.0_wp
       next%state = carried(here%problem, here%state, next%problem)
       call tell_segments(next%problem, next%state, carried=.true.)
-      call hold_touches(next%problem, next%state%active)
       guess = next%state
       system = new_system(next%problem)
       call correct(next%problem, guess, hold, .true., next%state, system, report, timers)
@@ -133,7 +134,8 @@ contains
 
    !> Where contact ends when a foundation has become stiffer, from beams on elastic foundations: beside an end all lengths are
    !> those of the layer, and far from there the rod is as on a rigid one that it touches first sqrt(2) layers from the end.
-   subroutine stiffen(cut, ratio)
+   subroutine stiffen(problem, cut, ratio)
+      type(problem_t), intent(in) :: problem
       type(cut_t), intent(inout) :: cut(:)         !! sorted
       real(wp), intent(in) :: ratio                !! of the layers' lengths, after and before
       real(wp), parameter :: beside = 10.0_wp      !! layers: beyond nothing is left of them
@@ -159,6 +161,15 @@ contains
             way = sqrt(2.0_wp) * (1.0_wp - ratio) * (first%layer(2) - first%layer(1))
             cut(i)%at = at(nearest) + way + ratio * (at(i) - at(nearest))
          end associate
+      end do
+      ! Ends of one contact that would pass each other are too near for that.
+      do i = 1, size(cut)
+         associate (length => problem%layout%stretch(cut(i)%stretch)%length)
+            if (cut(i)%at <= 0.0_wp .or. cut(i)%at >= length) cut%at = at
+         end associate
+      end do
+      do i = 2, size(cut)
+         if (cut(i)%stretch == cut(i - 1)%stretch .and. cut(i)%at <= cut(i - 1)%at) cut%at = at
       end do
       do side = 1, 2
          cut%layer(side) = ratio * cut%layer(side)

@@ -11,9 +11,9 @@ module weak_lines
    use obstacle_geometry, only: obstacle_gap
    use contact_touch, only: touch_t
    use conforming_span, only: conforming_forces
-   use span_problem, only: new_span_problem, hold_touches, present_touches
+   use span_problem, only: new_span_problem, present_touches
    use touchdown_points, only: carry_forces
-   use span_tests, only: beyond
+   use past_breakpoints, only: beyond
    use state_transfer, only: carried
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
@@ -40,7 +40,7 @@ contains
       real(wp) :: none
       integer :: k, side, n
       any_weak = .false.
-      if (.not. problem%spans) return
+      if (.not. problem%has_spans()) return
       none = nothing * problem%model%step(problem%step)%tolerance * max(system%force_scale, tiny(none))
       weak = [(problem%touch(k)%line, k=1, size(weak))]
       do k = 1, size(weak)
@@ -71,7 +71,6 @@ contains
       free%hinge = problem%hinge
       free%model%fixed(3, free%hinge) = .false.
       released = carried(problem, state, free)
-      call hold_touches(free, released%active)
       call carry_forces(problem, state, free, released)
       do k = 1, free%candidates%n
          if (free%candidates%touch(k) == 0) cycle

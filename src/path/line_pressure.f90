@@ -1,0 +1,110 @@
+!> What presses a rod along a line of contact: the density of the obstacle's force.
+module line_pressure
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t, element_load
+   use conforming_span, only: conforming_forces, excess_curvature, node_track, track_sense, rod_angle
+   use obstacle_track, only: track_t
+   use ge_element, only: ge_load_t
+   use contact_touch, only: touch_t
+   use state_transfer, only: find_point
+   use reference_curve, only: curve_bend
+   implicit none
+   private
+   public :: density_at, least_pressure, virtual_pressure
+
+   integer, parameter :: samples = 4         !! of the density in an element
+
+contains
+
+   !> Density of a line's force at one place along its stretch.
+   real(wp) function density_at(problem, state, line, at) result(density)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(touch_t), intent(in) :: line            !! as it is now
+      real(wp), intent(in) :: at
+      real(wp) :: local(3), place(2), angle, tau
+      integer :: e
+      call find_point(problem, state, line%stretch, at, e, tau)
+      if (problem%conforms(e) == 0) then
+         ! The last end of the line begins a free span.
+         e = e - 1
+         tau = 1.0_wp
+      end if
+      call conforming_forces(problem, state, e, tau, local, place, angle, density)
+   end function density_at
+
+   !> Least density along a line, and where it is.
+   subroutine least_pressure(problem, state, which, least, where, side)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: which                 !! index into problem%touch
+      real(wp), intent(out) :: least               !! a positive number where it has no elements
+      real(wp), intent(out) :: where               !! along the stretch
+      integer, intent(out) :: side                 !! -1: at its first end, 0: inside, 1: at its last
+      real(wp) :: local(3), place(2), angle, density, tau
+      integer :: e, i, c, first, last
+      least = huge(least)
+      where = 0.0_wp
+      side = 0
+      first = 0
+      last = 0
+      associate (stretch => problem%touch(which)%stretch)
+         do e = problem%element_first(stretch), problem%element_last(stretch)
+            c = problem%conforms(e)
+            if (c == 0) cycle
+            ! The first node may be that of the line before it, which goes on over a breakpoint.
+            if (problem%candidates%touch(problem%candidates%neighbour(2, c)) /= which .and. &
+               & problem%candidates%touch(c) /= which) cycle
+            if (first == 0) first = e
+            last = e
+            do i = 0, samples
+               tau = real(i, wp) / samples
+               call conforming_forces(problem, state, e, tau, local, place, angle, density)
+               if (density >= least) cycle
+               least = density
+               associate (g => state%geometry%element(e))
+                  where = g%s(1) + tau * (g%s(2) - g%s(1)) + problem%origin(e)
+               end associate
+               side = merge(-1, 0, e == first .and. i == 0)
+            end do
+         end do
+      end associate
+      if (last == 0) then
+         least = 1.0_wp
+         return
+      end if
+      if (where >= state%geometry%element(last)%s(2) + problem%origin(last)) side = 1
+   end subroutine least_pressure
+
+   !> The density of the obstacle's force if the rod lay on it at a point contact: what bends it onto the track, r = m'' with
+   !> m = EI (curvature of the track less its own), and what the normal force and the loads across press.
+   real(wp) function virtual_pressure(problem, state, candidate) result(density)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      type(ge_load_t) :: load
+      type(track_t) :: track
+      real(wp) :: angle, sense, stretch, excess, axial, normal(2), at, step, bend, rate(2)
+      integer :: e, i
+      e = maxval(problem%candidates%element(:, candidate))
+      load = element_load(problem, state, e)
+      track = node_track(problem, state, candidate)
+      sense = track_sense(problem, state, candidate, track)
+      angle = rod_angle(problem, state, candidate)
+      normal = [-sin(angle), cos(angle)]
+      call excess_curvature(problem, state, candidate, excess, stretch)
+      axial = (stretch - 1.0_wp - load%strain) / problem%compliance(e)%axial
+      associate (g => state%geometry%element(e), curve => problem%model%curve(problem%model%mesh%curve(e)))
+         ! Of the stress-free curvature the second derivative, by a difference of the first.
+         at = g%s(merge(1, 2, problem%model%mesh%node(1, e) == problem%candidates%node(candidate)))
+         step = epsilon(step)**(1.0_wp / 3.0_wp) * g%length
+         do i = 1, 2
+            call curve_bend(curve, problem%model%imperfection, at + merge(-step, step, i == 1), bend, rate(i))
+         end do
+      end associate
+      density = (track%curvature_second * stretch**3 - sense * (rate(2) - rate(1)) / (2.0_wp * step)) / &
+         & problem%compliance(e)%bending - (axial * track%curvature * stretch + sense * (dot_product(load%line, normal) + &
+         & load%pressure * stretch))
+   end function virtual_pressure
+end module line_pressure

@@ -1,0 +1,27 @@
+!> A state on another mesh, as a guess of the equilibrium there.
+module mesh_change
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use ground_segments, only: tell_segments
+   use state_transfer, only: carried, carried_field
+   use touchdown_points, only: carry_forces
+   implicit none
+   private
+   public :: carry_over
+
+contains
+
+   !> State and a direction on another mesh, with the forces of contacts that go on.
+   subroutine carry_over(problem, next, state, direction)
+      type(problem_t), intent(in) :: problem, next  !! of the same deck
+      type(state_t), intent(inout) :: state         !! of `problem`, in equilibrium; of `next` on return
+      real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) displacements
+      type(state_t) :: there
+      there = carried(problem, state, next)
+      call tell_segments(next, there, carried=.true.)
+      call carry_forces(problem, state, next, there)
+      direction = carried_field(problem, state, direction, next, there)
+      state = there
+   end subroutine carry_over
+end module mesh_change

@@ -1,0 +1,114 @@
+!> What is known of the place of a change only with the next set of contact spans, before the run goes there: the touch itself where
+!> contact begins, the line of a span that has lain down, the free span that opens within a line.
+module span_beyond
+   use kinds, only: wp
+   use model, only: step_t, method_load
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use bordered_system, only: linearise
+   use span_regions, only: beginning_region
+   use span_tests, only: span_test_t, run_span_tests, test_gap, test_force, test_pressure
+   use span_change, only: leg_t, change_t, change_missed, change_opening, change_lying
+   use span_opening, only: open_line
+   use span_lie_down, only: lie_down
+   use span_set, only: begin_touch, touched_at
+   use held_openings, only: held_load
+   use state_transfer, only: find_point
+   use path_control, only: control_t, path_length
+   use path_continuity, only: largest_distance
+   use path_run, only: run_t, heading_of
+   use corrector, only: increment_t, correct
+   use error_report, only: bars_at_touch
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: look_beyond
+
+contains
+
+   !> What a change is beyond its place, where a test is zero.
+   subroutine look_beyond(problem, step, run, leg, change, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run
+      type(leg_t), intent(in) :: leg
+      type(change_t), intent(inout) :: change    !! by a rule on entry
+      type(timers_t), intent(inout) :: timers
+      real(wp) :: tau
+      logical :: found
+      associate (next => change%next, test => change%tests(change%which))
+         if (opens_line(problem, test)) then
+            ! Here nothing tells yet where the span that opens ends; a little further on it does.
+            call open_line(problem, change%place, leg%to, leg%after(change%which), leg%scale, run%touches + 1, next%problem, &
+               & next%state, next%system, found, timers)
+            change%kind = merge(change_opening, change_missed, found)
+            return
+         end if
+      end associate
+      if (change%tests(change%which)%kind == test_gap) then
+         call begin_sharply(problem, step, run, leg, change, timers)
+         associate (test => change%tests(change%which))
+            run%beginning = beginning_region(problem, change%place, test%contact, test%stretch, test%at)
+            call find_point(problem, change%place, test%stretch, test%at, run%beginning_in, tau)
+         end associate
+      end if
+      associate (next => change%next)
+         call lie_down(problem, leg%from, change%place, held_load(run), next%problem, next%state, next%system, next%rate, found, &
+            & timers)
+         if (.not. found) return
+         change%kind = change_lying
+         ! There the span is neutral, and its pivot has the sign of rounding; the line's are definite.
+         run%system%negative_pivots = next%system%negative_pivots
+      end associate
+   end subroutine look_beyond
+
+   !> Where contact begins: the gap is as good as the dense output, the touch itself as good as the nodes.
+   subroutine begin_sharply(problem, step, run, leg, change, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run          !! its system is factored at the change's place
+      type(leg_t), intent(in) :: leg
+      type(change_t), intent(inout) :: change    !! as it was where no touch is found nearby
+      type(timers_t), intent(inout) :: timers
+      type(run_t) :: touched
+      type(problem_t) :: next
+      type(state_t) :: better
+      type(control_t) :: control
+      type(increment_t) :: anew
+      logical :: found
+      touched = run
+      touched%state = change%place
+      touched%heading = change%heading
+      next = problem
+      call begin_touch(next, touched, change%tests(change%which), found, timers)
+      if (.not. found) return
+      control%method = method_load
+      control%increment = touched%state%load_factor - change%place%load_factor
+      control%whole = change%place%load_factor
+      better = change%place
+      call correct(problem, change%place, control, .true., better, run%system, anew, timers)
+      found = anew%converged
+      ! Where the path turns back the load tells nothing.
+      if (found) found = path_length(problem, change%place, better) <= largest_distance * path_length(problem, run%state, &
+         & leg%to)
+      if (.not. found) then
+         call linearise(problem, change%place, run%state, run%system, timers)
+         return
+      end if
+      change%place = better
+      change%report%iterations = change%report%iterations + anew%iterations
+      change%report%residual = anew%residual
+      change%heading = heading_of(problem, run, better)
+      change%tests = run_span_tests(problem, better, leg%scale)
+      change%tests(change%which)%at = touched_at(next, touched)
+      call bars_at_touch(problem, step, run, better, change%heading, next, touched, change%bars, timers)
+   end subroutine begin_sharply
+
+   !> True where a line lifts off inside, or at an end that a breakpoint of the rod holds.
+   pure logical function opens_line(problem, test)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: test
+      opens_line = test%kind == test_pressure
+      if (test%kind == test_force) opens_line = problem%touch(test%touch)%line .and. .not. problem%candidates%moves(test%candidate)
+   end function opens_line
+end module span_beyond

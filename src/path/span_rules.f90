@@ -1,0 +1,275 @@
+!> Which contact set follows where a test of the present one vanishes: one rule a test. The same rules correct a set of which
+!> several tests fail at once.
+module span_rules
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use contact_touch, only: touch_t
+   use touch_edits, only: begun, lost, spread_out, parted, shrunk, joined, end_moved, moved, continued, numbered
+   use line_pressure, only: virtual_pressure
+   use past_breakpoints, only: beyond, across
+   use span_tests, only: span_test_t, test_gap, test_force, test_curvature, test_length, test_closing, test_crossing, test_slope
+   use conforming_span, only: flat_excess, excess_curvature
+   use span_merging, only: closing_point
+   implicit none
+   private
+   public :: answer_t, answer_to, index_of
+
+   !> What follows.
+   type :: answer_t
+      type(touch_t), allocatable :: touch(:)      !! the new set
+      integer :: opens(2) = 0                     !! numbers of the touches between which a span opens, 0: a breakpoint; both the
+      !! same: a line, between its own ends
+      integer :: crosses(2) = 0                   !! the same of a span behind a breakpoint
+      character(:), allocatable :: why            !! there is no rule: the reason
+   end type answer_t
+
+contains
+
+   !> The answer to a test that is zero, or below.
+   function answer_to(problem, state, test, set, last, line_share, point_share) result(answer)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(span_test_t), intent(in) :: test       !! of this state
+      type(touch_t), intent(in) :: set(:)         !! what touches, if other tests have been answered before; all have numbers
+      integer, intent(in) :: last                 !! number given last
+      real(wp), intent(in) :: line_share          !! of its stretch, that a line begins with,
+      real(wp), intent(in) :: point_share         !! and of two points the distance
+      type(answer_t) :: answer
+      integer :: k, other
+      answer%touch = set
+      k = 0
+      if (test%touch > 0) then
+         k = index_of(problem, set, test%touch)
+         ! Gone by the answer to another test.
+         if (k == 0) return
+      end if
+      select case (test%kind)
+      case (test_gap)
+         answer%touch = begun(set, test%contact, test%stretch, test%at)
+      case (test_force)
+         if (set(k)%line) then
+            answer%why = 'a line contact lifts off at its end'
+         else
+            answer%touch = lost(set, k)
+         end if
+      case (test_curvature)
+         ! Against a straight wall a uniform rod lies without pressure.
+         if (virtual_pressure(problem, state, test%candidate) >= 0.0_wp) then
+            call lay_down_points(problem, state, test, line_share, answer)
+         else if (closing_point(problem, state, test%candidate) > 0) then
+            answer%why = 'two contact points come together'
+         else
+            call divide_point(problem, test, k, point_share * stretch_length(problem, set(k)), answer)
+         end if
+      case (test_length)
+         call shrink(problem, test, k, line_share, answer)
+      case (test_crossing)
+         call cross(problem, test, k, line_share, answer)
+      case (test_slope)
+         call lie_down_from_end(problem, state, test, k, line_share, answer)
+      case (test_closing)
+         other = index_of(problem, set, test%touch + 1)
+         if (other > 0) answer%touch = joined(set, k, other)
+      case default
+         answer%why = 'a line contact lifts off inside'
+      end select
+      answer%touch = numbered(answer%touch, last)
+      answer%opens = numbers(answer%touch, answer%opens)
+      answer%crosses = numbers(answer%touch, answer%crosses)
+   end function answer_to
+
+   !> The point of a test, and others that lie down at the same place of the path, lines. Their ends have forces, so Newton's method
+   !> finds their places from any nearby.
+   subroutine lay_down_points(problem, state, test, share, answer)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(span_test_t), intent(in) :: test
+      real(wp), intent(in) :: share                !! of its stretch, that a line begins with
+      type(answer_t), intent(inout) :: answer
+      integer :: c, point, behind(2)
+      real(wp) :: whole
+      do c = 1, problem%candidates%n
+         if (c /= test%candidate) then
+            if (.not. as_flat(problem, state, c)) cycle
+         end if
+         point = index_of(problem, answer%touch, problem%candidates%touch(c))
+         if (point == 0) cycle
+         whole = stretch_length(problem, answer%touch(point))
+         answer%touch = spread_out(answer%touch, point, 0.5_wp * share * whole, whole)
+         if (.not. problem%candidates%moves(c)) &
+            & call go_on_behind(problem, problem%candidates%touch(c), point, share * whole, answer, behind)
+         if (c == test%candidate) answer%opens = point
+      end do
+   end subroutine lay_down_points
+
+   !> True for another point that lies down at the same place of the path: held as a point it would be neutral.
+   logical function as_flat(problem, state, c)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: c                     !! candidate
+      real(wp) :: excess, stretch
+      as_flat = problem%candidates%touch(c) > 0
+      if (as_flat) as_flat = .not. problem%touch(problem%candidates%touch(c))%line .and. (problem%candidates%moves(c) .or. &
+         & problem%model%fixed(3, problem%candidates%node(c)))
+      if (.not. as_flat) return
+      call excess_curvature(problem, state, c, excess, stretch)
+      ! The place is known to that for the one that was looked for, to a few times that for others.
+      as_flat = excess * problem%size <= 10.0_wp * flat_excess
+      if (as_flat) as_flat = virtual_pressure(problem, state, c) >= 0.0_wp
+   end function as_flat
+
+   !> A point two points; on a mirror, or where a support holds the rotation, one on each side.
+   subroutine divide_point(problem, test, k, length, answer)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: test
+      integer, intent(in) :: k                     !! the point, in the set
+      real(wp), intent(in) :: length               !! between the two
+      type(answer_t), intent(inout) :: answer
+      real(wp) :: at
+      if (problem%candidates%moves(test%candidate)) then
+         answer%touch = parted(answer%touch, k, length)
+         answer%opens = [k, size(answer%touch)]
+      else
+         at = 0.5_wp * length
+         if (answer%touch(k)%at(1) > 0.0_wp) at = stretch_length(problem, answer%touch(k)) - at
+         answer%touch = shrunk(answer%touch, k, at)
+         call go_on_behind(problem, test%touch, k, length, answer, answer%opens)
+      end if
+   end subroutine divide_point
+
+   !> What was a point at a breakpoint is a touch beside it, and another one on the other side, where the rod goes on.
+   subroutine go_on_behind(problem, touch, k, length, answer, beside)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: touch, k              !! index into problem%touch, into the set
+      real(wp), intent(in) :: length               !! of what opens, or touches, on both sides together
+      type(answer_t), intent(inout) :: answer
+      integer, intent(out) :: beside(2)            !! the touches before and after the breakpoint, 0: there the rod ends
+      integer :: way, other
+      way = merge(-1, 1, answer%touch(k)%at(1) < 0.5_wp * stretch_length(problem, answer%touch(k)))
+      other = across(problem, touch, way)
+      beside = [k, 0]
+      if (other > 0) then
+         answer%touch = continued(answer%touch, k, other, behind(problem, other, way, 0.5_wp * length, answer%touch(k)%line))
+         beside(2) = size(answer%touch)
+      end if
+      if (way < 0) beside = beside([2, 1])
+   end subroutine go_on_behind
+
+   !> Places on a stretch behind a breakpoint: a line from there on, or a point.
+   pure function behind(problem, stretch, way, length, line) result(at)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: stretch
+      integer, intent(in) :: way                   !! -1: before the breakpoint, 1: after it
+      real(wp), intent(in) :: length               !! of the line, or distance of the point
+      logical, intent(in) :: line
+      real(wp) :: at(2)
+      at = length
+      if (line) at(1) = 0.0_wp
+      if (way < 0) at = problem%layout%stretch(stretch)%length - at([2, 1])
+   end function behind
+
+   !> A line that has become as short as none: what is left is a point, or, where it goes on past a breakpoint, the line there.
+   subroutine shrink(problem, test, k, share, answer)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: test
+      integer, intent(in) :: k                     !! the line, in the set
+      real(wp), intent(in) :: share                !! of its stretch, that the other line begins behind the breakpoint
+      type(answer_t), intent(inout) :: answer
+      integer :: way, next, side, stretch
+      real(wp) :: end, whole
+      whole = stretch_length(problem, answer%touch(k))
+      associate (set => answer%touch)
+         do way = -1, 1, 2
+            side = merge(2, 1, way < 0)
+            stretch = beyond(problem, test%touch, way)
+            if (stretch == 0) cycle
+            end = merge(problem%layout%stretch(stretch)%length, 0.0_wp, way < 0)
+            next = findloc(set%line .and. set%stretch == stretch .and. set%contact == set(k)%contact .and. &
+               & abs(set%at(side) - end) <= 0.0_wp, .true., 1)
+            if (next == 0) cycle
+            if (abs(set(k)%at(3 - side) - merge(0.0_wp, whole, way < 0)) <= 0.0_wp) exit
+         end do
+      end associate
+      if (way <= 1) then
+         answer%touch = lost(end_moved(answer%touch, next, side, end + way * share * problem%layout%stretch(stretch)%length), k)
+         answer%crosses(3 - side) = merge(next - 1, next, next > k)
+      else if (answer%touch(k)%at(1) <= 0.0_wp) then
+         answer%touch = shrunk(answer%touch, k, 0.0_wp)
+      else if (answer%touch(k)%at(2) >= whole) then
+         answer%touch = shrunk(answer%touch, k, whole)
+      else
+         answer%touch = shrunk(answer%touch, k, test%at)
+      end if
+   end subroutine shrink
+
+   !> An end of a rod that touched is tangent to the obstacle: where the rod, which has no moment there, is curved away from it
+   !> the point leaves the end; else a line begins with it.
+   subroutine lie_down_from_end(problem, state, test, k, share, answer)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(span_test_t), intent(in) :: test        !! its sense: the rod lies before its end (-1), or after it
+      integer, intent(in) :: k                     !! the point, in the set
+      real(wp), intent(in) :: share                !! of its stretch, that the line begins with, or the way of the point
+      type(answer_t), intent(inout) :: answer
+      real(wp) :: inside, excess, stretch
+      inside = answer%touch(k)%at(1) + test%sense * share * stretch_length(problem, answer%touch(k))
+      call excess_curvature(problem, state, test%candidate, excess, stretch)
+      answer%touch(k)%line = excess * problem%size <= flat_excess
+      answer%touch = end_moved(answer%touch, k, merge(2, 1, test%sense > 0.0_wp), inside)
+      answer%crosses(merge(1, 2, test%sense > 0.0_wp)) = k
+   end subroutine lie_down_from_end
+
+   !> What comes to a breakpoint goes on behind it: a point is there, a line gets another part there. At the end of a rod, or at
+   !> a support, it stays.
+   subroutine cross(problem, test, k, share, answer)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: test        !! its sense: the breakpoint is before the touch (-1), or after it
+      integer, intent(in) :: k                     !! the touch, in the set
+      real(wp), intent(in) :: share                !! of the stretch behind, that it begins with
+      type(answer_t), intent(inout) :: answer
+      integer :: way, stretch, side
+      real(wp) :: length
+      way = nint(test%sense)
+      side = merge(1, 2, way < 0)
+      stretch = beyond(problem, test%touch, way)
+      associate (whole => stretch_length(problem, answer%touch(k)))
+         if (stretch == 0 .or. answer%touch(k)%line) answer%touch = end_moved(answer%touch, k, side, merge(0.0_wp, whole, way < 0))
+      end associate
+      if (stretch == 0) return
+      length = share * problem%layout%stretch(stretch)%length
+      if (answer%touch(k)%line) then
+         answer%touch = continued(answer%touch, k, stretch, behind(problem, stretch, way, length, .true.))
+         answer%crosses(3 - side) = size(answer%touch)
+      else
+         answer%touch = moved(answer%touch, k, stretch, behind(problem, stretch, way, length, .false.))
+         answer%crosses(2) = k
+      end if
+   end subroutine cross
+
+   !> Where one of the problem's touches is in a set; 0: it is gone.
+   pure integer function index_of(problem, set, touch)
+      type(problem_t), intent(in) :: problem
+      type(touch_t), intent(in) :: set(:)
+      integer, intent(in) :: touch                 !! index into problem%touch
+      index_of = findloc(set%number, problem%touch(touch)%number, 1)
+   end function index_of
+
+   !> Numbers of two touches of a set.
+   pure function numbers(set, at) result(number)
+      type(touch_t), intent(in) :: set(:)
+      integer, intent(in) :: at(2)                 !! indices, 0: none
+      integer :: number(2), i
+      number = 0
+      do i = 1, 2
+         if (at(i) > 0) number(i) = set(at(i))%number
+      end do
+   end function numbers
+
+   !> Length of the stretch of a touch.
+   pure real(wp) function stretch_length(problem, touch) result(length)
+      type(problem_t), intent(in) :: problem
+      type(touch_t), intent(in) :: touch
+      length = problem%layout%stretch(touch%stretch)%length
+   end function stretch_length
+end module span_rules
