@@ -155,6 +155,7 @@ def test_lifted_pipe_converges_at_fourth_order(quantity):
     dr.assert_mean_order(errors, 4.0)
 
 
+@dr.release_only
 def test_lifted_pipe_of_many_elements():
     """The path is that of few elements, point by point; what lies on the seabed has no more elements than it needs, and what is
     lifted no more than rounding allows."""
