@@ -99,6 +99,7 @@ MESHES: dict[str, tuple[str, tuple[str, ...]]] = {
     "three-hinged-arch": ("GE8", ("4", "4")),
     "williams-toggle": ("GE6", ("8", "8")),
     "winkler-point": ("GE4", ("60",)),
+    "winkler-weight": ("GE4", ("80",)),
 }
 
 

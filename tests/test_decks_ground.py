@@ -65,6 +65,7 @@ def test_contact_length_is_independent_of_the_load(load):
 @functools.cache
 def heavy_beam(elements, points="ALONG"):
     return dr.run_deck(dr.changed(dr.on_given_mesh("winkler-weight"), ("1, 2, 80", f"1, 2, {elements}"),
+                                  ("*STEP, NAME=LOAD\n", "*STEP, NAME=LOAD\n*ACCURACY, WIDEST=0.1\n"),
                                   ("NSET=BEAM\n*MONITOR", f"NSET=BEAM, POINTS={points}\n*MONITOR")))
 
 
