@@ -24,6 +24,7 @@ module path_errors
    public :: point_errors, event_errors
 
    real(wp), parameter :: small_part = 1.0e-3_wp !! of an increment, over which slopes along the path are taken
+   real(wp), parameter :: left = 0.01_wp         !! of what is out of balance: a hundredth of an estimate, far less than its bar
    real(wp), parameter :: least_bend = 0.1_wp     !! of a slope's change: what is left there is more than the way, and no bar holds
    real(wp), parameter :: no_modes(0, 0) = reshape([real(wp) ::], [0, 0])
    character(*), parameter :: no_convergence = 'elements of a higher order do not converge from here', &
@@ -50,7 +51,7 @@ contains
       if (bars%why /= '') return
       call begin(problem, state, system, holding(problem, state, control, heading), heading, no_modes, path, point, &
          & shares, value, timers)
-      if (point%ok) call next_point(path, 0.0_wp, point, timers)
+      if (point%ok) call next_point(path, 0.0_wp, point, timers, left)
       if (.not. point%ok) then
          bars%why = no_convergence
          bars%too_coarse = .true.
