@@ -245,52 +245,48 @@ class Problem:
             first = last
         return State(self, fields, dict(zip(self.names, vector[first:])))
 
-    def _collocation(self, span, u, g):
-        """Residual of one span."""
-        grid, state = self.grid, State(self, [], g)
-        a, b = state.at(span.start), state.at(span.end)
-        s, middle = a + (b - a) * grid.places, u @ grid.mean.T
-        return u @ grid.derivative.T - (b - a) * span.rates(s, middle, g)
+    def _changes(self, span, middle, g):
+        """What the rates let a span's fields change by, per length of the span; `middle`: fields at the collocation points."""
+        a, b = (g[bound] if isinstance(bound, str) else bound for bound in (span.start, span.end))
+        return (b - a) * span.rates(a + (b - a) * self.grid.places, middle, g)
 
-    def _by_fields(self, span, u, g):
-        """Derivatives of that by the span's fields."""
-        grid, state = self.grid, State(self, [], g)
-        a, b = state.at(span.start), state.at(span.end)
-        s, middle = a + (b - a) * grid.places, u @ grid.mean.T
-        rows, n, m = len(s), grid.size, span.fields
-        matrix = np.zeros((m, rows, m, n))
+    def _by_fields(self, span, middle, g, matrix):
+        """Derivatives of a span's residual by its fields, into their place in the matrix."""
+        rows, n, m = middle.shape[1], self.grid.size, span.fields
         for field in range(m):
             moved = middle.astype(complex)
             moved[field] += 1j * STEP
-            by_field = (b - a) * span.rates(s.astype(complex), moved, g).imag / STEP
-            matrix[:, :, field, :] = -by_field[:, :, None] * grid.mean[None]
-            matrix[field, :, field, :] += grid.derivative
-        return matrix.reshape(m * rows, m * n)
+            by_field = self._changes(span, moved, g).imag / STEP
+            for k in range(m):
+                if k == field or np.any(by_field[k]):
+                    np.multiply(-by_field[k][:, None], self.grid.mean_rounded,
+                                out=matrix[k * rows:(k + 1) * rows, field * n:(field + 1) * n])
+            matrix[field * rows:(field + 1) * rows, field * n:(field + 1) * n] += self.grid.derivative_rounded
 
     def _linear(self, vector, constraints):
-        """Residual and matrix, constraints last."""
+        """Residual and matrix, constraints last. Derivatives need no more than double precision."""
         state = self._unpack(vector)
-        residual, columns, first, row = [], len(vector), 0, 0
-        blocks, offsets = [], []
-        for span, u in zip(self.spans, state.fields):
-            residual.append(self._collocation(span, u, state.unknowns).ravel())
-            blocks.append((row, first, self._by_fields(span, u, state.unknowns)))
-            offsets.append(first)
-            row, first = row + residual[-1].size, first + u.size
-        ends = [offset + field * self.grid.size + place for offset, span in zip(offsets, self.spans)
-                for field in range(span.fields) for place in (0, self.grid.size - 1)]
+        grid, columns = self.grid, len(vector)
+        middles = [u @ grid.mean.T for u in state.fields]
+        residual = [(u @ grid.derivative.T - self._changes(span, middle, state.unknowns)).ravel()
+                    for span, u, middle in zip(self.spans, state.fields, middles)]
         tail = self._tail(state, constraints)
-        matrix = np.zeros((row + len(tail), columns))
-        for top, left, block in blocks:
-            matrix[top:top + block.shape[0], left:left + block.shape[1]] = block
+        row = sum(part.size for part in residual)
+        matrix, ends, top, first = np.zeros((row + len(tail), columns)), [], 0, 0
+        rounded = [middle.astype(float) for middle in middles]
+        for span, u, middle in zip(self.spans, state.fields, rounded):
+            self._by_fields(span, middle, state.unknowns, matrix[top:top + middle.size, first:first + u.size])
+            ends += [first + field * grid.size + place for field in range(span.fields) for place in (0, grid.size - 1)]
+            top, first = top + middle.size, first + u.size
+        moved = vector.astype(complex)
         for column in ends + list(range(first, columns)):
-            moved = vector.astype(complex)
             moved[column] += 1j * STEP
             other = self._unpack(moved)
             matrix[row:, column] = self._tail(other, constraints).imag / STEP
             if column >= first:
-                matrix[:row, column] = np.concatenate([self._collocation(span, u, other.unknowns).imag.ravel()
-                                                       for span, u in zip(self.spans, other.fields)]) / STEP
+                matrix[:row, column] = np.concatenate([-self._changes(span, middle, other.unknowns).imag.ravel() / STEP
+                                                       for span, middle in zip(self.spans, rounded)])
+            moved[column] = moved[column].real
         assert matrix.shape[0] == columns, f"{matrix.shape[0]} equations for {columns} unknowns"
         return np.concatenate(residual + [tail]), matrix
 
@@ -298,9 +294,11 @@ class Problem:
         return np.array(list(self.conditions(state)) + [value_of(state, what) - value for what, value in constraints.items()])
 
     def _solve(self, matrix, right):
-        matrix, right = matrix * self.scale, right.astype(float)
-        size = np.max(np.abs(matrix), axis=1)
-        return np.linalg.solve(matrix / size[:, None], right / size)
+        """Scaled unknowns; the matrix is overwritten."""
+        matrix *= self.scale
+        size = np.maximum(np.max(matrix, axis=1), -np.min(matrix, axis=1))
+        matrix /= size[:, None]
+        return np.linalg.solve(matrix, right.astype(float) / size)
 
     def solve(self, state: State, *constraints: dict, iterations: int = 25) -> State:
         """Newton's method; raises ArithmeticError where it does not converge."""
@@ -442,6 +440,7 @@ class Grid:
         self.places = np.concatenate([(k + gauss) / elements for k in range(elements)])
         self.mean = self.interpolation(self.places)
         self.derivative = self.interpolation(self.places, derivative=True)
+        self.mean_rounded, self.derivative_rounded = self.mean.astype(float), self.derivative.astype(float)
 
     def _differentiation(self):
         difference = self.x[:, None] - self.x[None, :] + np.eye(self.degree + 1)

@@ -254,6 +254,7 @@ def test_rounding_of_stiff_elements_is_told():
     dr.assert_close(fine.load("LP"), 8.972949, relative=1e-6)
 
 
+@dr.release_only
 def test_a_start_that_is_rounding_ends_at_once():
     """100000 elements, the fourth power of their number: no iteration is tried, and supports are not blamed."""
     run = dr.run_deck(arch(100000, "1e6", "METHOD=LOAD\n1.", ""), code=2)

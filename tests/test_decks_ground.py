@@ -65,6 +65,7 @@ def test_contact_length_is_independent_of_the_load(load):
 @functools.cache
 def heavy_beam(elements, points="ALONG"):
     return dr.run_deck(dr.changed(dr.on_given_mesh("winkler-weight"), ("1, 2, 80", f"1, 2, {elements}"),
+                                  ("*STEP, NAME=LOAD\n", "*STEP, NAME=LOAD\n*ACCURACY, WIDEST=0.1\n"),
                                   ("NSET=BEAM\n*MONITOR", f"NSET=BEAM, POINTS={points}\n*MONITOR")))
 
 
@@ -155,6 +156,7 @@ def test_lifted_pipe_converges_at_fourth_order(quantity):
     dr.assert_mean_order(errors, 4.0)
 
 
+@dr.release_only
 def test_lifted_pipe_of_many_elements():
     """The path is that of few elements, point by point; what lies on the seabed has no more elements than it needs, and what is
     lifted no more than rounding allows."""

@@ -33,7 +33,7 @@ def soft(modulus, factor=1.0, kind="GE4", counts=(16, 110, 34), stop="0.6"):
                                                       zip(((1, 3), (3, 4), (4, 2)), counts))),
                       ("SIDE=INSIDE, REFERENCE=90.", f"SIDE=INSIDE, REFERENCE=90., FOUNDATION=WINKLER, MODULUS={modulus}"),
                       (", POINTS=ALONG", ""), ("TYPE=GE4", f"TYPE={kind}"), ("LOAD, 34., 57., 62., 28.", "v, 0.03"),
-                      ("v, ABOVE, 0.6", f"v, ABOVE, {stop}"))
+                      ("v, ABOVE, 0.6", f"v, ABOVE, {stop}\n*ACCURACY, WIDEST=0.1"))      # where elements are long contact splits, and ought not
     return dr.run_deck(deck)
 
 
@@ -90,10 +90,10 @@ def test_split_of_the_contact_on_very_stiff_ground():
                           ("v, ABOVE, 0.6", "v, ABOVE, 0.16"), ("TYPE=GE4", f"TYPE={element}"), *((f"{line}, 0., 0., {n}\n", f"{line}, 0., 0., {n * factor}\n")
                                                                  for line, n in (("1, 2", 16), ("2, 3", 160), ("3, 4", 64))))
         return dr.run_deck(deck).labelled("C-")[0].load_factor
-    loads = [split(static, 2, "GE8") for static in ("METHOD=CYLINDRICAL\n1., 1E-9, 0.02", "METHOD=SPHERICAL\n1., 1E-9, 0.02",
-                                                    "METHOD=DISPLACEMENT, MONITOR=v\n1e-3, 1E-9, 0.01")]
-    limit = loads[0]
-    dr.assert_close(loads, np.full(3, limit), relative=1e-8)
+    loads = [split(static, 1, "GE8") for static in ("METHOD=CYLINDRICAL\n1., 1E-9, 0.02", "METHOD=SPHERICAL\n1., 1E-9, 0.02",
+                                                    "METHOD=DISPLACEMENT, MONITOR=v\n1e-3, 1E-9, 0.02")]
+    dr.assert_close(loads, np.full(3, loads[0]), relative=1e-8)
+    limit = split("METHOD=CYLINDRICAL\n1., 1E-9, 0.02", 2, "GE8")
     for element, factors, order in (("GE4", (2, 4), 3), ("GE6", (1, 2, 4), 4)):
         errors = [split("METHOD=CYLINDRICAL\n1., 1E-9, 0.02", factor, element) - limit for factor in factors]
         dr.assert_mean_order(errors, order, below=0.7, above=1.3)

@@ -78,11 +78,14 @@ def test_liner_without_a_gap(disturbance, exact):
     dr.assert_close(run.load("LP"), exact, relative=1e-6)
 
 
-def test_liners_with_gaps():
-    """One limit point each, whatever small force disturbs them; 36.277501 is exact for 0.004."""
-    for gap in (0.001, 0.002, 0.004, 0.006, 0.01):
-        loads = [dr.run_deck(liner(gap, disturbance)).load("LP") for disturbance in (5e-4, 1e-3, 2e-3)]
-        dr.assert_close(loads, np.full(3, loads[0]), relative=1e-2)
+@pytest.mark.parametrize("gap", [0.001, 0.002, 0.006])
+def test_liners_with_gaps(gap):
+    """One limit point each, whatever small force disturbs them; exact limit loads are those of reference/liner_limits.csv."""
+    table = dr.reference("liner_limits")
+    for disturbance in (2e-4, 2e-3):
+        row, = np.flatnonzero((table["R_t"] == 50) & (table["lobes"] == 1) & (table["gap"] == gap)
+                              & (table["disturbance"] == disturbance))
+        dr.assert_close(dr.run_deck(liner(gap, disturbance)).load("LP"), table["p"][row], relative=1e-6)
 
 
 def test_tube_between_plates():
@@ -95,6 +98,7 @@ def test_tube_between_plates():
             assert not run.labelled("BP")
 
 
+@dr.release_only
 def test_ring_of_2560_elements():
     run = dr.run_deck(dr.changed(dr.on_given_mesh("ring"), ("0., 0., 160, 6.", "0., 0., 2560"), ("ABOVE, 0.6", "ABOVE, 0.05")))
     dr.assert_close(run.load("LP"), 81.557427564661, relative=1e-8)

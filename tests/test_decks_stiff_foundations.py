@@ -33,14 +33,15 @@ ring on a foundation
 *DLOAD
 RING, PY, -1.
 *STOP
-v, ABOVE, 0.2
+v, ABOVE, {stop}
 *END STEP
 """
 
 
 def ring(k, method="CYLINDRICAL", first=1.0, points="ALONG", element="GE4", code=0):
     foundation = "" if k is None else f", FOUNDATION=WINKLER, MODULUS={k!r}"
-    return dr.run_deck(RING.format(foundation=foundation, points=points, method=method, first=first, element=element), code=code)
+    return dr.run_deck(RING.format(foundation=foundation, points=points, method=method, first=first, element=element,
+                               stop=0.08 if k is None or k > 1e5 else 0.2), code=code)
 
 
 @functools.cache

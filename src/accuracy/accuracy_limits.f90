@@ -1,5 +1,6 @@
 !> Where one more point in every element says nothing of the error.
 module accuracy_limits
+   use kinds, only: wp
    use problem, only: problem_t
    use element_families, only: collocates
    use rod_state, only: state_t
@@ -14,9 +15,10 @@ contains
    !>
    !> What has no kink inside an element converges as its order says. Contact at nodes has one wherever a node begins or ceases
    !> to touch, and a foundation where its contact ends, or its law has a corner, beside a mark. The UL2 element is of another kind.
-   function why_not_told(problem, state) result(why)
+   function why_not_told(problem, state, smallest) result(why)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      real(wp), intent(in), optional :: smallest !! where contact with a foundation begins or ends: what its gap was located to
       character(:), allocatable :: why
       integer :: c
       why = ''
@@ -30,7 +32,7 @@ contains
       do c = 1, problem%ground%chain%n
          if (problem%ground%chain%element(2, c) == 0) cycle
          if (problem%model%obstacle(problem%ground%chain%obstacle(c))%law > 0) why = 'the law of a foundation has corners'
-         if (is_cut(problem, state, c)) why = 'contact with a foundation ends inside an element'
+         if (is_cut(problem, state, c, smallest)) why = 'contact with a foundation ends inside an element'
       end do
    end function why_not_told
 end module accuracy_limits

@@ -1,8 +1,9 @@
 !> Points of the path that the finer problem has, next to a point of the problem's own path.
 module finer_path
    use kinds, only: wp
-   use problem, only: problem_t
+   use problem, only: problem_t, dof
    use rod_state, only: state_t
+   use rod_geometry, only: geometry_t
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise, apply_increment
    use contact_set, only: contact_step_t, solve_contact_step
@@ -46,8 +47,9 @@ contains
       type(control_t), intent(in) :: control     !! its tangent set where its method wants one
       type(heading_t), intent(in) :: heading     !! tangent there
       type(finer_path_t) :: path
-      path%problem = new_finer_problem(problem)
-      path%base = finer_state(problem, state, path%problem)
+      type(geometry_t) :: home
+      call new_finer_problem(problem, path%problem, home)
+      path%base = finer_state(problem, state, path%problem, home)
       path%control = control
       path%heading = heading
    end function new_finer_path
@@ -64,20 +66,22 @@ contains
    end subroutine start_point
 
    !> From a point, or the start, to the one at the control's increment.
-   subroutine next_point(path, increment, point, timers)
+   subroutine next_point(path, increment, point, timers, left)
       type(finer_path_t), intent(in) :: path
       real(wp), intent(in) :: increment
       type(finer_point_t), intent(inout) :: point
       type(timers_t), intent(inout) :: timers
+      real(wp), intent(in), optional :: left     !! one step does where it leaves no more than this part of what is out of balance
       type(contact_step_t) :: step
       type(state_t) :: origin, before
       type(control_t) :: control, seen
-      real(wp) :: rhs
+      real(wp) :: rhs, first
       integer :: k
       control = path%control
       control%increment = increment
       origin = path%base
       seen = control
+      first = out_of_balance(path%problem, point%system)
       associate (problem => path%problem)
          do k = 1, steps
             if (.not. point%ok) return
@@ -93,10 +97,27 @@ contains
             if (problem%moves_nodes()) call move_touchdown_points(problem, before, point%state)
             call linearise(problem, point%state, point%state, point%system, timers)
             point%ok = point%system%ok
+            if (.not. present(left)) cycle
+            if (out_of_balance(problem, point%system) <= left * first) exit
          end do
          if (.not. point%ok) return
          point%value = [point%state%load_factor, monitor_values(problem, point%state, point%system)]
          point%heading = heading_at(problem, point%system, path%heading%u, path%heading%load)
       end associate
    end subroutine next_point
+
+   !> The size of what is out of balance at the free unknowns: forces, and moments over the structure's size.
+   pure real(wp) function out_of_balance(problem, system)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      integer :: node
+      out_of_balance = 0.0_wp
+      do node = 1, problem%model%mesh%n_nodes
+         associate (d => dof(problem, node, 1))
+            out_of_balance = out_of_balance + sum(system%residual(d:d + 1)**2, mask=.not. system%fixed(d:d + 1))
+            if (.not. system%fixed(d + 2)) out_of_balance = out_of_balance + (system%residual(d + 2) / problem%size)**2
+         end associate
+      end do
+      out_of_balance = sqrt(out_of_balance)
+   end function out_of_balance
 end module finer_path

@@ -21,10 +21,10 @@ module finer_problem
 contains
 
    !> The finer problem. UL2 elements stay as they are.
-   function new_finer_problem(problem) result(finer)
+   subroutine new_finer_problem(problem, finer, home)
       type(problem_t), intent(in) :: problem
-      type(problem_t) :: finer
-      type(geometry_t) :: home
+      type(problem_t), intent(out) :: finer
+      type(geometry_t), intent(out) :: home      !! stress-free, with its nodes where they are nominally
       integer :: e
       finer = problem
       where (collocates(finer%model%mesh%family)) finer%model%mesh%stages = finer%model%mesh%stages + 1
@@ -49,20 +49,21 @@ contains
             end if
          end do
       end associate
-   end function new_finer_problem
+   end subroutine new_finer_problem
 
    !> A state of the problem as one of the finer problem: the displacements of the nodes, and of the resultants the collocation
    !> polynomial. Its elements are out of balance by what the first ones err.
-   function finer_state(problem, state, finer) result(new)
+   function finer_state(problem, state, finer, home) result(new)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
       type(problem_t), intent(in) :: finer
+      type(geometry_t), intent(in) :: home       !! of the finer problem
       type(state_t) :: new
       real(wp) :: shift(problem%model%mesh%n_nodes)
       class(rod_element_t), pointer :: rod
       integer :: e, node
       new = state
-      new%geometry = new_geometry(finer%model, finer%tableau)
+      new%geometry = home
       shift = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
          node = problem%model%mesh%node(2, e)

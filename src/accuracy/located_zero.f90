@@ -9,6 +9,8 @@ module located_zero
    use element_products, only: element_deformation
    use path_events, only: event_t, new_probe, event_value, event_bifurcation
    use span_tests, only: span_test_t, run_span_tests
+   use ground_events, only: ground_event_place, ground_event_value
+   use element_gap, only: element_gap_t, ground_gap, gap_value
    use tangent_modes, only: modes_t, lowest_modes, apply_tangent
    use axial_rigidity, only: shrinking_forces
    use bordered_system, only: solve_effective
@@ -16,7 +18,7 @@ module located_zero
    use timing, only: timers_t
    implicit none
    private
-   public :: zero_t, new_zero, zero_value, mode_rounding
+   public :: zero_t, new_zero, zero_value, between_nodes, located_gap, mode_rounding
 
    !> One event. Either an event of the path or a test of contact spans.
    type :: zero_t
@@ -71,6 +73,52 @@ contains
          value = event_value(problem, zero%event, state, new_probe(problem, state, system, load_rate))
       end if
    end function zero_value
+
+   !> Of what an event's function is on the finer problem and is not here, the part that the nodes do not tell: a gap's least
+   !> value is inside an element, known as well as its polynomials. Zero for all events but those on foundations.
+   subroutine between_nodes(problem, zero, state, finer, there, difference, element, part)
+      type(problem_t), intent(in) :: problem, finer
+      type(zero_t), intent(in) :: zero
+      type(state_t), intent(in) :: state         !! where it was located
+      type(state_t), intent(in) :: there         !! of the finer problem, held at the same place
+      real(wp), intent(in) :: difference         !! of the function
+      integer, intent(out) :: element            !! the one concerned; 0: none
+      real(wp), intent(out) :: part
+      real(wp) :: tau
+      integer :: candidate
+      element = 0
+      part = 0.0_wp
+      if (.not. is_on_ground(zero)) return
+      call ground_event_place(finer, there, zero%event%ground, candidate, tau)
+      if (candidate == 0) return
+      element = problem%ground%chain%element(2, candidate)
+      part = difference + ((1.0_wp - tau) * gap_change(0.0_wp) + tau * gap_change(1.0_wp)) / zero%event%gap_scale
+
+   contains
+
+      !> At an end of the element.
+      real(wp) function gap_change(tau)
+         real(wp), intent(in) :: tau
+         gap_change = gap_value(finer, ground_gap(finer, there, candidate), tau) - &
+            & gap_value(problem, ground_gap(problem, state, candidate), tau)
+      end function gap_change
+   end subroutine between_nodes
+
+   !> Contact with a foundation begins or ends.
+   pure logical function is_on_ground(zero)
+      type(zero_t), intent(in) :: zero
+      is_on_ground = .false.
+      if (allocated(zero%event)) is_on_ground = zero%event%ground%contact > 0
+   end function is_on_ground
+
+   !> What the gap was located to where contact with a foundation begins or ends, but for rounding; elsewhere zero.
+   real(wp) function located_gap(problem, zero, state)
+      type(problem_t), intent(in) :: problem
+      type(zero_t), intent(in) :: zero
+      type(state_t), intent(in) :: state
+      located_gap = 0.0_wp
+      if (is_on_ground(zero)) located_gap = 1.01_wp * abs(ground_event_value(problem, state, zero%event%ground))
+   end function located_gap
 
    !> Of the eigenvalues whose modes are mostly combinations of given ones the one that is nearest to zero.
    function eigenvalue_of(problem, given, state, system, timers) result(value)

@@ -17,13 +17,14 @@ module path_errors
    use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point
    use element_shares, only: shares_t, find_shares, eigenvalue_shares
    use missed_modes, only: unstable_difference
-   use located_zero, only: zero_t, zero_value, mode_rounding
+   use located_zero, only: zero_t, zero_value, between_nodes, located_gap, mode_rounding
    use timing, only: timers_t
    implicit none
    private
    public :: point_errors, event_errors
 
    real(wp), parameter :: small_part = 1.0e-3_wp !! of an increment, over which slopes along the path are taken
+   real(wp), parameter :: left = 0.01_wp         !! of what is out of balance: a hundredth of an estimate, far less than its bar
    real(wp), parameter :: least_bend = 0.1_wp     !! of a slope's change: what is left there is more than the way, and no bar holds
    real(wp), parameter :: no_modes(0, 0) = reshape([real(wp) ::], [0, 0])
    character(*), parameter :: no_convergence = 'elements of a higher order do not converge from here', &
@@ -50,7 +51,7 @@ contains
       if (bars%why /= '') return
       call begin(problem, state, system, holding(problem, state, control, heading), heading, no_modes, path, point, &
          & shares, value, timers)
-      if (point%ok) call next_point(path, 0.0_wp, point, timers)
+      if (point%ok) call next_point(path, 0.0_wp, point, timers, left)
       if (.not. point%ok) then
          bars%why = no_convergence
          bars%too_coarse = .true.
@@ -82,8 +83,9 @@ contains
       type(shares_t) :: shares
       type(system_t) :: start                    ! of the finer problem at the point
       real(wp), allocatable :: modes(:, :), value(:), rate(:), final(:), unseen(:), sizes(:), rounding(:)
-      real(wp) :: f, f_ahead, slope, way, more, reach, bend
-      bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state))
+      real(wp) :: f, f_ahead, slope, way, more, reach, bend, local
+      integer :: e
+      bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state, located_gap(problem, zero, state)))
       if (bars%why /= '') return
       if (.not. metric(problem, heading%u, heading%u) > 0.0_wp .or. .not. (length > 0.0_wp .or. abs(rise) > 0.0_wp)) then
          bars%why = 'nothing moves there'
@@ -152,21 +154,27 @@ contains
       sizes = shares%size + abs(near%value - first%value)
       rounding = shares%rounding + abs(rate) * location_rounding() / abs(slope)
       if (is_kind(event_limit)) rounding(1) = shares%rounding(1) + 0.5_wp * location_rounding()**2 / abs(slope)
+      call between_nodes(problem, zero, state, path%problem, first%state, f - zero_value(problem, zero, state, system, &
+         & heading%load, timers), e, local)
       call share_way()
       call set_bars(shares, value, final - value, unseen, sizes, rounding, bars)
 
    contains
 
       !> What the event's place errs by is the elements', too: of a bifurcation by what they err in its eigenvalue, of others as
-      !> they do in the load.
+      !> they do in the load; and what the nodes do not tell of it is its element's own.
       subroutine share_way()
-         real(wp) :: part(size(shares%element, 2))
+         real(wp) :: part(size(shares%element, 2)), moved, own
          integer :: m
          part = shares%element(1, :)
          if (size(modes, 2) > 0) part = eigenvalue_shares(problem, system, start, modes)
-         if (.not. sum(part) > 0.0_wp) return
          do m = 1, size(shares%element, 1)
-            shares%element(m, :) = shares%element(m, :) + abs(final(m) - first%value(m)) * part / sum(part)
+            moved = abs(final(m) - first%value(m))
+            own = min(abs(local * rate(m) / slope), moved)
+            if (sum(part) > 0.0_wp) shares%element(m, :) = shares%element(m, :) + (moved - own) * part / sum(part)
+            if (e == 0) cycle
+            shares%element(m, e) = shares%element(m, e) + own
+            shares%inside(m) = abs(shares%inside(m)) + own
          end do
       end subroutine share_way
 
@@ -245,6 +253,7 @@ contains
       integer :: m
       noise = rounding + 4.0_wp * epsilon(noise) * abs(value)
       if (shares%known(1)) bars%load = new_error_bar(correction(1), unseen(1), sizes(1), noise(1))
+      bars%load%bar = bars%load%bar + abs(shares%inside(1))
       do m = 1, size(bars%monitor)
          if (.not. shares%known(m + 1)) cycle
          bars%monitor(m) = new_error_bar(correction(m + 1), unseen(m + 1), sizes(m + 1), noise(m + 1))

@@ -116,20 +116,27 @@ contains
    end function find_ground_regions
 
    !> Smallest gap on a stretch of a contact's chain; what lies beyond the chain's ends does not count.
-   real(wp) function smallest_ground_gap(problem, state, contact, from, to) result(least)
+   real(wp) function smallest_ground_gap(problem, state, contact, from, to, candidate, place) result(least)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
       real(wp), intent(in) :: from, to           !! arc lengths; on a closed chain `to` may lie in the next round
+      integer, intent(out), optional :: candidate !! it is on the element after this one, 0: nowhere
+      real(wp), intent(out), optional :: place   !! and there, 0 to 1
       real(wp) :: range(2), value, tau
       integer :: c, round
       least = huge(1.0_wp)
+      if (present(candidate)) candidate = 0
+      if (present(place)) place = 0.0_wp
       do round = 0, rounds(problem, contact)
          do c = 1, problem%ground%chain%n
             if (.not. part_of_stretch(problem, state, contact, c, round, from, to, range)) cycle
             call gap_extreme(problem, ground_gap(problem, state, c), .false., range(1), range(2), &
                & value, tau)
-            least = min(least, value)
+            if (value >= least) cycle
+            least = value
+            if (present(candidate)) candidate = c
+            if (present(place)) place = tau
          end do
       end do
    end function smallest_ground_gap
@@ -137,17 +144,20 @@ contains
    !> Largest local maximum of the gap on a stretch with contact on both sides of it: positive where a contact region is
    !> split, negative where it nearly is; minus the greatest penetration where the gap has no such maximum. It is followed
    !> wherever it moves to.
-   real(wp) function inner_opening(problem, state, contact, from, to) result(opening)
+   real(wp) function inner_opening(problem, state, contact, from, to, candidate, place) result(opening)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
       real(wp), intent(in) :: from, to
+      integer, intent(out), optional :: candidate !! as above
+      real(wp), intent(out), optional :: place
       type(element_gap_t) :: between
-      real(wp), allocatable :: gap(:), peak(:)
-      real(wp) :: range(2), place(2), tau
-      integer :: c, i, n, round, first_contact, last_contact
+      real(wp), allocatable :: gap(:), peak(:), tau(:)
+      integer, allocatable :: after(:)           ! which candidate
+      real(wp) :: range(2), ends(2)
+      integer :: c, i, n, round, first_contact, last_contact, found
       allocate (gap((most_samples + 1) * (1 + rounds(problem, contact)) * problem%ground%chain%n))
-      allocate (peak(size(gap)))
+      allocate (peak(size(gap)), tau(size(gap)), after(size(gap)))
       n = 0
       do round = 0, rounds(problem, contact)
          do c = 1, problem%ground%chain%n
@@ -156,27 +166,38 @@ contains
             do i = 0, between%samples
                if (i == 0 .and. n > 0) cycle
                n = n + 1
-               place = range(1) + (range(2) - range(1)) * [i - 1, i] / between%samples
-               gap(n) = gap_value(problem, between, place(2))
+               ends = range(1) + (range(2) - range(1)) * [i - 1, i] / between%samples
+               gap(n) = gap_value(problem, between, ends(2))
                peak(n) = gap(n)
+               tau(n) = ends(2)
+               after(n) = c
                ! The value between this sample and the last one, if it is larger than both.
-               if (i > 0) call gap_extreme(problem, between, .true., place(1), place(2), peak(n), tau)
+               if (i > 0) call gap_extreme(problem, between, .true., ends(1), ends(2), peak(n), tau(n))
             end do
          end do
       end do
       opening = -huge(1.0_wp)
+      if (present(candidate)) candidate = 0
+      if (present(place)) place = 0.0_wp
       if (n == 0) return
       opening = minval(gap(:n))
+      found = 0
       first_contact = findloc(gap(:n) < 0.0_wp, .true., 1)
       last_contact = findloc(gap(:n) < 0.0_wp, .true., 1, back=.true.)
       do i = first_contact + 1, last_contact
          ! A peak inside the interval before sample i, or at sample i.
          if (peak(i) > max(gap(i - 1), gap(i))) then
+            if (peak(i) > opening) found = i
             opening = max(opening, peak(i))
          else if (i < last_contact) then
-            if (gap(i) >= gap(i - 1) .and. gap(i) >= peak(i + 1)) opening = max(opening, gap(i))
+            if (.not. (gap(i) >= gap(i - 1) .and. gap(i) >= peak(i + 1))) cycle
+            if (gap(i) > opening) found = i
+            opening = max(opening, gap(i))
          end if
       end do
+      if (found == 0) return
+      if (present(candidate)) candidate = after(found)
+      if (present(place)) place = tau(found)
    end function inner_opening
 
    !> The part of the element after a candidate that lies on a stretch; false if none does.

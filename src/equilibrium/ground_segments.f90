@@ -174,14 +174,15 @@ contains
 
    !> Places inside the element after a candidate where the gap takes the value of a corner, with what lies between them beyond
    !> rounding. None at the marks that it lies between.
-   subroutine element_cuts(problem, state, candidate, n, tau, level)
+   subroutine element_cuts(problem, state, candidate, n, tau, level, smallest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       integer, intent(out) :: n
       real(wp), allocatable, intent(out) :: tau(:), level(:) !! (n) in order for each level
+      real(wp), intent(in), optional :: smallest !! waves of the gap no larger than this are none
       type(element_gap_t) :: gap
-      real(wp) :: place(most_crossings), least
+      real(wp) :: place(most_crossings), least, wave
       real(wp), allocatable :: levels(:)
       logical :: mine(2), known(most_crossings)
       integer :: k, j, m, crossings
@@ -191,6 +192,8 @@ contains
       gap = ground_gap(problem, state, candidate)
       levels = kink_levels(problem, candidate)
       least = noise * maxval(abs(state%u(1:2, :)))
+      wave = uncertainty(state, gap)
+      if (present(smallest)) wave = max(wave, smallest)
       do k = 1, size(levels)
          ! What lies on its foundation without force has no ends of contact.
          if (maxval(abs([(gap_value(problem, gap, 0.125_wp * j) - levels(k), j=0, 8)])) <= least) cycle
@@ -213,9 +216,13 @@ contains
          end do
          ! A wave between two crossings that is no larger than the error of the polynomial.
          do j = 1, crossings - 1
-            if (abs(gap_value(problem, gap, 0.5_wp * (place(j) + place(j + 1))) - levels(k)) <= uncertainty(state, gap)) &
-               & known(j:j + 1) = .false.
+            if (abs(gap_value(problem, gap, 0.5_wp * (place(j) + place(j + 1))) - levels(k)) <= wave) known(j:j + 1) = .false.
          end do
+         ! Half of one, with the other half beyond a node.
+         if (present(smallest) .and. crossings > 0) then
+            if (abs(gap_value(problem, gap, 0.0_wp) - levels(k)) <= smallest) known(1) = .false.
+            if (abs(gap_value(problem, gap, 1.0_wp) - levels(k)) <= smallest) known(crossings) = .false.
+         end if
          tau = [tau, pack(place(:crossings), known(:crossings))]
          level = [level, spread(levels(k), 1, count(known(:crossings)))]
       end do
@@ -234,15 +241,16 @@ contains
    end function crosses_at
 
    !> True where a kink lies inside the element after a candidate.
-   logical function is_cut(problem, state, candidate)
+   logical function is_cut(problem, state, candidate, smallest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
+      real(wp), intent(in), optional :: smallest !! waves of the gap no larger than this are none
       real(wp), allocatable :: tau(:), level(:)
       integer :: n
       is_cut = .false.
       if (state%segment(candidate) /= segment_unknown .or. .not. has_kinks(problem, candidate)) return
-      call element_cuts(problem, state, candidate, n, tau, level)
+      call element_cuts(problem, state, candidate, n, tau, level, smallest)
       is_cut = any(tau > at_node .and. tau < 1.0_wp - at_node)
    end function is_cut
 

@@ -9,7 +9,7 @@ module event_location
    use path_control, only: path_length, is_arc_length
    use path_continuity, only: heading_t, lies_between, alike, largest_distance
    use increment_points, only: division_t, new_division, point_within, chord_fraction
-   use path_events, only: event_value, event_bifurcation, event_release, event_contact, event_limit, event_turning
+   use path_events, only: event_t, event_value, event_bifurcation, event_release, event_contact, event_limit, event_turning
    use sightings, only: sighting_t
    use smooth_zero, only: locate_smooth, zero_eigenvalue
    use path_run, only: run_t, heading_of, probe_at
@@ -36,6 +36,13 @@ contains
       sighting%place = trial
       sighting%heading = ahead
       sighting%fraction = 1.0_wp
+      if (passed_by_mesh(sighting%event)) then
+         sighting%place = run%state
+         sighting%heading = run%heading
+         sighting%fraction = 0.0_wp
+         sighting%located = .true.
+         return
+      end if
       if (sighting%event%kind == event_bifurcation .or. (division%smooth .and. any(sighting%event%kind == [event_limit, &
          & event_turning]))) then
          call locate_smooth(problem, step, run, trial, ahead, division, sighting, timers)
@@ -50,6 +57,17 @@ contains
          sighting%fraction = chord_fraction(problem, run, division, sighting%place)
       end if
    end subroutine locate
+
+   !> True where contact with a foundation began or ended as the last point got another mesh: there it is, but for what the mesh
+   !> errs by, which its bar tells.
+   pure logical function passed_by_mesh(event) result(passed)
+      type(event_t), intent(in) :: event
+      real(wp) :: there                            ! positive: on the side where contact is
+      passed = event%kind == event_contact .and. event%ground%contact > 0
+      if (.not. passed) return
+      there = merge(1.0_wp, -1.0_wp, event%label == 'C+')
+      passed = min(there * event%before, there * event%after) > 0.0_wp
+   end function passed_by_mesh
 
    !> The zero of the event's function by the Illinois rule.
    subroutine bracket_zero(problem, step, run, trial, ahead, division, sighting, timers)

@@ -10,7 +10,7 @@ module ground_events
    use path_record, only: region_t
    implicit none
    private
-   public :: ground_event_t, find_ground_events, ground_event_value
+   public :: ground_event_t, find_ground_events, ground_event_value, ground_event_place
 
    !> What happens on a stretch of a contact's chain.
    type :: ground_event_t
@@ -240,6 +240,29 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(ground_event_t), intent(in) :: event
+      integer :: candidate
+      real(wp) :: tau
+      call look_at_place(problem, state, event, value, candidate, tau)
+   end function ground_event_value
+
+   !> Where that value is.
+   subroutine ground_event_place(problem, state, event, candidate, tau)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(ground_event_t), intent(in) :: event
+      integer, intent(out) :: candidate        !! of the foundations' chain: on the element after it, 0: nowhere
+      real(wp), intent(out) :: tau             !! 0 to 1
+      real(wp) :: value
+      call look_at_place(problem, state, event, value, candidate, tau)
+   end subroutine ground_event_place
+
+   subroutine look_at_place(problem, state, event, value, candidate, tau)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(ground_event_t), intent(in) :: event
+      real(wp), intent(out) :: value
+      integer, intent(out) :: candidate
+      real(wp), intent(out) :: tau
       real(wp) :: closed, from, to
       closed = problem%ground%chain%chain_length(event%contact)
       from = event%from
@@ -247,9 +270,9 @@ contains
       if (closed > 0.0_wp) from = modulo(event%from, closed)
       to = event%to + (from - event%from)
       if (event%divided) then
-         value = -inner_opening(problem, state, event%contact, from, to)
+         value = -inner_opening(problem, state, event%contact, from, to, candidate, tau)
       else
-         value = -smallest_ground_gap(problem, state, event%contact, from, to)
+         value = -smallest_ground_gap(problem, state, event%contact, from, to, candidate, tau)
       end if
-   end function ground_event_value
+   end subroutine look_at_place
 end module ground_events

@@ -48,13 +48,14 @@ contains
       type(heading_t) :: ahead
       type(relation_t) :: relation, before
       logical :: finished, scaled, turned, shorter, astray, changed, entered, taken, asked
-      integer :: cuts, searches, tries, tried_at
+      integer :: cuts, searches, tries, tried_at, doubled_at
 
       finished = .false.
       cuts = 0
       searches = 0
       tries = 0
       tried_at = run%step_points
+      doubled_at = -1
       taken = .false.
       changed = .false.
       points: do
@@ -113,8 +114,9 @@ contains
                if (changed) cycle points
                call linearise(problem, run%state, run%state, run%system, timers)
             end if
-            if (cuts > cuts_before_mesh .and. tries == 0) then
+            if (cuts > cuts_before_mesh .and. doubled_at /= run%step_points) then
                ! Perhaps a mesh that the program has made is too coarse for any.
+               doubled_at = run%step_points
                call ask_for_twice(problem, run, asked)
                if (asked) then
                   call refine(.false.)

@@ -95,7 +95,7 @@ contains
       type(state_t) :: start
       type(heading_t) :: heading
       type(probe_t) :: probe
-      logical :: fresh
+      logical :: fresh, settled
       before = problem
       start = run%state
       heading = run%heading
@@ -114,6 +114,11 @@ contains
       run%state = carried(before, start, problem)
       call tell_segments(problem, run%state, carried=.true.)
       run%heading%u = carried_field(before, start, heading%u, problem, run%state)
+      if (size(problem%mark) > 0 .or. fresh) return
+      ! Shorter increments may have to start there.
+      call linearise(problem, run%state, run%state, run%system, timers)
+      call settle(problem, run, settled, timers)
+      call linearise(problem, trial, trial, run%system, timers)
    end subroutine take_trial
 
    !> The coarser mesh that the run's last point would have done with, if it has fewer elements and an equilibrium there. Whether
@@ -159,15 +164,31 @@ contains
       logical, intent(out) :: done
       type(timers_t), intent(inout) :: timers
       type(problem_t) :: kept
-      type(state_t) :: place, better
+      type(state_t) :: place
       type(heading_t) :: heading
-      type(control_t) :: hold
-      type(increment_t) :: report
-      type(probe_t) :: probe
       kept = problem
       place = run%state
       heading = run%heading
       call take_problem(next, problem, run, timers)
+      call settle(problem, run, done, timers)
+      if (done) return
+      problem = kept
+      run%state = place
+      run%heading = heading
+      run%system = new_system(problem)
+      call linearise(problem, run%state, run%state, run%system, timers)
+   end subroutine stand_on
+
+   !> The run's point in equilibrium on the mesh where it has been brought; its system is factored there, on return too.
+   subroutine settle(problem, run, done, timers)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(inout) :: run              !! unchanged but for its system where nothing is done
+      logical, intent(out) :: done
+      type(timers_t), intent(inout) :: timers
+      type(state_t) :: better
+      type(control_t) :: hold
+      type(increment_t) :: report
+      type(probe_t) :: probe
       done = run%system%ok
       better = run%state
       if (done .and. .not. (run%fresh .or. is_stress_free(run%state))) then
@@ -178,22 +199,17 @@ contains
          call correct(problem, run%state, hold, .true., better, run%system, report, timers)
          done = run%system%ok .and. report%converged
       end if
-      if (done) then
-         run%state = better
-         run%heading = heading_at(problem, run%system, run%heading%u, run%heading%load)
-         probe = new_probe(problem, run%state, run%system, run%heading%load)
-         ! What lines without pressure tell does not hang on the mesh.
-         probe%weak = run%probe%weak
-         probe%free_pivots = run%probe%free_pivots
-         run%probe = probe
-         return
-      end if
-      problem = kept
-      run%state = place
-      run%heading = heading
-      run%system = new_system(problem)
-      call linearise(problem, run%state, run%state, run%system, timers)
-   end subroutine stand_on
+      if (.not. done) return
+      run%state = better
+      run%heading = heading_at(problem, run%system, run%heading%u, run%heading%load)
+      probe = new_probe(problem, run%state, run%system, run%heading%load)
+      ! What lines without pressure tell does not hang on the mesh.
+      probe%weak = run%probe%weak
+      probe%free_pivots = run%probe%free_pivots
+      ! Contact with a foundation that begins or ends between the two meshes is to be told.
+      probe%grounded = run%probe%grounded
+      run%probe = probe
+   end subroutine settle
 
    !> The run on the mesh of another set of touches.
    subroutine take_touches(problem, run, touch, timers)

@@ -14,13 +14,11 @@ from dataclasses import dataclass
 from matplotlib.lines import Line2D
 
 from ..plot import style
-from ..results import Results, ResultsError, read_results
-from ..sweep.pool import Progress, run_pool
+from ..results import Results, read_results
 from ..sweep.run_folder import RunFolder
-from ..sweep.sweep_file import read_text, read_toml
-from ..sweep.work import to_do
+from . import several_maps
 from .effectivity import told_to
-from .map_file import Map, read_map
+from .map_file import Map
 from .verdict import asked_of, finding
 
 LEAST = 1e-14       # errors below are drawn there
@@ -52,25 +50,18 @@ class Case:
 
 
 def is_delivered(filename: str) -> bool:
-    return "asked" in read_toml(read_text(filename), filename)
+    return several_maps.names_maps(filename, "asked")
 
 
 def read_maps(filename: str, program: str) -> list[Map]:
-    """`program` reads their decks."""
-    content = read_toml(read_text(filename), filename)
-    if set(content) - {"title", "asked"}:
-        raise ResultsError(f"{filename}: a study of tolerances has title and asked only, a list of maps")
-    return [read_map(os.path.join(os.path.dirname(filename), name), program) for name in content["asked"]]
+    return several_maps.read_maps(filename, "asked", program)
 
 
 def study_delivered(filename: str, folder: RunFolder, jobs: int) -> int:
     """Makes the runs of all maps, a table of the cases, one of the scenes, a picture. 1: a run has no value, or an error larger than
     asked without a word."""
     maps = read_maps(filename, folder.program)
-    keys = [[folder.key(deck) for deck in each.decks] for each in maps]
-    missing = to_do(folder, {key: deck for each, own in zip(maps, keys) for key, deck in zip(own, each.decks)}, retry=False)
-    run_pool(folder, missing, jobs, max(each.sweep.timeout or 60.0 for each in maps), Progress(len(missing)))
-    folder.sweep_up()
+    keys = several_maps.make_runs(maps, folder, jobs)
     cases = [case for each, own in zip(maps, keys) for case in _cases(each, folder, own)]
     stem = os.path.join(folder.folder, os.path.splitext(os.path.basename(filename))[0])
     write_cases(cases, f"{stem}.csv")

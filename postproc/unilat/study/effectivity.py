@@ -15,12 +15,9 @@ from dataclasses import dataclass
 from matplotlib.lines import Line2D
 
 from ..plot import style
-from ..results import ResultsError
-from ..sweep.pool import Progress, run_pool
 from ..sweep.run_folder import RunFolder
-from ..sweep.sweep_file import read_text, read_toml
-from ..sweep.work import to_do
-from .map_file import Map, read_map
+from . import several_maps
+from .map_file import Map
 from .map_table import cells
 
 LEAST, LARGEST = 1e-10, 0.1     # errors that are looked at, over the exact value
@@ -40,24 +37,17 @@ class Case:
 
 
 def is_effectivity(filename: str) -> bool:
-    return "maps" in read_toml(read_text(filename), filename)
+    return several_maps.names_maps(filename, "maps")
 
 
 def read_maps(filename: str, program: str) -> list[Map]:
-    """`program` reads their decks."""
-    content = read_toml(read_text(filename), filename)
-    if set(content) - {"title", "maps"}:
-        raise ResultsError(f"{filename}: a study of bars has title and maps only")
-    return [read_map(os.path.join(os.path.dirname(filename), name), program) for name in content["maps"]]
+    return several_maps.read_maps(filename, "maps", program)
 
 
 def study_bars(filename: str, folder: RunFolder, jobs: int) -> int:
     """Makes the runs of all maps, a table of the cases, one of the maps, a picture. 1: there are no cases."""
     maps = read_maps(filename, folder.program)
-    keys = [[folder.key(deck) for deck in each.decks] for each in maps]
-    missing = to_do(folder, {key: deck for each, own in zip(maps, keys) for key, deck in zip(own, each.decks)}, retry=False)
-    run_pool(folder, missing, jobs, max(each.sweep.timeout or 60.0 for each in maps), Progress(len(missing)))
-    folder.sweep_up()
+    keys = several_maps.make_runs(maps, folder, jobs)
     cases = [case for each, own in zip(maps, keys) for case in _cases(each, folder, own)]
     stem = os.path.join(folder.folder, os.path.splitext(os.path.basename(filename))[0])
     write_cases(cases, f"{stem}.csv")
