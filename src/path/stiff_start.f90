@@ -26,7 +26,7 @@ module stiff_start
    ! Growth of the stiffness from one rung to the next: its square where one was found, its root where none was.
    real(wp), parameter :: first_growth = 1.0e2_wp !! the layers beside marks are a third as long then
    real(wp), parameter :: least_growth = 1.1_wp
-   integer, parameter :: most_tries = 3           !! meshes at a stiffness, until one has all its marks
+   integer, parameter :: most_tries = 3           !! softer beginnings; meshes at a stiffness, until one has all its marks
 
    !> The same increment on softer foundations.
    type :: rung_t
@@ -67,11 +67,15 @@ contains
       here%problem%demand = looking_demand(problem, here%part**(-0.25_wp))
       here%problem = new_span_problem(here%problem, none)
       here%part = min(1.0_wp, here%part * followed_part(here%problem))
-      here%problem = new_span_problem(softened(here%problem, problem, here%part), none)
-      start = new_state(here%problem)
-      system = new_system(here%problem)
-      call linearise(here%problem, start, start, system, timers)
-      call take_increment(here%problem, start, run%control, here%state, system, report, timers)
+      do tries = 1, most_tries
+         here%problem = new_span_problem(softened(here%problem, problem, here%part), none)
+         start = new_state(here%problem)
+         system = new_system(here%problem)
+         call linearise(here%problem, start, start, system, timers)
+         call take_increment(here%problem, start, run%control, here%state, system, report, timers)
+         if (report%converged) exit
+         here%part = here%part / first_growth
+      end do
       if (.not. report%converged) return
       sound = here
       growth = first_growth
