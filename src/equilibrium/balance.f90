@@ -14,7 +14,7 @@ module balance
    use conforming_span, only: conforming_forces, joint_forces
    use deck_nodes, only: deck_contact_gaps, find_node
    use element_foundation, only: foundation_forces
-   use ground_segments, only: gap_uncertainty, segment_stiffness
+   use ground_segments, only: gap_uncertainty, segment_stiffness, follows
    use force_law, only: segment_unknown
    use inner_forces, only: inner_forces_t
    use rod_element, only: rod_element_t
@@ -242,6 +242,9 @@ contains
                if (problem%ground%chain%bilateral(inner%source(q))) cycle
                most = max(most, inner%pressure(q))
                push(1) = inner%pressure(q)
+               ! Of what acts on an element that is too long to follow only the sum means something.
+               if (.not. follows(problem, state, inner%source(q))) push(1) = sum(inner%weight(:inner%n) * &
+                  & inner%pressure(:inner%n), mask=inner%source(:inner%n) == inner%source(q))
                if (state%segment(inner%source(q)) /= segment_unknown) push(1) = min(0.0_wp, push(1) + segment_stiffness(problem, &
                   & inner%source(q), state%segment(inner%source(q))) * gap_uncertainty(problem, state, inner%source(q)))
                if (push(1) < least) pulled = e

@@ -37,10 +37,14 @@ contains
       sighting%heading = ahead
       sighting%fraction = 1.0_wp
       if (passed_by_mesh(sighting%event)) then
+         ! Not where the last point was brought to this mesh without an equilibrium.
+         call linearise(problem, run%state, run%state, run%system, timers)
+         sighting%report%residual = max(run%system%force_residual, run%system%defect_residual)
+         sighting%located = sighting%report%residual <= max(step%tolerance, run%system%round_off)
+         if (.not. sighting%located) return
          sighting%place = run%state
          sighting%heading = run%heading
          sighting%fraction = 0.0_wp
-         sighting%located = .true.
          return
       end if
       if (sighting%event%kind == event_bifurcation .or. (division%smooth .and. any(sighting%event%kind == [event_limit, &

@@ -114,8 +114,8 @@ contains
       run%state = carried(before, start, problem)
       call tell_segments(problem, run%state, carried=.true.)
       run%heading%u = carried_field(before, start, heading%u, problem, run%state)
-      if (size(problem%mark) > 0 .or. fresh) return
-      ! Shorter increments may have to start there.
+      if (fresh) return
+      ! Shorter increments may have to start there, and events may lie there.
       call linearise(problem, run%state, run%state, run%system, timers)
       call settle(problem, run, settled, timers)
       call linearise(problem, trial, trial, run%system, timers)
