@@ -70,13 +70,13 @@ def test_bars_of_contact_that_splits(element, meshes):
     assert_bars([lift_off(element, n) for n in meshes], LIFT_OFF, 1e-9)
 
 
-@pytest.mark.parametrize("element, meshes", [("GE4", (3, 5, 9)), ("GE6", (1, 3, 5)), ("GE8", (1, 3))])
+@pytest.mark.parametrize("element, meshes", [("GE4", (3, 5, 9)), ("GE6", (3, 5)), ("GE8", (1, 3))])
 def test_bars_of_contact_that_begins(element, meshes):
     """In the middle of an element. Exact but for squares of the rotations, 1e-9."""
     assert_bars([touch(element, n) for n in meshes], 0.5, 1e-8)
 
 
-@pytest.mark.parametrize("tolerance", ["1E-2", "1E-3", "2E-4", "1E-4", "5E-5", "1E-5", "1E-6", "1E-7", "1E-8"])
+@pytest.mark.parametrize("tolerance", ["1E-3", "2E-4", "1E-4", "5E-5", "1E-5", "1E-6", "1E-7", "1E-8"])
 def test_lift_off_as_well_as_asked(tolerance):
     """Whatever is asked the event is told, also where it lies at a point that gets another mesh: its load is one of the path's."""
     run = dr.run_deck(dr.example("winkler-weight").replace("TOLERANCE=1E-6", f"TOLERANCE={tolerance}"))

@@ -76,14 +76,37 @@ def test_no_elements_given(k):
 
 @dr.release_only
 def test_stiffer_ground_tends_to_the_rigid_cavity():
-    """k R^4/EI = 1e9 to 1e12: monotone to the rigid load, each within its bar of what another mesh says."""
+    """k R^4/EI = 1e9 to 1e14: monotone to the rigid load, each within its bar of what another mesh says. What is missing there falls with
+    the layer's stiffness EI/l^3, that is with k^(3/4)."""
+    stiffness = 10.0**np.arange(9, 15)
     values = []
-    for k in (1e9, 1e10, 1e11, 1e12):
+    for k in stiffness:
         one, other = limit(k, 32), limit(k, 48)
         assert abs(one.load_factor - other.corrected) <= one.error < 1e-7 * RIGID
         assert abs(one.corrected - other.corrected) < 2e-10 * RIGID
         values.append(other.corrected)
     dr.assert_monotone([LIMIT[1e8], *values, RIGID], rising=True)
+    lack = RIGID - np.array(values)
+    np.testing.assert_allclose(lack[3:] / lack[2:-1], 10.0**-0.75, rtol=0.15)
+
+
+@dr.release_only
+@pytest.mark.parametrize("k", [1e16])
+def test_rounding_on_the_stiffest_ground_is_told(k):
+    """Nothing tells stability there, but the limit point is found, and its load is what is missing of the rigid one by the layer."""
+    text = RING.format(k=k, element="GE8", count=", 32", stop=0.04, accuracy="")
+    run = dr.run_deck(text, code=2)
+    assert "rounding spoils limit points and stability" in run.stderr
+    (point,) = run.labelled("LP")
+    expected = (RIGID - limit(1e14, 32).corrected) * (k / 1e14)**-0.75
+    np.testing.assert_allclose(RIGID - point.corrected, expected, rtol=0.15)
+
+
+@pytest.mark.parametrize("k", [1e13])
+def test_no_elements_given_on_stiff_ground(k):
+    """The corrected load is within its bar of that of a given mesh."""
+    point, other = limit(k, tolerance=1e-6), limit(k, 32)
+    assert abs(point.load_factor - other.corrected) <= point.error <= 1e-6 * RIGID
 
 
 def test_reactions_at_the_nodes_of_the_deck():

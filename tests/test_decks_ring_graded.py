@@ -66,7 +66,7 @@ def test_angle_history(name, run):
 @pytest.mark.parametrize("modulus, limit", [("1E3", 2e-6), ("1E5", 1e-6), ("3.6E6", 1e-6), ("1E8", 1e-6)])
 def test_soft_critical_loads(modulus, limit):
     """160 elements of GE4; on the softest ground contact ends where the mesh is coarse."""
-    dr.assert_close(soft(modulus, stop="0.2").load("LP"), SOFT[modulus], relative=limit)
+    dr.assert_close(soft(modulus, stop="0.2" if float(modulus) > 1e4 else "0.6").load("LP"), SOFT[modulus], relative=limit)
 
 
 @pytest.mark.parametrize("kind, order", [("GE2", 2.0), ("GE4", 4.0)])

@@ -62,6 +62,7 @@ contains
       real(wp) :: growth
       integer :: tries
       taken = .false.
+      trial = run%state
       here%part = followed_part(problem)
       here%problem = softened(problem, problem, here%part)
       here%problem%demand = looking_demand(problem, here%part**(-0.25_wp))
