@@ -105,6 +105,7 @@ def test_a_contact_that_is_lost_beside_another():
 
 
 @pytest.mark.parametrize("seed, amplitude, supports", [(1012, 0.0005, CLAMPED), (1014, 0.002, CLAMPED), (1034, 0.002, HINGED)])
+@dr.release_only
 def test_contact_begins_next_to_a_point(seed, amplitude, supports):
     """A point that is about to become as curved as its wall, with the rod inside the wall on one side of it before that."""
     run = dr.run_deck(COLUMN.format(kind="GE8", elements=16, shape=f"RANDOM, SEED={seed}", imperfection=amplitude, supports=supports))
@@ -122,6 +123,7 @@ def come_together(run):
     raise AssertionError("no two points have come together")
 
 
+@dr.release_only
 def test_two_points_come_together():
     """At a load and a place that are those of other meshes, where one point has been two; the path goes on with the one."""
     critical, row = come_together(column(3, 0.008))

@@ -115,6 +115,7 @@ def test_shipped_decks_keep_what_they_ask_for(name):
     """Code 0, and every closed bar of a critical load within the tolerance of the largest load of its step so far. Whether the bar
     of the deep arch's second bifurcation closes depends on rounding; its load is held against the exact one below."""
     run = dr.run_deck(dr.example(name))
+    assert "do not get on" not in run.stdout   # no contact at nodes instead of spans
     largest = {}
     for c in run.results.critical:
         largest[c.step] = max(largest.get(c.step, 0.0), float(np.max(np.abs(run.column("load_factor")[

@@ -360,8 +360,8 @@ def test_picture(files, tmp_path, capsys, name, arguments):
     assert printed.out.startswith(f"wrote {output}") and printed.err == ""
 
 
-@pytest.mark.parametrize("name", COMMANDS)
-@pytest.mark.parametrize("kind, start", [("pdf", b"%PDF"), ("svg", b"<?xml")])
+@pytest.mark.parametrize("name, kind, start", [("path", "pdf", b"%PDF"), ("shape", "pdf", b"%PDF"), ("contact", "svg", b"<?xml"),
+                                               ("reaction", "svg", b"<?xml")])
 def test_vector_formats_repeat_byte_for_byte(files, tmp_path, name, kind, start):
     first, second = tmp_path / f"a.{kind}", tmp_path / "b.picture"
     assert draw(name, files / "ring.h5", "-o", first) == 0

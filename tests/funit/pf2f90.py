@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Translates a pFUnit test file (.pf) to Fortran with a driver program, for the test runner in this folder.
+"""Translates pFUnit test files (.pf) to Fortran with driver programs, for the test runner in this folder.
 
-usage: pf2f90.py tests/test_x.pf test_x.f90
+usage: pf2f90.py FOLDER tests/test_x.pf ...      writes FOLDER/test_x.f90 ..., where they change
 
 Understands the part of pFUnit that the tests here use, and refuses the rest with file and line:
   module test_x              its name is the file's name
@@ -134,14 +134,18 @@ def driver(name, suite):
 
 
 def main():
-    if len(sys.argv) != 3:
+    if len(sys.argv) < 3:
         sys.exit(__doc__)
-    source, target = map(Path, sys.argv[1:])
-    try:
-        lines, suite = translate(source.read_text(encoding="utf-8"), str(source))
-    except Refused as refusal:
-        sys.exit(f"pf2f90: {refusal}")
-    target.write_text("\n".join(lines + driver(source.stem, suite)) + "\n", encoding="utf-8")
+    folder, *sources = map(Path, sys.argv[1:])
+    for source in sources:
+        try:
+            lines, suite = translate(source.read_text(encoding="utf-8"), str(source))
+        except Refused as refusal:
+            sys.exit(f"pf2f90: {refusal}")
+        text = "\n".join(lines + driver(source.stem, suite)) + "\n"
+        target = folder / f"{source.stem}.f90"
+        if not target.exists() or target.read_text(encoding="utf-8") != text:  # else what depends on it is left alone
+            target.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -117,7 +117,7 @@ def call(*command):
 
 def translate(name, body, head=HEAD):
     Path(f"{name}.pf").write_text(head.format(name=name) + body + f"end module {name}\n")
-    return call(sys.executable, str(HERE / "pf2f90.py"), f"{name}.pf", f"{name}.f90")
+    return call(sys.executable, str(HERE / "pf2f90.py"), ".", f"{name}.pf")
 
 
 def run(name, body):
