@@ -1,4 +1,5 @@
-"""The ring in a tensionless medium with the ends of its contact as points of the mesh: order, bars, meshes made for a tolerance.
+"""The ring in a tensionless medium with the ends of its contact, and the corners of the medium's law, as points of the mesh:
+order, bars, meshes made for a tolerance.
 
 Exact: extrema of the load on k R^4/EI = 1e3 to 1e8, R/h = 100, to eleven digits (reference/ring_winkler_critical.csv). The elements
 that the program adds beside an end of contact are not those of the deck: orders are measured where it adds none.
@@ -107,6 +108,32 @@ def test_no_elements_given_on_stiff_ground(k):
     """The corrected load is within its bar of that of a given mesh."""
     point, other = limit(k, tolerance=1e-6), limit(k, 32)
     assert abs(point.load_factor - other.corrected) <= point.error <= 1e-6 * RIGID
+
+
+# Pressure over penetration: it yields, hardens, has three stiffnesses, does not rise any more; 60 at once, then little more.
+LAWS = {"yields": "1e-2, 1e2\n2e-2, 1.2e2", "hardens": "5e-3, 10.\n1e-2, 110.", "three": "2e-3, 40.\n1e-2, 80.\n2e-2, 90.",
+        "plastic": "3e-3, 30.\n2e-2, 30.", "stiff": "1e-5, 60.\n2e-5, 63."}
+
+
+def law_ring(law, count="", accuracy=""):
+    text = RING.format(k=1.0, element="GE8", count=count, stop=0.15, accuracy=accuracy)
+    return dr.run_deck(dr.changed(text, ("FOUNDATION=WINKLER, MODULUS=1.0", "FOUNDATION=LAW, LAW=SOIL"),
+                                  ("*OBSTACLE", f"*FOUNDATION LAW, NAME=SOIL\n0., 0.\n{LAWS[law]}\n*OBSTACLE")))
+
+
+@pytest.mark.parametrize("law", [pytest.param(law, marks=dr.release_only) if law in ("three", "stiff") else law for law in LAWS])
+def test_corners_of_laws_are_points_of_the_mesh(law):
+    """The extrema on two meshes agree to 1e-9 where their bars say so, and the mesh that the program makes delivers 1e-6."""
+    coarse, fine = (law_ring(law, f", {n}") for n in (32, 48))
+    asked = law_ring(law, accuracy="*ACCURACY, TOLERANCE=1E-6\n")
+    for label in ("LP", "C-", "EP"):
+        ends = [run.labelled(label) for run in (coarse, fine, asked)]
+        assert len(ends[0]) == len(ends[1]) == len(ends[2])
+        for one, two, made in zip(*ends):
+            assert 0.0 < two.error < 1e-6 * two.load_factor
+            for run in (one, made):
+                assert abs(run.load_factor - two.load_factor) <= run.error + two.error
+            assert made.error <= 1e-6 * max(end.load_factor for end in asked.results.critical)
 
 
 def test_reactions_at_the_nodes_of_the_deck():

@@ -31,8 +31,7 @@ contains
       end do
       do c = 1, problem%ground%chain%n
          if (problem%ground%chain%element(2, c) == 0) cycle
-         if (problem%model%obstacle(problem%ground%chain%obstacle(c))%law > 0) why = 'the law of a foundation has corners'
-         if (is_cut(problem, state, c, smallest)) why = 'contact with a foundation ends inside an element'
+         if (is_cut(problem, state, c, smallest)) why = 'contact with a foundation ends, or its law has a corner, inside an element'
       end do
    end function why_not_told
 end module accuracy_limits

@@ -1,6 +1,7 @@
 !> Foundations that act inside elements: which elements they act on, and where the stress-free axis lies between the nodes.
 module ground
    use kinds, only: wp
+   use force_law, only: segment_slope
    use model, only: model_t
    use gauss_tableau, only: tableau_t, max_stages, gauss_points, stage_basis
    use rod_geometry, only: geometry_t
@@ -67,9 +68,7 @@ contains
             slope = obstacle%modulus
             if (obstacle%law > 0) then
                associate (law => model%law(obstacle%law))
-                  n = size(law%force)
-                  slope = obstacle%width * maxval((law%force(2:) - law%force(:n - 1)) / &
-                     & (law%penetration(2:) - law%penetration(:n - 1)))
+                  slope = obstacle%width * maxval([(segment_slope(law, n), n=1, size(law%force) - 1)])
                end associate
             end if
             ground%slope(ground%chain%obstacle(c)) = slope

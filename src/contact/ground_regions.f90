@@ -9,7 +9,7 @@ module ground_regions
    use ge_element, only: ge_direction_rates
    use gauss_tableau, only: max_stages
    use obstacle_geometry, only: has_angle, contact_angle, turns_forward, unwrap_angle
-   use force_law, only: law_reaction
+   use force_law, only: foundation_reaction
    use rod_layout, only: stretch_element
    use element_foundation, only: foundation_forces
    use rod_profile, only: profile_place, profile_angle
@@ -326,12 +326,7 @@ contains
       pressure = 0.0_wp
       associate (obstacle => problem%model%obstacle(problem%model%contact(contact)%obstacle))
          if (gap >= 0.0_wp .and. .not. obstacle%bilateral) return
-         if (obstacle%law == 0) then
-            pressure = -obstacle%modulus * gap
-         else
-            call law_reaction(problem%model%law(obstacle%law), -gap, pressure, slope)
-            pressure = obstacle%width * pressure
-         end if
+         call foundation_reaction(problem%model, obstacle, -gap, pressure, slope)
       end associate
    end function pressure_at
 

@@ -6,7 +6,7 @@ module balance
    use rod_state, only: state_t, node_position, element_displacement, element_load, candidate_gap, candidate_opening, &
       & is_stress_free
    use contact_set, only: gap_tolerance
-   use force_law, only: law_reaction
+   use force_law, only: foundation_reaction
    use tied_nodes, only: turned_arm
    use node_loads, only: node_push_t, dead_node_load, node_pushes
    use section_forces, only: end_forces
@@ -338,16 +338,8 @@ contains
       real(wp) :: penetration
       penetration = -gap
       if (.not. problem%candidates%bilateral(candidate)) penetration = max(penetration, 0.0_wp)
-      associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(candidate)))
-         if (obstacle%law == 0) then
-            push = obstacle%modulus * penetration
-            spring = obstacle%modulus
-         else
-            call law_reaction(problem%model%law(obstacle%law), penetration, push, spring)
-            push = obstacle%width * push
-            spring = obstacle%width * spring
-         end if
-      end associate
+      call foundation_reaction(problem%model, problem%model%obstacle(problem%candidates%obstacle(candidate)), penetration, push, &
+         & spring)
       push = push * problem%candidates%tributary(candidate)
       spring = spring * problem%candidates%tributary(candidate)
    end subroutine foundation_answer

@@ -4,7 +4,7 @@ module contact_terms
    use kinds, only: wp
    use problem, only: problem_t, dof
    use rod_state, only: state_t
-   use force_law, only: law_reaction
+   use force_law, only: foundation_reaction
    use ground_marks, only: mark_spring
    use conforming_span, only: track_bend_rate, touchdown_spring, touchdown_couple
    use active_coupling, only: set_active, coupled_answer, add_forces
@@ -31,8 +31,8 @@ contains
          if (obstacle%law == 0) then
             push = spring * penetration
          else
-            share = obstacle%width * problem%candidates%tributary(candidate)
-            call law_reaction(problem%model%law(obstacle%law), penetration, push, spring)
+            share = problem%candidates%tributary(candidate)
+            call foundation_reaction(problem%model, obstacle, penetration, push, spring)
             push = share * push
             spring = share * spring
          end if

@@ -9,7 +9,7 @@ module element_foundation
    use problem, only: problem_t
    use rod_state, only: state_t, closing_rate, unknown_push, rounding_steps
    use element_gap, only: element_gap_t, ground_gap, gap_look, gap_parts, gap_crossings, most_crossings, most_parts
-   use force_law, only: law_reaction, segment_reaction, segment_open, segment_unknown
+   use force_law, only: foundation_reaction, carries, segment_open, segment_unknown
    use gauss_tableau, only: stage_basis
    use ground_segments, only: follows
    use inner_forces, only: inner_forces_t, clear_forces, add_force
@@ -89,7 +89,7 @@ contains
          if (length <= 1.0e-12_wp) return
          ! One point more than stages would ask long elements to be as straight between their stages as the surface is: what their
          ! polynomials miss of that would be multiplied by the stiffness.
-         if (state%segment(c) > segment_open .and. .not. follows(problem, state, c)) then
+         if (carries(state%segment(c)) .and. .not. follows(problem, state, c)) then
             do q = 1, s
                call add_point(q, first + problem%tableau(s)%c(q) * length, problem%tableau(s)%b(q) * length)
             end do
@@ -106,22 +106,9 @@ contains
          real(wp) :: value, normal(2), bend, push, spring, t(2), x(2)
          integer :: q
          call gap_look(problem, gap, tau, x, value, normal, bend)
-         associate (ground => problem%model%obstacle(obstacle))
-            if (ground%law == 0) then
-               spring = ground%modulus
-               push = -spring * value
-               if (state%segment(c) > segment_open .and. state%push(number, c) < unknown_push) &
-                  & push = min(max(state%push(number, c), push - spring * rounding), push + spring * rounding)
-            else
-               if (state%segment(c) == segment_unknown) then
-                  call law_reaction(problem%model%law(ground%law), -value, push, spring)
-               else
-                  call segment_reaction(problem%model%law(ground%law), state%segment(c), -value, push, spring)
-               end if
-               push = ground%width * push
-               spring = ground%width * spring
-            end if
-         end associate
+         call foundation_reaction(problem%model, problem%model%obstacle(obstacle), -value, push, spring, state%segment(c))
+         if (carries(state%segment(c)) .and. state%push(number, c) < unknown_push) &
+            & push = min(max(state%push(number, c), push - spring * rounding), push + spring * rounding)
          t = [normal(2), -normal(1)]
          call add_force(list, q)
          list%tau(q) = tau

@@ -15,9 +15,9 @@ module ground_cuts
    public :: find_cuts, marked, add_marks, graded
 
    real(wp), parameter :: shortest = 1.0e-6_wp !! span between two cuts, over the size: shorter ones stay inside elements
-   !> The same over the length of a layer beside it, and what lies between a cut and a breakpoint. Such a span comes and goes by
-   !> the root of the load, or goes on beyond the breakpoint, where no mark can follow; what elements that find out for themselves
-   !> miss of its forces is the third power of this.
+   !> The same between two cuts at one level, over the length of a layer beside it, and what lies between a cut and a breakpoint.
+   !> Such a span comes and goes by the root of the load, or goes on beyond the breakpoint, where no mark can follow; what elements
+   !> that find out for themselves miss of its forces is the third power of this.
    real(wp), parameter :: shortest_of_layer = 0.1_wp
    real(wp), parameter :: here = 1.0e-12_wp    !! of the size: one and the same place
 
@@ -98,20 +98,20 @@ contains
       type(problem_t), intent(in) :: problem
       type(cut_t), allocatable, intent(inout) :: cut(:)
       logical, allocatable :: kept(:)
-      real(wp) :: from, least
+      real(wp) :: beside, apart
       integer :: i
       cut = pack(cut, cut%segment(1) /= cut%segment(2))
       allocate (kept(size(cut)), source=.true.)
       do i = 1, size(cut)
          associate (length => problem%layout%stretch(cut(i)%stretch)%length)
-            from = 0.0_wp
-            if (i > 1) then
-               if (cut(i - 1)%stretch == cut(i)%stretch) from = cut(i - 1)%at
-            end if
-            least = max(shortest * problem%size, shortest_of_layer * maxval(cut(i)%layer))
-            if (from > 0.0_wp) least = max(least, shortest_of_layer * maxval(cut(i - 1)%layer))
-            if (cut(i)%at - from > least .and. length - cut(i)%at > least) cycle
-            kept(max(1, merge(i - 1, i, from > 0.0_wp)):i) = .false.
+            beside = max(shortest * problem%size, shortest_of_layer * maxval(cut(i)%layer))
+            if (min(cut(i)%at, length - cut(i)%at) <= beside) kept(i) = .false.
+            if (i == 1) cycle
+            if (cut(i - 1)%stretch /= cut(i)%stretch) cycle
+            apart = shortest * problem%size
+            if (cut(i - 1)%contact == cut(i)%contact .and. .not. abs(cut(i - 1)%level - cut(i)%level) > 0.0_wp) &
+               & apart = max(apart, shortest_of_layer * max(maxval(cut(i - 1)%layer), maxval(cut(i)%layer)))
+            if (cut(i)%at - cut(i - 1)%at <= apart) kept(i - 1:i) = .false.
          end associate
       end do
       cut = pack(cut, kept)

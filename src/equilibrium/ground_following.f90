@@ -12,7 +12,7 @@ module ground_following
    use problem, only: problem_t
    use rod_state, only: state_t, chain_gap, closing_rate
    use node_rates, only: rod_rate
-   use force_law, only: segment_open
+   use force_law, only: carries
    use state_transfer, only: carry_to, move_nodes
    implicit none
    private
@@ -99,7 +99,7 @@ contains
    pure logical function pressed(state, candidate)
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      pressed = state%segment(candidate) > segment_open
+      pressed = carries(state%segment(candidate))
    end function pressed
 
    !> True where an element beside a candidate is.

@@ -13,7 +13,7 @@ module ground_pressures
    use inner_forces, only: inner_forces_t
    use rod_profile, only: profile_t, new_profile, profile_rate
    use linear_system, only: to_global
-   use force_law, only: segment_open
+   use force_law, only: carries
    implicit none
    private
    public :: advance_pressures
@@ -35,7 +35,7 @@ contains
       place = 0
       do e = 1, problem%model%mesh%n_elements
          if (.not. problem%ground%founded(e)) cycle
-         if (.not. any([(before%segment(problem%ground%candidate(i)) > segment_open, &
+         if (.not. any([(carries(before%segment(problem%ground%candidate(i))), &
             & i=problem%ground%first(e), problem%ground%first(e + 1) - 1)])) cycle
          call foundation_forces(problem, before, e, list)
          profile = new_profile(problem, before, e)
@@ -45,7 +45,7 @@ contains
          du(4:6) = to_global(problem, system, x, problem%model%mesh%node(2, e))
          do q = 1, list%n
             associate (c => list%source(q))
-               if (before%segment(c) <= segment_open) cycle
+               if (.not. carries(before%segment(c))) cycle
                place(c) = place(c) + 1
                change = profile_rate(problem, before, profile, list%tau(q), du, rate(:z, e), y)
                after%push(place(c), c) = list%pressure(q) + dot_product(list%normal(:, q), y * list%rate(:, q) - &

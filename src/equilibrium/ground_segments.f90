@@ -7,7 +7,7 @@ module ground_segments
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
-   use force_law, only: law_segment, law_reaction, segment_open, segment_unknown
+   use force_law, only: law_segment, segment_slope, carries, segment_open, segment_unknown
    use element_gap, only: element_gap_t, ground_gap, gap_value, gap_crossings, most_crossings
    use rod_profile, only: profile_error
    use state_transfer, only: find_point
@@ -55,11 +55,13 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
+      real(wp) :: stiffness
       follows = .true.
       associate (mesh => problem%model%mesh, e => problem%ground%chain%element(2, candidate))
-         if (state%segment(candidate) /= segment_open) follows = state%geometry%element(e)%length <= followed_length( &
-            & problem%ground%slope(problem%ground%chain%obstacle(candidate)), problem%model%section(mesh%section(e))%ei, &
-            & mesh%stages(e))
+         stiffness = segment_stiffness(problem, candidate, state%segment(candidate))
+         if (state%segment(candidate) == segment_unknown) stiffness = problem%ground%slope(problem%ground%chain%obstacle(candidate))
+         if (stiffness > 0.0_wp) follows = state%geometry%element(e)%length <= followed_length(stiffness, &
+            & problem%model%section(mesh%section(e))%ei, mesh%stages(e))
       end associate
    end function follows
 
@@ -74,15 +76,12 @@ contains
       end associate
    end function mean_gap
 
-   !> True for the element after a candidate of the foundations' chain that the foundation may leave: one that pushes only, with
-   !> one stiffness. Laws with corners have none of this, see force_law: their elements find out for themselves where they are.
+   !> True for the element after a candidate of the foundations' chain that the foundation may leave, or whose law has corners.
    pure logical function has_kinks(problem, candidate)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
-      has_kinks = problem%ground%chain%element(2, candidate) > 0
-      if (.not. has_kinks) return
-      has_kinks = .not. problem%ground%chain%bilateral(candidate) .and. &
-         & problem%model%obstacle(problem%ground%chain%obstacle(candidate))%law == 0
+      has_kinks = .false.
+      if (problem%ground%chain%element(2, candidate) > 0) has_kinks = size(kink_levels(problem, candidate)) > 0
    end function has_kinks
 
    !> The gaps at which it has.
@@ -123,13 +122,11 @@ contains
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate, segment
       stiffness = 0.0_wp
-      if (segment == segment_open .or. segment == segment_unknown) return
+      if (.not. carries(segment)) return
       associate (obstacle => problem%model%obstacle(problem%ground%chain%obstacle(candidate)))
          stiffness = obstacle%modulus
          if (obstacle%law == 0) return
-         associate (law => problem%model%law(obstacle%law), k => abs(segment))
-            stiffness = obstacle%width * (law%force(k + 1) - law%force(k)) / (law%penetration(k + 1) - law%penetration(k))
-         end associate
+         stiffness = obstacle%width * segment_slope(problem%model%law(obstacle%law), segment)
       end associate
    end function segment_stiffness
 

@@ -63,9 +63,6 @@ contains
       logical :: frozen
 
       state = start
-      ! What an iteration has given up on its way may be settled where it ended.
-      if (any(state%segment == segment_unknown .and. problem%ground%chain%element(2, :) > 0)) &
-         & call tell_segments(problem, state, carried=.false.)
       frozen = .false.
       if (present(keep_contact)) frozen = keep_contact
       call control_row(problem, control, start, state, system, rhs, timers)
@@ -140,7 +137,8 @@ contains
       real(wp) :: rhs, tolerance, sharper, at_length, best, travelled, last_residual, second_order, large
       real(wp) :: correction                   ! of the displacements by the last step, squared, on the nodes of that step
       real(wp) :: previous                     ! residual that the next step starts from
-      logical :: refactor, settled, searching, seeking
+      logical :: refactor, settled, searching, seeking, told_again
+      logical, allocatable :: given_up(:)
       ! What leaves a stress-free start on a foundation has no scale of its own, as long as the strains rotation^2/2 make no forces.
       real(wp), parameter :: negligible = 0.01_wp
       integer, allocatable :: grip(:)
@@ -161,7 +159,8 @@ contains
       last_change = 0
       last_progress = 0
       same_tangent = 0
-      searching = any(state%segment == segment_unknown .and. problem%ground%chain%element(2, :) > 0)
+      searching = any(searches(problem, state))
+      told_again = size(problem%mark) == 0
       seeking = .false.
       if (present(far_off)) seeking = far_off
       ! How long an arc is matters to nothing on the path, and nodes that go along it make it uncertain until they rest.
@@ -213,6 +212,13 @@ contains
             & tolerance .and. report%residual > 0.1_wp * last_residual)) .and. &
             & control_error(problem, control, origin, state) <= at_length) then
             call segments_hold(problem, state, settled, carried=.false.)
+            if (settled .and. .not. told_again .and. any(searches(problem, state))) then
+               ! What has been given up on the way may be settled where it ended.
+               given_up = searches(problem, state)
+               call tell_segments(problem, state, carried=.false.)
+               settled = all(searches(problem, state) .eqv. given_up)
+               told_again = .true.
+            end if
             if (.not. settled) then
                ! Other equations: what has been reached with the last ones is nothing to compare with.
                searching = .true.
@@ -323,6 +329,14 @@ contains
       state%active = step%active
       state%reaction = step%reaction
    end subroutine move
+
+   !> True for elements on foundations that find out for themselves where they touch.
+   pure function searches(problem, state)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      logical :: searches(size(state%segment))
+      searches = state%segment == segment_unknown .and. problem%ground%chain%element(2, :) > 0
+   end function searches
 
    !> Largest error of supports and rigid contacts, over the structure's size, and of the moments at touchdown points.
    real(wp) function constraint_residual(problem, state, system) result(worst)

@@ -19,6 +19,7 @@ module path_acceptance
    use step_control, only: stop_met
    use path_events, only: probe_t, event_t, new_probe, detect_events, value_events, event_stop, event_bifurcation, event_release, &
       & event_limit, event_contact, event_value_reached, event_turning
+   use ground_cuts, only: find_cuts, marked
    use sightings, only: sighting_t
    use event_order, only: told_otherwise, one_sided, count_before, by_fraction, same_place
    use event_location, only: locate
@@ -102,7 +103,8 @@ contains
       told = told_otherwise(run, trial, set_changes, seen)
       ! Values that are only looked for change nothing.
       shorter = can_cut .and. (.not. comes_home .and. one_sided(run, trial, probe) .or. any(.not. (told .or. seen%located .or. &
-         & seen%event%kind == event_value_reached .or. seen%event%kind == event_turning)))
+         & seen%event%kind == event_value_reached .or. seen%event%kind == event_turning)) .or. &
+         & any([(passes_kinks(problem, seen(i)), i=1, size(seen))]))
       if (shorter) return
       stops = stop_met(step, run%probe, probe)
       if (allocated(run%wanted)) deallocate (run%wanted)
@@ -186,6 +188,15 @@ contains
       wants_another = run%unsettled .or. allocated(run%wanted)
    end function wants_another
 
+   !> True where kinks of foundations lie inside elements at a located event: they have appeared on the way to it, and a point
+   !> between gives them nodes.
+   logical function passes_kinks(problem, sighting)
+      type(problem_t), intent(in) :: problem
+      type(sighting_t), intent(in) :: sighting
+      passes_kinks = sighting%located .and. any(problem%layout%stretch%free)
+      if (passes_kinks) passes_kinks = size(find_cuts(problem, sighting%place)) > size(problem%mark)
+   end function passes_kinks
+
    !> Asks for another mesh where the errors of a point are larger than those asked for.
    subroutine ask_for_mesh(problem, step, run, place, bars, critical, tries, outcome)
       type(problem_t), intent(in) :: problem
@@ -200,6 +211,12 @@ contains
       logical :: can_settle
       asked = merge(step%asked, step%asked_of_path, critical)
       if (.not. allocated(bars) .or. .not. asked > 0.0_wp .or. tries > most_meshes) return
+      if (tries == 0) run%trial_spoils = .false.
+      if (tries > 0 .and. .not. run%trial_spoils) then
+         run%trial_spoils = .not. marked(problem, place, find_cuts(problem, place))
+         if (run%trial_spoils) run%wanted = problem%demand
+         if (run%trial_spoils) return
+      end if
       can_settle = .not. step%tolerance_given .and. problem%model%step(problem%step)%sharper > most_sharp
       call request_mesh(problem, place, bars, sizes_there(problem, step, run, place, asked, outcome), step%asked_of, asked, &
          & critical, tries, can_settle, run%excess, run%unsettled, run%wanted)

@@ -224,6 +224,7 @@ contains
       state%u = from%u + weight(1) * before%u + weight(2) * (to%u - from%u) + weight(3) * after%u
       state%z = from%z + part * (to%z - from%z)
       state%reaction = from%reaction + part * (to%reaction - from%reaction)
+      where (state%segment == segment_unknown) state%segment = to%segment
       if (problem%moves_nodes()) call blend_geometry(problem, [from, to], [1.0_wp - part, part], state)
    end function between
 

@@ -19,6 +19,7 @@ module stiff_start
    use path_run, only: run_t, forget_mesh
    use corrector, only: increment_t, take_increment, correct
    use timing, only: timers_t
+   use force_law, only: segment_slope
    implicit none
    private
    public :: is_stiff_start, take_stiff_start
@@ -181,13 +182,27 @@ contains
       end do
    end subroutine stiffen
 
-   !> A problem of the same deck, but with a part of the stiffness of what pushes only.
+   !> A problem of the same deck, but with a part of the stiffness of what pushes only, and less than all of it without
+   !> the corners of laws: the first point is found before any is reached.
    function softened(problem, whole, part) result(soft)
       type(problem_t), intent(in) :: problem       !! on any mesh
       type(problem_t), intent(in) :: whole         !! with the stiffness of the deck
       real(wp), intent(in) :: part
       type(problem_t) :: soft                      !! its deck: meshes have yet to be made of it
+      integer :: o
       soft = problem
-      where (.not. whole%deck%obstacle%bilateral) soft%deck%obstacle%modulus = part * whole%deck%obstacle%modulus
+      soft%deck%obstacle = whole%deck%obstacle
+      if (part >= 1.0_wp) return
+      do o = 1, size(whole%deck%obstacle)
+         associate (obstacle => whole%deck%obstacle(o), mine => soft%deck%obstacle(o))
+            if (obstacle%bilateral) cycle
+            if (obstacle%law == 0) then
+               mine%modulus = part * obstacle%modulus
+            else
+               mine%modulus = part * obstacle%width * segment_slope(whole%deck%law(obstacle%law), 1)
+               mine%law = 0
+            end if
+         end associate
+      end do
    end function softened
 end module stiff_start
