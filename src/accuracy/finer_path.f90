@@ -4,8 +4,8 @@ module finer_path
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use rod_geometry, only: geometry_t
-   use linear_system, only: system_t, new_system
-   use bordered_system, only: linearise, apply_increment
+   use linear_system, only: system_t, new_system, assemble
+   use bordered_system, only: linearise, factor_system, apply_increment
    use contact_set, only: contact_step_t, solve_contact_step
    use touchdown_points, only: move_touchdown_points
    use path_control, only: control_t, control_row, follow_nodes
@@ -13,10 +13,11 @@ module finer_path
    use monitors, only: monitor_values
    use finer_problem, only: new_finer_problem, finer_state
    use null_directions, only: new_null_directions, leave_out
+   use step_values, only: values_after, largest_rotation
    use timing, only: timers_t
    implicit none
    private
-   public :: finer_path_t, finer_point_t, new_finer_path, start_point, next_point
+   public :: finer_path_t, finer_point_t, new_finer_path, start_point, next_point, values_beside
 
    type :: finer_path_t
       type(problem_t) :: problem
@@ -37,6 +38,9 @@ module finer_path
 
    !> Newton steps to a point, from a guess as good as the mesh, or as a tangent of a small part of an increment.
    integer, parameter :: steps = 2
+
+   real(wp), parameter :: left = 0.01_wp      !! of what is out of balance: a hundredth of an estimate, far less than its bar
+   real(wp), parameter :: straight = 1.0e-3_wp !! [rad] what a step leaves is one to ten times what it turns nodes by
 
 contains
 
@@ -66,45 +70,106 @@ contains
    end subroutine start_point
 
    !> From a point, or the start, to the one at the control's increment.
-   subroutine next_point(path, increment, point, timers, left)
+   subroutine next_point(path, increment, point, timers)
       type(finer_path_t), intent(in) :: path
       real(wp), intent(in) :: increment
       type(finer_point_t), intent(inout) :: point
       type(timers_t), intent(inout) :: timers
-      real(wp), intent(in), optional :: left     !! one step does where it leaves no more than this part of what is out of balance
       type(contact_step_t) :: step
-      type(state_t) :: origin, before
-      type(control_t) :: control, seen
-      real(wp) :: rhs, first
       integer :: k
-      control = path%control
-      control%increment = increment
-      origin = path%base
-      seen = control
-      first = out_of_balance(path%problem, point%system)
       associate (problem => path%problem)
          do k = 1, steps
             if (.not. point%ok) return
-            if (problem%moves_nodes()) call follow_nodes(problem, path%base, control, point%state, origin, seen)
-            call control_row(problem, seen, origin, point%state, point%system, rhs, timers)
-            call solve_contact_step(problem, point%state, point%system, rhs, .true., step, timers)
-            point%ok = step%ok
+            call solve_step(path, increment, point, step, timers)
             if (.not. point%ok) return
-            call leave_out(problem, path%modes, new_null_directions(problem, point%system, path%modes, timers), step%x)
-            before = point%state
-            call apply_increment(problem, point%system, step%x, step%y, point%state)
-            point%state%reaction = step%reaction
-            if (problem%moves_nodes()) call move_touchdown_points(problem, before, point%state)
+            call go(path, step, point)
             call linearise(problem, point%state, point%state, point%system, timers)
             point%ok = point%system%ok
-            if (.not. present(left)) cycle
-            if (out_of_balance(problem, point%system) <= left * first) exit
          end do
          if (.not. point%ok) return
          point%value = [point%state%load_factor, monitor_values(problem, point%state, point%system)]
          point%heading = heading_at(problem, point%system, path%heading%u, path%heading%load)
       end associate
    end subroutine next_point
+
+   !> Values of the point next to the start, with no more of it than they take; point%system is of no use afterwards.
+   !>
+   !> What a step of Newton's method leaves is of second order. Where nodes stay, all that is not linear is what sections turn by,
+   !> and a step that turns them little needs no look at its end; touchdown points and marks have laws of their own.
+   subroutine values_beside(path, point, timers)
+      type(finer_path_t), intent(in) :: path
+      type(finer_point_t), intent(inout) :: point !! the start
+      type(timers_t), intent(inout) :: timers
+      type(contact_step_t) :: step
+      real(wp) :: first
+      if (.not. point%ok) return
+      call solve_step(path, 0.0_wp, point, step, timers)
+      if (.not. point%ok) return
+      associate (problem => path%problem)
+         if (.not. problem%moves_nodes()) then
+            if (largest_rotation(problem, point%system, step%x) <= straight) then
+               point%value = values_after(problem, point%state, point%system, step%x, step%y)
+               return
+            end if
+         end if
+         first = out_of_balance(problem, point%system)
+         call go(path, step, point)
+         call assemble(problem, point%state, point%state, point%system, timers)
+         point%ok = point%system%ok
+         if (.not. point%ok) return
+         if (out_of_balance(problem, point%system) > left * first) then
+            call factor_system(point%system, timers)
+            call solve_step(path, 0.0_wp, point, step, timers)
+            if (.not. point%ok) return
+            call go(path, step, point)
+            call assemble(problem, point%state, point%state, point%system, timers)
+            point%ok = point%system%ok
+            if (.not. point%ok) return
+         end if
+         point%value = [point%state%load_factor, monitor_values(problem, point%state, point%system)]
+      end associate
+   end subroutine values_beside
+
+   !> One step of Newton's method towards the point at the control's increment.
+   subroutine solve_step(path, increment, point, step, timers)
+      type(finer_path_t), intent(in) :: path
+      real(wp), intent(in) :: increment
+      type(finer_point_t), intent(inout) :: point
+      type(contact_step_t), intent(out) :: step
+      type(timers_t), intent(inout) :: timers
+      type(control_t) :: seen
+      type(state_t) :: origin
+      real(wp) :: rhs
+      seen = path%control
+      seen%increment = increment
+      associate (problem => path%problem)
+         if (problem%moves_nodes()) then
+            origin = path%base
+            call follow_nodes(problem, path%base, path%control, point%state, origin, seen)
+            call control_row(problem, seen, origin, point%state, point%system, rhs, timers)
+         else
+            call control_row(problem, seen, path%base, point%state, point%system, rhs, timers)
+         end if
+         call solve_contact_step(problem, point%state, point%system, rhs, .true., step, timers)
+         point%ok = step%ok
+         if (.not. point%ok .or. size(path%modes, 2) == 0) return
+         call leave_out(problem, path%modes, new_null_directions(problem, point%system, path%modes, timers), step%x)
+      end associate
+   end subroutine solve_step
+
+   !> Goes there; the equations are still those of the point before.
+   subroutine go(path, step, point)
+      type(finer_path_t), intent(in) :: path
+      type(contact_step_t), intent(in) :: step
+      type(finer_point_t), intent(inout) :: point
+      type(state_t) :: before
+      associate (problem => path%problem)
+         if (problem%moves_nodes()) before = point%state
+         call apply_increment(problem, point%system, step%x, step%y, point%state)
+         point%state%reaction = step%reaction
+         if (problem%moves_nodes()) call move_touchdown_points(problem, before, point%state)
+      end associate
+   end subroutine go
 
    !> The size of what is out of balance at the free unknowns: forces, and moments over the structure's size.
    pure real(wp) function out_of_balance(problem, system)

@@ -14,7 +14,7 @@ module path_errors
    use tangent_rounding, only: path_stiffness, bending_stiffness
    use error_bar, only: error_bar_t, error_bars_t, new_error_bar, no_error_bars
    use accuracy_limits, only: why_not_told
-   use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point
+   use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point, values_beside
    use element_shares, only: shares_t, find_shares, eigenvalue_shares
    use missed_modes, only: unstable_difference
    use located_zero, only: zero_t, zero_value, between_nodes, located_gap, mode_rounding
@@ -24,7 +24,6 @@ module path_errors
    public :: point_errors, event_errors
 
    real(wp), parameter :: small_part = 1.0e-3_wp !! of an increment, over which slopes along the path are taken
-   real(wp), parameter :: left = 0.01_wp         !! of what is out of balance: a hundredth of an estimate, far less than its bar
    real(wp), parameter :: least_bend = 0.1_wp     !! of a slope's change: what is left there is more than the way, and no bar holds
    real(wp), parameter :: no_modes(0, 0) = reshape([real(wp) ::], [0, 0])
    character(*), parameter :: no_convergence = 'elements of a higher order do not converge from here', &
@@ -51,13 +50,13 @@ contains
       if (bars%why /= '') return
       call begin(problem, state, system, holding(problem, state, control, heading), heading, no_modes, path, point, &
          & shares, value, timers)
-      if (point%ok) call next_point(path, 0.0_wp, point, timers, left)
+      if (point%ok) bars%missed = unstable_difference(problem, state, system, path, point, 0, timers)
+      call values_beside(path, point, timers)
       if (.not. point%ok) then
          bars%why = no_convergence
          bars%too_coarse = .true.
          return
       end if
-      bars%missed = unstable_difference(problem, state, system, path, point, 0, timers)
       unseen = point%value - value - shares%sum
       call set_bars(shares, value, point%value - value, unseen, shares%size, shares%rounding, bars)
       ! What is held is what it is held at.
