@@ -1,19 +1,19 @@
 !> Points of the path that the finer problem has, next to a point of the problem's own path.
 module finer_path
    use kinds, only: wp
+   use model, only: quantity_reaction
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use rod_geometry, only: geometry_t
-   use linear_system, only: system_t, new_system, assemble
+   use linear_system, only: system_t, new_system, assemble, row_times, to_global
    use bordered_system, only: linearise, factor_system, apply_increment
    use contact_set, only: contact_step_t, solve_contact_step
-   use touchdown_points, only: move_touchdown_points
+   use touchdown_points, only: move_touchdown_points, touchdown_travel
    use path_control, only: control_t, control_row, follow_nodes
    use path_continuity, only: heading_t, heading_at
    use monitors, only: monitor_values
    use finer_problem, only: new_finer_problem, finer_state
    use null_directions, only: new_null_directions, leave_out
-   use step_values, only: values_after, largest_rotation
    use timing, only: timers_t
    implicit none
    private
@@ -40,7 +40,8 @@ module finer_path
    integer, parameter :: steps = 2
 
    real(wp), parameter :: left = 0.01_wp      !! of what is out of balance: a hundredth of an estimate, far less than its bar
-   real(wp), parameter :: straight = 1.0e-3_wp !! [rad] what a step leaves is one to ten times what it turns nodes by
+   real(wp), parameter :: straight = 1.0e-3_wp !! [rad] a step leaves one to ten times what it turns nodes by of that
+   real(wp), parameter :: near = 1.0e-7_wp    !! of a span that its ends go by: thrust of stiff rods feels a hundred times more
 
 contains
 
@@ -76,15 +77,18 @@ contains
       type(finer_point_t), intent(inout) :: point
       type(timers_t), intent(inout) :: timers
       type(contact_step_t) :: step
+      logical :: settled
       integer :: k
       associate (problem => path%problem)
          do k = 1, steps
             if (.not. point%ok) return
             call solve_step(path, increment, point, step, timers)
             if (.not. point%ok) return
+            settled = .not. problem%moves_nodes() .and. turns_little(problem, point%system, step)
             call go(path, step, point)
             call linearise(problem, point%state, point%state, point%system, timers)
             point%ok = point%system%ok
+            if (settled) exit
          end do
          if (.not. point%ok) return
          point%value = [point%state%load_factor, monitor_values(problem, point%state, point%system)]
@@ -94,23 +98,26 @@ contains
 
    !> Values of the point next to the start, with no more of it than they take; point%system is of no use afterwards.
    !>
-   !> What a step of Newton's method leaves is of second order. Where nodes stay, all that is not linear is what sections turn by,
-   !> and a step that turns them little needs no look at its end; touchdown points and marks have laws of their own.
+   !> What a step of Newton's method leaves is of second order. All that is not linear is what sections turn by, and how far
+   !> touchdown points go; a step that moves these little needs no look at its end.
    subroutine values_beside(path, point, timers)
       type(finer_path_t), intent(in) :: path
       type(finer_point_t), intent(inout) :: point !! the start
       type(timers_t), intent(inout) :: timers
       type(contact_step_t) :: step
+      type(state_t) :: ahead
       real(wp) :: first
       if (.not. point%ok) return
       call solve_step(path, 0.0_wp, point, step, timers)
       if (.not. point%ok) return
       associate (problem => path%problem)
-         if (.not. problem%moves_nodes()) then
-            if (largest_rotation(problem, point%system, step%x) <= straight) then
-               point%value = values_after(problem, point%state, point%system, step%x, step%y)
-               return
-            end if
+         ahead = point%state
+         call apply_increment(problem, point%system, step%x, step%y, ahead)
+         ahead%reaction = step%reaction
+         if (is_short(problem, point, step, ahead)) then
+            point%value = [ahead%load_factor, monitor_values(problem, ahead, point%system) + support_changes(problem, &
+               & point%system, step)]
+            return
          end if
          first = out_of_balance(problem, point%system)
          call go(path, step, point)
@@ -129,6 +136,55 @@ contains
          point%value = [point%state%load_factor, monitor_values(problem, point%state, point%system)]
       end associate
    end subroutine values_beside
+
+   !> True where a second step would find next to nothing to do.
+   logical function is_short(problem, point, step, ahead)
+      type(problem_t), intent(in) :: problem
+      type(finer_point_t), intent(in) :: point   !! where the step begins
+      type(contact_step_t), intent(in) :: step
+      type(state_t), intent(in) :: ahead         !! and where it ends, touchdown points left where they are
+      is_short = turns_little(problem, point%system, step)
+      if (is_short .and. problem%has_spans()) is_short = touchdown_travel(problem, point%state, ahead) <= near
+   end function is_short
+
+   !> True for a step that leaves next to nothing where nodes stay. With foundations their contact is more than what turns.
+   pure logical function turns_little(problem, system, step)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system       !! gives the axes
+      type(contact_step_t), intent(in) :: step
+      real(wp) :: moved(3)
+      integer :: node
+      turns_little = .false.
+      if (any(problem%ground%founded)) return
+      do node = 1, problem%model%mesh%n_nodes
+         moved = to_global(problem, system, step%x, node)
+         if (abs(moved(3)) > straight) return
+      end do
+      turns_little = .true.
+   end function turns_little
+
+   !> What a step changes of reactions of supports, which monitors take from the equations where it began.
+   function support_changes(problem, system, step) result(change)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      type(contact_step_t), intent(in) :: step
+      real(wp) :: change(size(problem%model%monitor))
+      integer :: m, i, d, node
+      change = 0.0_wp
+      do m = 1, size(change)
+         associate (monitor => problem%deck%monitor(m))
+            if (monitor%quantity /= quantity_reaction) cycle
+            do i = 1, size(monitor%node)
+               node = problem%mesh_node(monitor%node(i))
+               if (node == 0) cycle
+               if (.not. problem%model%fixed(monitor%component, node)) cycle
+               d = dof(problem, node, monitor%component)
+               change(m) = change(m) + monitor%factor * (system%residual(d) - system%raw(d) + row_times(system, d, step%x) - &
+                  & system%load(d) * step%y)
+            end do
+         end associate
+      end do
+   end function support_changes
 
    !> One step of Newton's method towards the point at the control's increment.
    subroutine solve_step(path, increment, point, step, timers)
