@@ -36,7 +36,8 @@ module finer_path
       logical :: ok = .false.                    !! false: Newton's method does not get there; nothing else means anything
    end type finer_point_t
 
-   !> Newton steps to a point, from a guess as good as the mesh, or as a tangent of a small part of an increment.
+   !> Newton steps to a point, from a guess as good as the mesh, or as a tangent of a small part of an increment. The last one
+   !> takes away rounding, too, which displacements at limit points feel.
    integer, parameter :: steps = 2
 
    real(wp), parameter :: left = 0.01_wp      !! of what is out of balance: a hundredth of an estimate, far less than its bar
@@ -77,18 +78,15 @@ contains
       type(finer_point_t), intent(inout) :: point
       type(timers_t), intent(inout) :: timers
       type(contact_step_t) :: step
-      logical :: settled
       integer :: k
       associate (problem => path%problem)
          do k = 1, steps
             if (.not. point%ok) return
             call solve_step(path, increment, point, step, timers)
             if (.not. point%ok) return
-            settled = .not. problem%moves_nodes() .and. turns_little(problem, point%system, step)
             call go(path, step, point)
             call linearise(problem, point%state, point%state, point%system, timers)
             point%ok = point%system%ok
-            if (settled) exit
          end do
          if (.not. point%ok) return
          point%value = [point%state%load_factor, monitor_values(problem, point%state, point%system)]
@@ -147,20 +145,20 @@ contains
       if (is_short .and. problem%has_spans()) is_short = touchdown_travel(problem, point%state, ahead) <= near
    end function is_short
 
-   !> True for a step that leaves next to nothing where nodes stay. With foundations their contact is more than what turns.
-   pure logical function turns_little(problem, system, step)
+   !> True for a step that leaves little where nodes stay. With foundations their contact is more than what turns.
+   pure logical function turns_little(problem, system, step) result(little)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! gives the axes
       type(contact_step_t), intent(in) :: step
       real(wp) :: moved(3)
       integer :: node
-      turns_little = .false.
+      little = .false.
       if (any(problem%ground%founded)) return
       do node = 1, problem%model%mesh%n_nodes
          moved = to_global(problem, system, step%x, node)
          if (abs(moved(3)) > straight) return
       end do
-      turns_little = .true.
+      little = .true.
    end function turns_little
 
    !> What a step changes of reactions of supports, which monitors take from the equations where it began.
