@@ -13,6 +13,7 @@ module finer_path
    use path_continuity, only: heading_t, heading_at
    use monitors, only: monitor_values
    use finer_problem, only: new_finer_problem, finer_state
+   use touch_places, only: places_at, places_after
    use null_directions, only: new_null_directions, leave_out
    use timing, only: timers_t
    implicit none
@@ -24,6 +25,7 @@ module finer_path
       type(state_t) :: base                      !! the problem's own point
       type(control_t) :: control                 !! what tells points apart: its increment counts from the base
       type(heading_t) :: heading                 !! tangent of the problem's own path
+      integer, allocatable :: ends(:)            !! touchdown points whose places count, see touch_places
       real(wp), allocatable :: modes(:, :)       !! (unknowns, multiplicity) at a bifurcation: null vectors, along which the path
       !! does not go
    end type finer_path_t
@@ -32,7 +34,7 @@ module finer_path
       type(state_t) :: state
       type(system_t) :: system                   !! factored there
       type(heading_t) :: heading
-      real(wp), allocatable :: value(:)          !! load factor, monitors
+      real(wp), allocatable :: value(:)          !! load factor, monitors, places
       logical :: ok = .false.                    !! false: Newton's method does not get there; nothing else means anything
    end type finer_point_t
 
@@ -47,17 +49,19 @@ module finer_path
 contains
 
    !> The finer path next to a converged point.
-   function new_finer_path(problem, state, control, heading) result(path)
+   function new_finer_path(problem, state, control, heading, ends) result(path)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(control_t), intent(in) :: control     !! its tangent set where its method wants one
       type(heading_t), intent(in) :: heading     !! tangent there
+      integer, intent(in) :: ends(:)             !! touchdown points whose places count
       type(finer_path_t) :: path
       type(geometry_t) :: home
       call new_finer_problem(problem, path%problem, home)
       path%base = finer_state(problem, state, path%problem, home)
       path%control = control
       path%heading = heading
+      path%ends = ends
    end function new_finer_path
 
    !> The finer problem linearised at the problem's own point: where Newton's method starts.
@@ -89,7 +93,7 @@ contains
             point%ok = point%system%ok
          end do
          if (.not. point%ok) return
-         point%value = [point%state%load_factor, monitor_values(problem, point%state, point%system)]
+         point%value = values_at(path, point)
          point%heading = heading_at(problem, point%system, path%heading%u, path%heading%load)
       end associate
    end subroutine next_point
@@ -114,7 +118,7 @@ contains
          ahead%reaction = step%reaction
          if (is_short(problem, point, step, ahead)) then
             point%value = [ahead%load_factor, monitor_values(problem, ahead, point%system) + support_changes(problem, &
-               & point%system, step)]
+               & point%system, step), places_after(problem, point%state, ahead, path%ends)]
             return
          end if
          first = out_of_balance(problem, point%system)
@@ -131,9 +135,18 @@ contains
             point%ok = point%system%ok
             if (.not. point%ok) return
          end if
-         point%value = [point%state%load_factor, monitor_values(problem, point%state, point%system)]
+         point%value = values_at(path, point)
       end associate
    end subroutine values_beside
+
+   !> Load factor, monitors and places at a point.
+   function values_at(path, point) result(value)
+      type(finer_path_t), intent(in) :: path
+      type(finer_point_t), intent(in) :: point
+      real(wp), allocatable :: value(:)
+      value = [point%state%load_factor, monitor_values(path%problem, point%state, point%system), &
+         & places_at(path%problem, point%state, path%ends)]
+   end function values_at
 
    !> True where a second step would find next to nothing to do.
    logical function is_short(problem, point, step, ahead)
