@@ -4,7 +4,6 @@ module finer_path
    use model, only: quantity_reaction
    use problem, only: problem_t, dof
    use rod_state, only: state_t
-   use rod_geometry, only: geometry_t
    use linear_system, only: system_t, new_system, assemble, row_times, to_global
    use bordered_system, only: linearise, factor_system, apply_increment
    use contact_set, only: contact_step_t, solve_contact_step
@@ -56,9 +55,8 @@ contains
       type(heading_t), intent(in) :: heading     !! tangent there
       integer, intent(in) :: ends(:)             !! touchdown points whose places count
       type(finer_path_t) :: path
-      type(geometry_t) :: home
-      call new_finer_problem(problem, path%problem, home)
-      path%base = finer_state(problem, state, path%problem, home)
+      call new_finer_problem(problem, path%problem)
+      path%base = finer_state(problem, state, path%problem)
       path%control = control
       path%heading = heading
       path%ends = ends
