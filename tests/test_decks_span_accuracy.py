@@ -100,6 +100,24 @@ def test_order_of_the_ring(kind):
     assert_falls(np.array(loads) / cases.RING[100] - 1.0, ORDERS[kind])
 
 
+@pytest.mark.parametrize("kind", list(ORDERS))
+def test_bars_of_the_place_where_a_ring_lifts_off(kind):
+    """At the limit point, against 16 elements of order 8, which err by 1e-11. What is left is held by symmetry."""
+    fine, meshes = "LOCATE=1e-11, TOLERANCE=1e-11", {"GE4": (8, 16, 32), "GE6": (4, 8), "GE8": (2, 4)}[kind]
+
+    def lifting(run):
+        region, = run.results.contact.regions(run.only("LP").point)
+        return region
+
+    exact = lifting(ring(controls=fine)).start
+    for elements in meshes:
+        region = lifting(ring(elements=elements, kind=kind, controls=fine))
+        error = abs(region.start - exact)
+        assert error < region.start_error < 10.0 * error
+        assert abs(region.start_corrected - exact) < 0.1 * error
+        assert region.end_error == 0.0
+
+
 @pytest.mark.parametrize("slenderness", [100, 1000, 10000, 100000])
 def test_points_to_the_limit_point(slenderness):
     """Increments are as long as the path is straight, not as the elements are."""
@@ -239,8 +257,10 @@ def test_an_imperfect_column_beside_a_wall():
         point = located(run, "LOAD", load)
         dr.assert_close(point.monitors["shortening"], float(cases.shortening(exact)), relative=1e-8)
         line, touch = run.results.contact.regions(point.point)
-        dr.assert_close([line.start, line.end, touch.start, touch.end],
-                        [along(exact[name]) for name in ("first", "second", "third", "third")], absolute=1e-6)
+        places = [line.start, line.end, touch.start, touch.end], [along(exact[name]) for name in ("first", "second", "third", "third")]
+        dr.assert_close(*places, absolute=1e-6)
+        bars = np.array([line.start_error, line.end_error, touch.start_error, touch.end_error])
+        assert np.all(np.abs(np.subtract(*places)) <= bars + 1e-11) and np.all(bars < 1e-5)
 
 
 def test_limit_load_of_an_imperfect_column_beside_a_wall():

@@ -20,8 +20,8 @@ sys.path[:0] = [str(TESTS), str(ROOT / "postproc")]
 
 from postproc_runner import drawn_share  # noqa: E402
 from unilat.results import ResultsError  # noqa: E402
-from unilat.study import delivered  # noqa: E402
-from unilat.study.effectivity import Case, is_effectivity, read_maps, summary, told_to  # noqa: E402
+from unilat.study import delivered, several_maps  # noqa: E402
+from unilat.study.effectivity import Case, is_effectivity, summary, told_to  # noqa: E402
 from unilat.study.exact_table import ExactTable  # noqa: E402
 from unilat.study.map_file import read_map  # noqa: E402
 from unilat.study.study_file import read_study  # noqa: E402
@@ -253,12 +253,13 @@ def test_wrong_studies_are_refused(folder, old, new, message):
 @pytest.mark.parametrize("path", sorted((ROOT / "input" / "studies").glob("*.toml")), ids=lambda path: path.stem)
 def test_shipped_studies_can_be_read(path):
     if delivered.is_delivered(str(path)):
-        maps = delivered.read_maps(str(path), os.environ["UNILAT"])
+        maps = several_maps.read_maps(str(path), "asked", os.environ["UNILAT"])
         assert sum(len(each.decks) * len(each.checks) for each in maps) >= 300
         assert all({values["asked"] for values in each.sweep.values} == {1e-3, 1e-5, 1e-7, 1e-9} for each in maps)
         return
     if is_effectivity(str(path)):
-        assert sum(len(each.decks) * len(each.checks) for each in read_maps(str(path), os.environ["UNILAT"])) >= 1000
+        assert sum(len(each.decks) * len(each.checks) for each
+                   in several_maps.read_maps(str(path), "maps", os.environ["UNILAT"])) >= 1000
         return
     study = read_study(str(path), os.environ["UNILAT"])
     assert study.title and study.checks and len(study.runs) >= 10

@@ -125,7 +125,9 @@ def _contact(path: Path) -> list[Column]:
         raise ResultsError(f"{path.filename}: the model has no contact")
     rows = [(point, region) for point in range(1, path.n_points + 1) for region in path.contact.regions(point)]
     points = np.array([point for point, _ in rows], dtype=int)
-    units = (("contact", "1"), ("start", "length"), ("end", "length"), ("angle_start", "degree"), ("angle_end", "degree"))
+    units = [("contact", "1"), ("start", "length"), ("end", "length"), ("angle_start", "degree"), ("angle_end", "degree")]
+    if path.contact.bars is not None:
+        units += [(name, "length") for name in ("start_error", "end_error", "start_corrected", "end_corrected")]
     return [Column("point", points), Column("load_factor", path.path["load_factor"].values[points - 1])] + [
         Column(name, np.array([getattr(region, name) for _, region in rows]), unit) for name, unit in units]
 

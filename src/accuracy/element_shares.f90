@@ -1,4 +1,5 @@
-!> What each element contributes to the discretisation error of the load factor and of the monitors at a point.
+!> What each element contributes to the discretisation error of the load factor, of the monitors and of the places of touchdown
+!> points at a point.
 !>
 !> The finer element, its inner unknowns eliminated about the collocation polynomial, has a relative end displacement where the
 !> element itself has none, and another end moment. Imposed on the element itself they are forces on the nodes that are out of
@@ -20,20 +21,22 @@ module element_shares
    use null_directions, only: new_null_directions, leave_out
    use contact_totals, only: contact_sum, contact_sum_known, contact_sum_gradient
    use monitor_rows, only: monitor_row_t, monitor_row, watched_displacement
+   use touch_places, only: place_gradients, moment_places
    use small_dense, only: solve_small
    use timing, only: timers_t
    implicit none
    private
    public :: shares_t, find_shares, eigenvalue_shares
 
+   !> Rows: load factor, monitors, places.
    type :: shares_t
-      real(wp), allocatable :: sum(:)            !! (1 + monitors) linear estimate of the error: exact less computed
-      real(wp), allocatable :: size(:)           !! (1 + monitors) sum of the sizes of all shares
-      real(wp), allocatable :: rounding(:)       !! (1 + monitors) what rounding of displacements and resultants may do
-      real(wp), allocatable :: inside(:)         !! (1 + monitors) of the sum, what a monitor inside an element errs there
-      real(wp), allocatable :: rest(:)           !! (1 + monitors) of the sum, what Newton's method has left
-      real(wp), allocatable :: element(:, :)     !! (1 + monitors, elements) sizes of the shares
-      logical, allocatable :: known(:)           !! (1 + monitors) false: not a number that this knows of
+      real(wp), allocatable :: sum(:)            !! (rows) linear estimate of the error: exact less computed
+      real(wp), allocatable :: size(:)           !! (rows) sum of the sizes of all shares
+      real(wp), allocatable :: rounding(:)       !! (rows) what rounding of displacements and resultants may do
+      real(wp), allocatable :: inside(:)         !! (rows) of the sum, what a monitor inside an element errs there
+      real(wp), allocatable :: rest(:)           !! (rows) of the sum, what Newton's method has left
+      real(wp), allocatable :: element(:, :)     !! (rows, elements) sizes of the shares
+      logical, allocatable :: known(:)           !! (rows) false: not a number that this knows of
    end type shares_t
 
    !> A number as a function of the unknowns, linearised. Node axes.
@@ -50,7 +53,7 @@ module element_shares
 contains
 
    !> Shares of all elements at a point.
-   subroutine find_shares(problem, state, system, finer, start, at_start, control, modes, shares, timers)
+   subroutine find_shares(problem, state, system, finer, start, at_start, control, ends, modes, shares, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system    !! factored there; its path row changes
@@ -58,17 +61,19 @@ contains
       type(state_t), intent(in) :: start         !! the same point of it
       type(system_t), intent(in) :: at_start     !! and its system, assembled there
       type(control_t), intent(in) :: control     !! what is held
+      integer, intent(in) :: ends(:)             !! touchdown points whose places count, see touch_places
       real(wp), intent(in) :: modes(:, :)        !! (n, multiplicity) bifurcation: null vectors, else none. Nothing that counts
       !! is along them, but rounding over a vanishing eigenvalue
       type(shares_t), intent(out) :: shares
       type(timers_t), intent(inout) :: timers
       type(functional_t) :: functional
       type(monitor_row_t) :: inside
+      real(wp) :: by_unknown(system%n, size(ends)), by_load(size(ends)), way(size(ends))
       real(wp) :: force(6, problem%model%mesh%n_elements), w(system%n), of_load(system%n), tangent(system%n), &
          & share(problem%model%mesh%n_elements), rhs, along, along_load, rest, change
       real(wp), allocatable :: direction(:, :)
-      integer :: e, m, n
-      n = 1 + size(problem%model%monitor)
+      integer :: e, m, n, k
+      n = 1 + size(problem%model%monitor) + size(ends)
       allocate (shares%sum(n), shares%size(n), shares%rounding(n), shares%inside(n), source=0.0_wp)
       allocate (shares%element(n, size(share)), shares%rest(n), source=0.0_wp)
       allocate (shares%known(n), source=.false.)
@@ -93,8 +98,17 @@ contains
       shares%sum(1) = sum(share) + rest
       shares%size(1) = sum(abs(share)) + abs(rest)
       shares%rounding(1) = rounding_factor * rounding_of(of_load)
+      if (size(ends) > 0) then
+         call place_gradients(problem, state, system, ends, by_unknown, by_load)
+         way = moment_places(problem, state, force, ends)
+      end if
       do m = 2, n
-         call new_functional(problem, state, system, m - 1, functional)
+         k = m - n + size(ends)
+         if (k > 0) then
+            functional = functional_t(.true., by_unknown(:, k), by_load(k), 0.0_wp * by_unknown(:, k))
+         else
+            call new_functional(problem, state, system, m - 1, functional)
+         end if
          if (.not. functional%known) cycle
          call solve_effective(system, merge(0.0_wp, functional%by_unknown, system%fixed), w, timers)
          call leave_out(problem, modes, direction, w)
@@ -107,14 +121,15 @@ contains
          share = shares_by(w)
          shares%known(m) = .true.
          shares%element(m, :) = abs(share)
-         if (problem%deck%monitor(m - 1)%quantity == quantity_displacement) then
+         if (k > 0) then
+            change = change + way(k)
+         else if (problem%deck%monitor(m - 1)%quantity == quantity_displacement) then
             ! A monitor between the nodes has an error of its own.
             call monitor_row(finer, start, at_start, m - 1, inside)
             shares%inside(m) = inside%defect + watched_displacement(finer, start, m - 1) - &
                & watched_displacement(problem, state, m - 1)
             change = change + shares%inside(m)
-         end if
-         if (problem%deck%monitor(m - 1)%quantity == quantity_contact) then
+         else if (problem%deck%monitor(m - 1)%quantity == quantity_contact) then
             shares%inside(m) = contact_sum(finer, start, at_start, m - 1) - contact_sum(problem, state, system, m - 1)
             change = change + shares%inside(m)
          end if

@@ -54,7 +54,7 @@ contains
          control%method = method_load
          if (event%monitor > 0) control%method = method_displacement
          control%monitor = event%monitor
-         call point_errors(problem, place, run%system, control, heading, bars, own)
+         call point_errors(problem, place, run%system, control, heading, bars, own, places=.true.)
       else
          call new_zero(problem, event, place, run%system, zero, own)
          call event_errors(problem, place, run%system, zero, heading, path_length(problem, run%state, trial), &
@@ -104,7 +104,8 @@ contains
          call event_errors(problem, place, run%system, zero, heading, path_length(problem, run%state, place), &
             & place%load_factor - run%state%load_factor, bars, own)
       else
-         call point_errors(problem, place, run%system, run%control, heading, bars, own)
+         call point_errors(problem, place, run%system, run%control, heading, bars, own, &
+            & places=label /= '' .or. finished .or. step%bars_everywhere)
       end if
       call timing_stop(timers, phase_accuracy)
    end subroutine bars_at_point
@@ -166,7 +167,7 @@ contains
       if (.not. step%error_bars) return
       allocate (bars)
       call timing_start(timers, phase_accuracy)
-      call point_errors(line, on_line%state, on_line%system, run%control, on_line%heading, bars, own)
+      call point_errors(line, on_line%state, on_line%system, run%control, on_line%heading, bars, own, places=.true.)
       if (allocated(bars%share)) bars%share = shares_on(line, on_line%state, bars%share, problem, place)
       call timing_stop(timers, phase_accuracy)
    end subroutine bars_of_line
@@ -297,6 +298,14 @@ contains
          accuracy%bar_words = 'the mesh is too coarse for the bifurcations'//there//': elements of a higher order have '// &
             & whole(abs(bars%missed))//trim(merge(' more ', ' fewer', bars%missed > 0))// &
             & ' unstable directions there; give more elements or a higher order'
+         return
+      end if
+      ! Where paths nearly meet a step may go from one to the other, and finds an eigenvalue's zero that neither of them has. What
+      ! is less than events are located to tells nothing.
+      if (label == 'BP' .and. .not. made .and. bars%load%told .and. .not. bars%load%bounded .and. &
+         & bars%load%bar > step%locate_tolerance * accuracy%load) then
+         accuracy%bar_words = 'whether there is a bifurcation is not known'//there//': elements of a higher order do not '// &
+            & 'confirm its load; take smaller increments, more elements or a higher order'
          return
       end if
       if (.not. (bars%load%told .or. any(bars%monitor%told))) then

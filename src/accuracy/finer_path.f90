@@ -1,28 +1,30 @@
 !> Points of the path that the finer problem has, next to a point of the problem's own path.
 module finer_path
    use kinds, only: wp
+   use model, only: quantity_reaction
    use problem, only: problem_t, dof
    use rod_state, only: state_t
-   use rod_geometry, only: geometry_t
-   use linear_system, only: system_t, new_system
-   use bordered_system, only: linearise, apply_increment
+   use linear_system, only: system_t, new_system, assemble, row_times, to_global
+   use bordered_system, only: linearise, factor_system, apply_increment
    use contact_set, only: contact_step_t, solve_contact_step
-   use touchdown_points, only: move_touchdown_points
+   use touchdown_points, only: move_touchdown_points, touchdown_travel
    use path_control, only: control_t, control_row, follow_nodes
    use path_continuity, only: heading_t, heading_at
    use monitors, only: monitor_values
    use finer_problem, only: new_finer_problem, finer_state
+   use touch_places, only: places_at, places_after
    use null_directions, only: new_null_directions, leave_out
    use timing, only: timers_t
    implicit none
    private
-   public :: finer_path_t, finer_point_t, new_finer_path, start_point, next_point
+   public :: finer_path_t, finer_point_t, new_finer_path, start_point, next_point, values_beside
 
    type :: finer_path_t
       type(problem_t) :: problem
       type(state_t) :: base                      !! the problem's own point
       type(control_t) :: control                 !! what tells points apart: its increment counts from the base
       type(heading_t) :: heading                 !! tangent of the problem's own path
+      integer, allocatable :: ends(:)            !! touchdown points whose places count, see touch_places
       real(wp), allocatable :: modes(:, :)       !! (unknowns, multiplicity) at a bifurcation: null vectors, along which the path
       !! does not go
    end type finer_path_t
@@ -31,27 +33,33 @@ module finer_path
       type(state_t) :: state
       type(system_t) :: system                   !! factored there
       type(heading_t) :: heading
-      real(wp), allocatable :: value(:)          !! load factor, monitors
+      real(wp), allocatable :: value(:)          !! load factor, monitors, places
       logical :: ok = .false.                    !! false: Newton's method does not get there; nothing else means anything
    end type finer_point_t
 
-   !> Newton steps to a point, from a guess as good as the mesh, or as a tangent of a small part of an increment.
+   !> Newton steps to a point, from a guess as good as the mesh, or as a tangent of a small part of an increment. The last one
+   !> takes away rounding, too, which displacements at limit points feel.
    integer, parameter :: steps = 2
+
+   real(wp), parameter :: left = 0.01_wp      !! of what is out of balance: a hundredth of an estimate, far less than its bar
+   real(wp), parameter :: straight = 1.0e-3_wp !! [rad] a step leaves one to ten times what it turns nodes by of that
+   real(wp), parameter :: near = 1.0e-7_wp    !! of a span that its ends go by: thrust of stiff rods feels a hundred times more
 
 contains
 
    !> The finer path next to a converged point.
-   function new_finer_path(problem, state, control, heading) result(path)
+   function new_finer_path(problem, state, control, heading, ends) result(path)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(control_t), intent(in) :: control     !! its tangent set where its method wants one
       type(heading_t), intent(in) :: heading     !! tangent there
+      integer, intent(in) :: ends(:)             !! touchdown points whose places count
       type(finer_path_t) :: path
-      type(geometry_t) :: home
-      call new_finer_problem(problem, path%problem, home)
-      path%base = finer_state(problem, state, path%problem, home)
+      call new_finer_problem(problem, path%problem)
+      path%base = finer_state(problem, state, path%problem)
       path%control = control
       path%heading = heading
+      path%ends = ends
    end function new_finer_path
 
    !> The finer problem linearised at the problem's own point: where Newton's method starts.
@@ -66,45 +74,167 @@ contains
    end subroutine start_point
 
    !> From a point, or the start, to the one at the control's increment.
-   subroutine next_point(path, increment, point, timers, left)
+   subroutine next_point(path, increment, point, timers)
       type(finer_path_t), intent(in) :: path
       real(wp), intent(in) :: increment
       type(finer_point_t), intent(inout) :: point
       type(timers_t), intent(inout) :: timers
-      real(wp), intent(in), optional :: left     !! one step does where it leaves no more than this part of what is out of balance
       type(contact_step_t) :: step
-      type(state_t) :: origin, before
-      type(control_t) :: control, seen
-      real(wp) :: rhs, first
       integer :: k
-      control = path%control
-      control%increment = increment
-      origin = path%base
-      seen = control
-      first = out_of_balance(path%problem, point%system)
       associate (problem => path%problem)
          do k = 1, steps
             if (.not. point%ok) return
-            if (problem%moves_nodes()) call follow_nodes(problem, path%base, control, point%state, origin, seen)
-            call control_row(problem, seen, origin, point%state, point%system, rhs, timers)
-            call solve_contact_step(problem, point%state, point%system, rhs, .true., step, timers)
-            point%ok = step%ok
+            call solve_step(path, increment, point, step, timers)
             if (.not. point%ok) return
-            call leave_out(problem, path%modes, new_null_directions(problem, point%system, path%modes, timers), step%x)
-            before = point%state
-            call apply_increment(problem, point%system, step%x, step%y, point%state)
-            point%state%reaction = step%reaction
-            if (problem%moves_nodes()) call move_touchdown_points(problem, before, point%state)
+            call go(path, step, point)
             call linearise(problem, point%state, point%state, point%system, timers)
             point%ok = point%system%ok
-            if (.not. present(left)) cycle
-            if (out_of_balance(problem, point%system) <= left * first) exit
          end do
          if (.not. point%ok) return
-         point%value = [point%state%load_factor, monitor_values(problem, point%state, point%system)]
+         point%value = values_at(path, point)
          point%heading = heading_at(problem, point%system, path%heading%u, path%heading%load)
       end associate
    end subroutine next_point
+
+   !> Values of the point next to the start, with no more of it than they take; point%system is of no use afterwards.
+   !>
+   !> What a step of Newton's method leaves is of second order. All that is not linear is what sections turn by, and how far
+   !> touchdown points go; a step that moves these little needs no look at its end.
+   subroutine values_beside(path, point, timers)
+      type(finer_path_t), intent(in) :: path
+      type(finer_point_t), intent(inout) :: point !! the start
+      type(timers_t), intent(inout) :: timers
+      type(contact_step_t) :: step
+      type(state_t) :: ahead
+      real(wp) :: first
+      if (.not. point%ok) return
+      call solve_step(path, 0.0_wp, point, step, timers)
+      if (.not. point%ok) return
+      associate (problem => path%problem)
+         ahead = point%state
+         call apply_increment(problem, point%system, step%x, step%y, ahead)
+         ahead%reaction = step%reaction
+         if (is_short(problem, point, step, ahead)) then
+            point%value = [ahead%load_factor, monitor_values(problem, ahead, point%system) + support_changes(problem, &
+               & point%system, step), places_after(problem, point%state, ahead, path%ends)]
+            return
+         end if
+         first = out_of_balance(problem, point%system)
+         call go(path, step, point)
+         call assemble(problem, point%state, point%state, point%system, timers)
+         point%ok = point%system%ok
+         if (.not. point%ok) return
+         if (out_of_balance(problem, point%system) > left * first) then
+            call factor_system(point%system, timers)
+            call solve_step(path, 0.0_wp, point, step, timers)
+            if (.not. point%ok) return
+            call go(path, step, point)
+            call assemble(problem, point%state, point%state, point%system, timers)
+            point%ok = point%system%ok
+            if (.not. point%ok) return
+         end if
+         point%value = values_at(path, point)
+      end associate
+   end subroutine values_beside
+
+   !> Load factor, monitors and places at a point.
+   function values_at(path, point) result(value)
+      type(finer_path_t), intent(in) :: path
+      type(finer_point_t), intent(in) :: point
+      real(wp), allocatable :: value(:)
+      value = [point%state%load_factor, monitor_values(path%problem, point%state, point%system), &
+         & places_at(path%problem, point%state, path%ends)]
+   end function values_at
+
+   !> True where a second step would find next to nothing to do.
+   logical function is_short(problem, point, step, ahead)
+      type(problem_t), intent(in) :: problem
+      type(finer_point_t), intent(in) :: point   !! where the step begins
+      type(contact_step_t), intent(in) :: step
+      type(state_t), intent(in) :: ahead         !! and where it ends, touchdown points left where they are
+      is_short = turns_little(problem, point%system, step)
+      if (is_short .and. problem%has_spans()) is_short = touchdown_travel(problem, point%state, ahead) <= near
+   end function is_short
+
+   !> True for a step that leaves little where nodes stay. With foundations their contact is more than what turns.
+   pure logical function turns_little(problem, system, step) result(little)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system       !! gives the axes
+      type(contact_step_t), intent(in) :: step
+      real(wp) :: moved(3)
+      integer :: node
+      little = .false.
+      if (any(problem%ground%founded)) return
+      do node = 1, problem%model%mesh%n_nodes
+         moved = to_global(problem, system, step%x, node)
+         if (abs(moved(3)) > straight) return
+      end do
+      little = .true.
+   end function turns_little
+
+   !> What a step changes of reactions of supports, which monitors take from the equations where it began.
+   function support_changes(problem, system, step) result(change)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      type(contact_step_t), intent(in) :: step
+      real(wp) :: change(size(problem%model%monitor))
+      integer :: m, i, d, node
+      change = 0.0_wp
+      do m = 1, size(change)
+         associate (monitor => problem%deck%monitor(m))
+            if (monitor%quantity /= quantity_reaction) cycle
+            do i = 1, size(monitor%node)
+               node = problem%mesh_node(monitor%node(i))
+               if (node == 0) cycle
+               if (.not. problem%model%fixed(monitor%component, node)) cycle
+               d = dof(problem, node, monitor%component)
+               change(m) = change(m) + monitor%factor * (system%residual(d) - system%raw(d) + row_times(system, d, step%x) - &
+                  & system%load(d) * step%y)
+            end do
+         end associate
+      end do
+   end function support_changes
+
+   !> One step of Newton's method towards the point at the control's increment.
+   subroutine solve_step(path, increment, point, step, timers)
+      type(finer_path_t), intent(in) :: path
+      real(wp), intent(in) :: increment
+      type(finer_point_t), intent(inout) :: point
+      type(contact_step_t), intent(out) :: step
+      type(timers_t), intent(inout) :: timers
+      type(control_t) :: seen
+      type(state_t) :: origin
+      real(wp) :: rhs
+      seen = path%control
+      seen%increment = increment
+      associate (problem => path%problem)
+         if (problem%moves_nodes()) then
+            origin = path%base
+            call follow_nodes(problem, path%base, path%control, point%state, origin, seen)
+            call control_row(problem, seen, origin, point%state, point%system, rhs, timers)
+         else
+            call control_row(problem, seen, path%base, point%state, point%system, rhs, timers)
+         end if
+         call solve_contact_step(problem, point%state, point%system, rhs, .true., step, timers)
+         point%ok = step%ok
+         if (.not. point%ok .or. size(path%modes, 2) == 0) return
+         call leave_out(problem, path%modes, new_null_directions(problem, point%system, path%modes, timers), step%x)
+      end associate
+   end subroutine solve_step
+
+   !> Goes there; the equations are still those of the point before.
+   subroutine go(path, step, point)
+      type(finer_path_t), intent(in) :: path
+      type(contact_step_t), intent(in) :: step
+      type(finer_point_t), intent(inout) :: point
+      type(state_t) :: before
+      associate (problem => path%problem)
+         if (problem%moves_nodes()) before = point%state
+         call apply_increment(problem, point%system, step%x, step%y, point%state)
+         point%state%reaction = step%reaction
+         if (problem%moves_nodes()) call move_touchdown_points(problem, before, point%state)
+      end associate
+   end subroutine go
 
    !> The size of what is out of balance at the free unknowns: forces, and moments over the structure's size.
    pure real(wp) function out_of_balance(problem, system)

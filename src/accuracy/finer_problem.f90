@@ -8,7 +8,7 @@ module finer_problem
    use problem, only: problem_t
    use element_families, only: collocates
    use rod_state, only: state_t
-   use rod_geometry, only: geometry_t, new_geometry, shift_nodes
+   use rod_geometry, only: new_geometry, with_other_stages
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
    use ge_element, only: ge_compliance, forbid_stretch, ge_size
@@ -21,16 +21,14 @@ module finer_problem
 contains
 
    !> The finer problem. UL2 elements stay as they are.
-   subroutine new_finer_problem(problem, finer, home)
+   subroutine new_finer_problem(problem, finer)
       type(problem_t), intent(in) :: problem
       type(problem_t), intent(out) :: finer
-      type(geometry_t), intent(out) :: home      !! stress-free, with its nodes where they are nominally
       integer :: e
       finer = problem
       where (collocates(finer%model%mesh%family)) finer%model%mesh%stages = finer%model%mesh%stages + 1
-      home = new_geometry(finer%model, finer%tableau)
       if (any(problem%ground%founded)) then
-         finer%ground = new_ground(finer%model, finer%tableau, home)
+         finer%ground = new_ground(finer%model, finer%tableau, new_geometry(finer%model, finer%tableau))
          finer%ground%chain = problem%ground%chain
          finer%ground%tabled = problem%ground%tabled
       end if
@@ -38,7 +36,8 @@ contains
          do e = 1, mesh%n_elements
             if (.not. collocates(mesh%family(e))) cycle
             associate (section => finer%model%section(mesh%section(e)))
-               finer%compliance(e) = ge_compliance(mesh%stages(e), home%element(e)%length, section%ea, section%ei, section%ga, &
+               ! The length counts for one stage only.
+               finer%compliance(e) = ge_compliance(mesh%stages(e), 0.0_wp, section%ea, section%ei, section%ga, &
                   & section%shear_rigid)
                if (section%inextensible) call forbid_stretch(finer%compliance(e), finer%size)
             end associate
@@ -53,23 +52,15 @@ contains
 
    !> A state of the problem as one of the finer problem: the displacements of the nodes, and of the resultants the collocation
    !> polynomial. Its elements are out of balance by what the first ones err.
-   function finer_state(problem, state, finer, home) result(new)
+   function finer_state(problem, state, finer) result(new)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
       type(problem_t), intent(in) :: finer
-      type(geometry_t), intent(in) :: home       !! of the finer problem
       type(state_t) :: new
-      real(wp) :: shift(problem%model%mesh%n_nodes)
       class(rod_element_t), pointer :: rod
-      integer :: e, node
+      integer :: e
       new = state
-      new%geometry = home
-      shift = 0.0_wp
-      do e = 1, problem%model%mesh%n_elements
-         node = problem%model%mesh%node(2, e)
-         shift(node) = state%geometry%element(e)%s(2) - problem%model%mesh%s(2, e)
-      end do
-      call shift_nodes(finer%model, finer%tableau, shift, new%geometry)
+      new%geometry = with_other_stages(finer%model, finer%tableau, state%geometry)
       deallocate (new%z)
       allocate (new%z(maxval(finer%z_size), size(finer%z_size)), source=0.0_wp)
       do e = 1, problem%model%mesh%n_elements

@@ -11,7 +11,7 @@ module located_zero
    use span_tests, only: span_test_t, run_span_tests
    use ground_events, only: ground_event_place, ground_event_value
    use element_gap, only: element_gap_t, ground_gap, gap_value
-   use tangent_modes, only: modes_t, lowest_modes, apply_tangent
+   use tangent_modes, only: modes_t, lowest_modes, apply_tangent, mode_tolerance
    use axial_rigidity, only: shrinking_forces
    use bordered_system, only: solve_effective
    use null_directions, only: likeness, times_metric, new_null_directions, leave_out
@@ -130,8 +130,19 @@ contains
       real(wp) :: value
       type(modes_t) :: modes
       type(error_t), allocatable :: error
+      real(wp) :: nearby(size(given, 1)), held(size(given, 1)), answer(size(given, 1))
+      logical :: settled
       integer :: i, k
       value = ieee_value(value, ieee_quiet_nan)
+      if (size(given, 2) == 1 .and. system%rigidity%n == 0) then
+         call iterate_mode(problem, given(:, 1), system, nearby, settled, timers)
+         if (settled) then
+            held = merge(0.0_wp, nearby, system%fixed)
+            call apply_tangent(problem, state, system, held, answer, value)
+            value = value - of_other_modes(problem, state, system, nearby, timers)
+            return
+         end if
+      end if
       call lowest_modes(problem, state, system, eigenvalues_looked_at, modes, error, timers)
       ! The nearest come first.
       do i = 1, modes%n
@@ -140,6 +151,32 @@ contains
          return
       end do
    end function eigenvalue_of
+
+   !> The mode next to a given one, by inverse iteration: where the given one's eigenvalue is much nearer to zero than the others,
+   !> as at a bifurcation, it settles at once.
+   subroutine iterate_mode(problem, given, system, mode, settled, timers)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: given(:)           !! (unknowns) node axes
+      type(system_t), intent(in) :: system       !! factored
+      real(wp), intent(out) :: mode(:)           !! (unknowns) length 1 in the metric
+      logical, intent(out) :: settled            !! false: more is to be looked at
+      type(timers_t), intent(inout) :: timers
+      integer, parameter :: most = 4
+      real(wp) :: before(size(given)), length
+      integer :: k
+      settled = .false.
+      mode = given
+      do k = 1, most
+         before = mode
+         call solve_effective(system, merge(0.0_wp, times_metric(problem, before), system%fixed), mode, timers)
+         length = sqrt(likeness(problem, mode, mode))
+         if (.not. length > 0.0_wp) return
+         mode = mode / length
+         settled = 1.0_wp - abs(likeness(problem, mode, before)) < 0.5_wp * mode_tolerance**2
+         if (settled) exit
+      end do
+      settled = settled .and. likeness(problem, given, mode)**2 >= 0.5_wp
+   end subroutine iterate_mode
 
    !> What rounding does to the eigenvalue of a bifurcation's null vector: that of the elements' own deformations, from which its
    !> products are taken (see tangent_modes), and what the iteration leaves of other modes.

@@ -1,5 +1,5 @@
-!> Discretisation errors at points of the path: of the load factor and the monitors, what the control prescribes held; and at
-!> located events, where the finer problem has the event elsewhere.
+!> Discretisation errors at points of the path: of the load factor, the monitors and the places of touchdown points, what the
+!> control prescribes held; and at located events, where the finer problem has the event elsewhere.
 module path_errors
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kinds, only: wp
@@ -14,8 +14,9 @@ module path_errors
    use tangent_rounding, only: path_stiffness, bending_stiffness
    use error_bar, only: error_bar_t, error_bars_t, new_error_bar, no_error_bars
    use accuracy_limits, only: why_not_told
-   use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point
+   use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point, values_beside
    use element_shares, only: shares_t, find_shares, eigenvalue_shares
+   use touch_places, only: moving_ends, places_at, named_place
    use missed_modes, only: unstable_difference
    use located_zero, only: zero_t, zero_value, between_nodes, located_gap, mode_rounding
    use timing, only: timers_t
@@ -24,7 +25,6 @@ module path_errors
    public :: point_errors, event_errors
 
    real(wp), parameter :: small_part = 1.0e-3_wp !! of an increment, over which slopes along the path are taken
-   real(wp), parameter :: left = 0.01_wp         !! of what is out of balance: a hundredth of an estimate, far less than its bar
    real(wp), parameter :: least_bend = 0.1_wp     !! of a slope's change: what is left there is more than the way, and no bar holds
    real(wp), parameter :: no_modes(0, 0) = reshape([real(wp) ::], [0, 0])
    character(*), parameter :: no_convergence = 'elements of a higher order do not converge from here', &
@@ -34,7 +34,7 @@ module path_errors
 contains
 
    !> Errors at a point of the path, held by its control: at the given load, at the given monitor, or normal to the path.
-   subroutine point_errors(problem, state, system, control, heading, bars, timers)
+   subroutine point_errors(problem, state, system, control, heading, bars, timers, places)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
       type(system_t), intent(in) :: system       !! factored there
@@ -42,24 +42,30 @@ contains
       type(heading_t), intent(in) :: heading     !! tangent there
       type(error_bars_t), intent(out) :: bars
       type(timers_t), intent(inout) :: timers
+      logical, intent(in), optional :: places    !! those of touchdown points, too
       type(finer_path_t) :: path
       type(finer_point_t) :: point
       type(shares_t) :: shares
       type(error_bar_t) :: given
       real(wp), allocatable :: value(:), unseen(:)
+      integer, allocatable :: ends(:)
       bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state))
       if (bars%why /= '') return
-      call begin(problem, state, system, holding(problem, state, control, heading), heading, no_modes, path, point, &
+      ends = [integer ::]
+      if (present(places)) then
+         if (places) ends = moving_ends(problem)
+      end if
+      call begin(problem, state, system, holding(problem, state, control, heading), heading, ends, no_modes, path, point, &
          & shares, value, timers)
-      if (point%ok) call next_point(path, 0.0_wp, point, timers, left)
+      if (point%ok) bars%missed = unstable_difference(problem, state, system, path, point, 0, timers)
+      call values_beside(path, point, timers)
       if (.not. point%ok) then
          bars%why = no_convergence
          bars%too_coarse = .true.
          return
       end if
-      bars%missed = unstable_difference(problem, state, system, path, point, 0, timers)
       unseen = point%value - value - shares%sum
-      call set_bars(shares, value, point%value - value, unseen, shares%size, shares%rounding, bars)
+      call set_bars(problem, ends, shares, value, point%value - value, unseen, shares%size, shares%rounding, bars)
       ! What is held is what it is held at.
       given = new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
       if (path%control%method == method_load) bars%load = given
@@ -84,6 +90,7 @@ contains
       type(system_t) :: start                    ! of the finer problem at the point
       real(wp), allocatable :: modes(:, :), value(:), rate(:), final(:), unseen(:), sizes(:), rounding(:)
       real(wp) :: f, f_ahead, slope, way, more, reach, bend, local
+      integer, allocatable :: ends(:)
       integer :: e
       bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state, located_gap(problem, zero, state)))
       if (bars%why /= '') return
@@ -102,7 +109,8 @@ contains
       reach = length
       if (control%method == method_linearised) reach = sqrt(metric(problem, control%tangent, control%tangent)) * length + &
          & control%load_scale**2 * abs(control%tangent_load * rise)
-      call begin(problem, state, system, control, heading, modes, path, first, shares, value, timers)
+      ends = moving_ends(problem)
+      call begin(problem, state, system, control, heading, ends, modes, path, first, shares, value, timers)
       start = first%system
       if (first%ok) call next_point(path, 0.0_wp, first, timers)
       ahead = first
@@ -157,7 +165,7 @@ contains
       call between_nodes(problem, zero, state, path%problem, first%state, f - zero_value(problem, zero, state, system, &
          & heading%load, timers), e, local)
       call share_way()
-      call set_bars(shares, value, final - value, unseen, sizes, rounding, bars)
+      call set_bars(problem, ends, shares, value, final - value, unseen, sizes, rounding, bars)
 
    contains
 
@@ -222,35 +230,38 @@ contains
    end function holding
 
    !> The finer problem linearised at the point, and the elements' shares of the errors there.
-   subroutine begin(problem, state, system, control, heading, modes, path, point, shares, value, timers)
+   subroutine begin(problem, state, system, control, heading, ends, modes, path, point, shares, value, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
       type(control_t), intent(in) :: control
       type(heading_t), intent(in) :: heading
+      integer, intent(in) :: ends(:)             !! touchdown points whose places count
       real(wp), intent(in) :: modes(:, :)        !! (unknowns, multiplicity) bifurcation: null vectors
       type(finer_path_t), intent(out) :: path
       type(finer_point_t), intent(out) :: point
       type(shares_t), intent(out) :: shares
-      real(wp), allocatable, intent(out) :: value(:) !! load factor, monitors
+      real(wp), allocatable, intent(out) :: value(:) !! load factor, monitors, places
       type(timers_t), intent(inout) :: timers
       type(system_t) :: here
-      path = new_finer_path(problem, state, control, heading)
+      path = new_finer_path(problem, state, control, heading, ends)
       path%modes = modes
       call start_point(path, point, timers)
-      value = [state%load_factor, monitor_values(problem, state, system)]
+      value = [state%load_factor, monitor_values(problem, state, system), places_at(problem, state, ends)]
       here = system
-      call find_shares(problem, state, here, path%problem, point%state, point%system, control, modes, shares, timers)
+      call find_shares(problem, state, here, path%problem, point%state, point%system, control, ends, modes, shares, timers)
    end subroutine begin
 
    !> Bars from estimates. What is taken from the polynomial inside an element errs by one order more in the finer one only, not
    !> by two, so that as much again may be missing.
-   subroutine set_bars(shares, value, correction, unseen, sizes, rounding, bars)
+   subroutine set_bars(problem, ends, shares, value, correction, unseen, sizes, rounding, bars)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: ends(:)             !! touchdown points
       type(shares_t), intent(in) :: shares
       real(wp), intent(in) :: value(:), correction(:), unseen(:), sizes(:), rounding(:)
       type(error_bars_t), intent(inout) :: bars
       real(wp) :: noise(size(value))
-      integer :: m
+      integer :: m, n, k
       noise = rounding + 4.0_wp * epsilon(noise) * abs(value)
       if (shares%known(1)) bars%load = new_error_bar(correction(1), unseen(1), sizes(1), noise(1))
       bars%load%bar = bars%load%bar + abs(shares%inside(1))
@@ -259,8 +270,14 @@ contains
          bars%monitor(m) = new_error_bar(correction(m + 1), unseen(m + 1), sizes(m + 1), noise(m + 1))
          bars%monitor(m)%bar = bars%monitor(m)%bar + abs(shares%inside(m + 1))
       end do
-      bars%share = shares%element
-      bars%rest = shares%rest
+      n = 1 + size(bars%monitor)
+      bars%share = shares%element(:n, :)
+      bars%rest = shares%rest(:n)
+      if (size(ends) > 0) allocate (bars%place(size(ends)))
+      do k = 1, size(ends)
+         bars%place(k) = named_place(problem, ends(k), value(n + k))
+         bars%place(k)%bar = new_error_bar(correction(n + k), unseen(n + k), sizes(n + k), noise(n + k))
+      end do
       if (.not. all(shares%known)) bars%why = not_known
    end subroutine set_bars
 end module path_errors

@@ -9,7 +9,7 @@ module error_bar
    use kinds, only: wp
    implicit none
    private
-   public :: error_bar_t, error_bars_t, new_error_bar, no_error_bars, moved_error_bar, largest_unseen
+   public :: error_bar_t, error_bars_t, place_bar_t, new_error_bar, no_error_bars, moved_error_bar, largest_unseen
 
    !> One number. All in its unit.
    type :: error_bar_t
@@ -20,10 +20,19 @@ module error_bar
       real(wp) :: rounding = 0.0_wp           !! what of the bar may be rounding, which no mesh takes away
    end type error_bar_t
 
+   !> Where contact with an obstacle begins or ends along a rod.
+   type :: place_bar_t
+      integer :: touch = 0                    !! number of what touches, see contact_touch
+      logical :: last = .false.               !! the end of a line; else its beginning, or a point
+      real(wp) :: at = 0.0_wp                 !! stress-free arc length along the chain of the contact
+      type(error_bar_t) :: bar
+   end type place_bar_t
+
    !> Load factor and monitors of a point.
    type :: error_bars_t
       type(error_bar_t) :: load
       type(error_bar_t), allocatable :: monitor(:) !! (monitors of the deck)
+      type(place_bar_t), allocatable :: place(:) !! touchdown points; not allocated: not told
       real(wp), allocatable :: share(:, :)    !! (1 + monitors, elements) sizes of what the elements of the mesh contribute; not
       !! allocated where nothing is told
       real(wp), allocatable :: rest(:)        !! (1 + monitors) and what the iteration that led to the point has left

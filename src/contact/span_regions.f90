@@ -10,9 +10,10 @@ module span_regions
    use conforming_span, only: rod_angle
    use touchdown_points, only: stands
    use path_record, only: region_t
+   use error_bar, only: error_bars_t, new_error_bar
    implicit none
    private
-   public :: find_span_regions, beginning_region
+   public :: find_span_regions, beginning_region, chain_coordinate, tell_places
 
 contains
 
@@ -66,6 +67,8 @@ contains
             seen(last) = .true.
          end do
          region%contact = problem%candidates%contact(first)
+         region%touch = [number_of(first), number_of(last)]
+         region%line = last /= first
          region%start = chain_coordinate(problem, state, first, 2)
          region%angle_start = angle_at(first)
          region%end = region%start
@@ -85,6 +88,12 @@ contains
          end associate
       end function follow
 
+      !> Identity of what touches at a candidate.
+      pure integer function number_of(candidate)
+         integer, intent(in) :: candidate
+         number_of = problem%touch(problem%candidates%touch(candidate))%number
+      end function number_of
+
       !> Where a candidate is on an obstacle that has angles.
       real(wp) function angle_at(candidate) result(angle)
          integer, intent(in) :: candidate
@@ -94,6 +103,41 @@ contains
          end associate
       end function angle_at
    end function find_span_regions
+
+   !> Puts the error bars of touchdown points to the regions that they are the ends of.
+   subroutine tell_places(bars, regions)
+      type(error_bars_t), intent(in) :: bars
+      type(region_t), intent(inout) :: regions(:)
+      real(wp) :: at(2)
+      integer :: r, side, k
+      if (.not. allocated(bars%place)) return
+      do r = 1, size(regions)
+         at = [regions(r)%start, regions(r)%end]
+         do side = 1, 2
+            ! What touches and does not go along the rod is held by a breakpoint. What has just begun has no number yet.
+            if (regions(r)%touch(side) > 0) regions(r)%bar(side) = new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
+            do k = 1, size(bars%place)
+               associate (place => bars%place(k), bar => regions(r)%bar(side))
+                  if (place%touch /= regions(r)%touch(side) .and. (regions(r)%touch(side) > 0 .or. is_known(place%touch))) cycle
+                  if (place%last .neqv. (side == 2 .and. regions(r)%line)) cycle
+                  bar = place%bar
+                  ! Where contact begins the gap's least place and the point that it makes are as near as the element's polynomials.
+                  bar%correction = bar%correction + (place%at - at(side))
+                  bar%bar = bar%bar + abs(place%at - at(side))
+               end associate
+            end do
+         end do
+      end do
+
+   contains
+
+      !> True for the number of what touches already.
+      pure logical function is_known(touch)
+         integer, intent(in) :: touch
+         integer :: i
+         is_known = any([(any(regions(i)%touch == touch), i=1, size(regions))])
+      end function is_known
+   end subroutine tell_places
 
    !> The region of a point contact that is about to begin: the obstacle touches, but does not push yet.
    type(region_t) function beginning_region(problem, state, contact, stretch, at) result(region)

@@ -10,7 +10,7 @@ module rod_geometry
    use reference_curve, only: curve_point, curve_length, curve_abscissa
    implicit none
    private
-   public :: geometry_t, element_geometry_t, new_geometry, shift_nodes
+   public :: geometry_t, element_geometry_t, new_geometry, with_other_stages, shift_nodes
 
    type :: element_geometry_t
       real(wp) :: s(2) = 0.0_wp               !! nominal coordinates of both ends; 0 for elements on no curve
@@ -45,17 +45,35 @@ contains
       end associate
    end function new_geometry
 
+   !> The same nodes, with other stages in the elements.
+   function with_other_stages(model, tableau, geometry) result(new)
+      type(model_t), intent(in) :: model          !! has the new numbers
+      type(tableau_t), intent(in) :: tableau(:)
+      type(geometry_t), intent(in) :: geometry
+      type(geometry_t) :: new
+      integer :: e
+      new = geometry
+      do e = 1, model%mesh%n_elements
+         associate (g => new%element(e))
+            g%scale = 1.0_wp
+            if (follows_curves(model%mesh%family(e)) .and. model%mesh%curve(e) /= 0) then
+               call place_stages(model, tableau(model%mesh%stages(e)), e, g)
+            else
+               g%angle = g%end_angle(1)
+               if (collocates(model%mesh%family(e))) g%at = g%s(1) + tableau(model%mesh%stages(e))%c * (g%s(2) - g%s(1))
+            end if
+         end associate
+      end do
+   end function with_other_stages
+
    !> One element between two nominal coordinates, the nodes at x1 and x2.
-   !>
-   !> Gauss quadrature of the exact tangent misses the chord by O(h^(2s+1)); a factor C and a common turn of the stage
-   !> angles of the same order close it, so that the stress-free state carries exactly no stress, however it is turned.
    pure function element_geometry(model, tableau, e, s, x1, x2) result(g)
       type(model_t), intent(in) :: model
       type(tableau_t), intent(in) :: tableau(:)
       integer, intent(in) :: e
       real(wp), intent(in) :: s(2), x1(2), x2(2)
       type(element_geometry_t) :: g
-      real(wp) :: x(2), speed, quadrature(2), turn
+      real(wp) :: x(2), speed
       integer :: i, c
       g%s = s
       g%chord = x2 - x1
@@ -67,14 +85,30 @@ contains
          if (collocates(model%mesh%family(e))) g%at = s(1) + tableau(model%mesh%stages(e))%c * (s(2) - s(1))
          return
       end if
-      associate (curve => model%curve(c), tab => tableau(model%mesh%stages(e)))
+      associate (curve => model%curve(c))
          g%length = curve_length(curve, model%imperfection, s(1), s(2))
          do i = 1, 2
             call curve_point(curve, model%imperfection, s(i), x, g%end_angle(i), speed)
          end do
+      end associate
+      call place_stages(model, tableau(model%mesh%stages(e)), e, g)
+   end function element_geometry
+
+   !> Places and angles of the stages of an element on a curve.
+   !>
+   !> Gauss quadrature of the exact tangent misses the chord by O(h^(2s+1)); a factor C and a common turn of the stage
+   !> angles of the same order close it, so that the stress-free state carries exactly no stress, however it is turned.
+   pure subroutine place_stages(model, tab, e, g)
+      type(model_t), intent(in) :: model
+      type(tableau_t), intent(in) :: tab
+      integer, intent(in) :: e
+      type(element_geometry_t), intent(inout) :: g !! its ends, chord and length are given
+      real(wp) :: x(2), speed, quadrature(2), turn
+      integer :: i
+      associate (curve => model%curve(model%mesh%curve(e)))
          quadrature = 0.0_wp
          do i = 1, tab%stages
-            g%at(i) = curve_abscissa(curve, model%imperfection, s(1), tab%c(i) * g%length)
+            g%at(i) = curve_abscissa(curve, model%imperfection, g%s(1), tab%c(i) * g%length)
             call curve_point(curve, model%imperfection, g%at(i), x, g%angle(i), speed)
             quadrature = quadrature + tab%b(i) * [cos(g%angle(i)), sin(g%angle(i))]
          end do
@@ -83,7 +117,7 @@ contains
          turn = atan2(quadrature(1) * g%chord(2) - quadrature(2) * g%chord(1), dot_product(quadrature, g%chord))
          g%angle(:tab%stages) = g%angle(:tab%stages) + turn
       end associate
-   end function element_geometry
+   end subroutine place_stages
 
    !> Moves many nodes at once, each along its own curve.
    pure subroutine shift_nodes(model, tableau, shift, geometry)

@@ -18,8 +18,8 @@ module touchdown_points
    use ground_following, only: keep_to_ground, keep_layers
    implicit none
    private
-   public :: misfit, with_held, opening_misfit, move_touchdown_points, shift_touchdown_points, point_force, held_force, &
-      & carry_forces, stands, at_breakpoint
+   public :: misfit, with_held, opening_misfit, move_touchdown_points, touchdown_travel, touchdown_steps, touchdown_slopes, &
+      & shift_touchdown_points, point_force, held_force, carry_forces, stands, at_breakpoint
 
    real(wp), parameter :: here = 1.0e-12_wp !! of the size: one and the same place
    real(wp), parameter :: most = 0.5_wp     !! of a span, that its ends may come nearer at once: its nodes keep their order
@@ -221,19 +221,43 @@ contains
       type(state_t), intent(in) :: before
       type(state_t), intent(inout) :: state
       real(wp), intent(out), optional :: travelled !! the largest part of a span beside it that one has gone
-      real(wp), dimension(problem%candidates%n) :: error, slope, now
-      real(wp) :: mark(size(problem%mark))
+      real(wp) :: distance(problem%candidates%n), mark(size(problem%mark))
       integer :: m
       mark = [(mark_step(problem, before, state, m), m=1, size(mark))]
       if (size(mark) > 0) call keep_to_ground(problem, before, state)
+      distance = touchdown_steps(problem, before, state)
+      call shift_touchdown_points(problem, state, distance, travelled, mark)
+   end subroutine move_touchdown_points
+
+   !> How far touchdown points are from where an iterate has them, by the slopes of the one before.
+   function touchdown_steps(problem, before, state) result(error)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: before, state
+      real(wp), dimension(problem%candidates%n) :: error, slope, now
       call measure_errors(problem, before, error, slope)
       call measure_errors(problem, state, error, now)
       where (problem%candidates%held(:size(error))) error = 0.0_wp
       ! A point that was flat was held like a line's end: its slope is that of what it has become.
       where (abs(now) > abs(slope) .and. (problem%candidates%follows .or. abs(slope) * problem%size <= flat_excess)) slope = now
       error = quotient(error, slope)
-      call shift_touchdown_points(problem, state, error, travelled, mark)
-   end subroutine move_touchdown_points
+   end function touchdown_steps
+
+   !> What is not zero at each touchdown point falls by this per unit of distance along the rod.
+   function touchdown_slopes(problem, state) result(slope)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp), dimension(problem%candidates%n) :: error, slope
+      call measure_errors(problem, state, error, slope)
+   end function touchdown_slopes
+
+   !> The largest part of a span beside it that a touchdown point is from there; they stay.
+   real(wp) function touchdown_travel(problem, before, state) result(part)
+      type(problem_t), intent(in) :: problem    !! without marks
+      type(state_t), intent(in) :: before, state
+      real(wp) :: distance(problem%candidates%n), shift(problem%model%mesh%n_nodes)
+      distance = touchdown_steps(problem, before, state)
+      call node_shifts(problem, state, distance, shift, part)
+   end function touchdown_travel
 
    !> Moves touchdown points and marks by given distances.
    subroutine shift_touchdown_points(problem, state, distance, travelled, mark)

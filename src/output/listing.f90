@@ -6,7 +6,7 @@ module listing
    use timing, only: timers_t
    use model, only: model_t, contact_print_t
    use model_words, only: method_name
-   use path_record, only: point_t, critical_t, branch_start_t, buckling_t, limit_point_t
+   use path_record, only: point_t, critical_t, region_t, branch_start_t, buckling_t, limit_point_t
    use run_accuracy, only: accuracy_t
    use columns, only: significant, scientific, whole
    use text_table, only: column_t, cell_t, page_rows, monitor_digits, wide_column, fitting_columns, widen_columns, write_head, &
@@ -14,6 +14,7 @@ module listing
    use side_tables, only: limit_table_t, open_limit_table, write_limit_point, leave_limit_table, write_buckling_table
    use run_summary, only: write_accuracy, write_cost
    use text, only: plural
+   use error_bar, only: error_bar_t
    use told_error, only: bar_text, corrected_text
    implicit none
    private
@@ -40,7 +41,8 @@ module listing
       logical :: has_contact = .false.
       type(contact_print_t), allocatable :: print(:) !! columns behind the monitors
       integer, allocatable :: obstacle(:)         !! (contacts)
-      type(cell_t), allocatable :: printed(:)     !! these columns at the last point
+      type(cell_t), allocatable :: printed(:)     !! these columns at the last point,
+      type(cell_t), allocatable :: printed_bar(:) !! and their error bars
       type(column_t), allocatable :: column(:)
       character(2 * name_length), allocatable :: step_title(:)
       character(:), allocatable :: branch_title   !! of the branch that started last
@@ -77,7 +79,7 @@ contains
       allocate (listing%print(0))
       if (allocated(model%contact_print)) listing%print = model%contact_print
       listing%obstacle = model%contact%obstacle
-      allocate (listing%printed(size(listing%print)))
+      allocate (listing%printed(size(listing%print)), listing%printed_bar(size(listing%print)))
       last = [column_t('contacts', 8), column_t('iterations', 10), column_t('residual', 8), column_t('pivots < 0', 10)]
       if (.not. listing%has_contact) last = last(2:)
       prints = [(wide_column(print_head(model, listing%print(i))), i=1, size(listing%print))]
@@ -138,6 +140,7 @@ contains
       real(wp) :: value
       do i = 1, size(listing%print)
          listing%printed(i)%text = ''
+         listing%printed_bar(i)%text = ''
          if (.not. allocated(point%region)) cycle
          n = 0
          do k = 1, size(point%region)
@@ -151,11 +154,28 @@ contains
                   value = merge(region%end, region%start, print%at_end)
                end if
                listing%printed(i)%text = significant(value, monitor_digits)
+               listing%printed_bar(i)%text = place_text(region, print)
             end associate
             exit
          end do
       end do
    end subroutine fill_prints
+
+   !> The error bar of a place of contact behind its value; empty where there is none. An angle goes with the place as it does along
+   !> the region.
+   pure function place_text(region, print) result(text)
+      type(region_t), intent(in) :: region
+      type(contact_print_t), intent(in) :: print
+      character(:), allocatable :: text
+      type(error_bar_t) :: bar
+      text = ''
+      bar = region%bar(merge(2, 1, print%at_end))
+      if (print%angle) then
+         if (.not. region%end > region%start) return
+         bar%bar = bar%bar * abs((region%angle_end - region%angle_start) / (region%end - region%start))
+      end if
+      if (bar%told) text = ' '//bar_text(bar)
+   end function place_text
 
    !> Counts a point; n is its number on its path.
    subroutine count_point(listing, n)
@@ -208,7 +228,9 @@ contains
          row%remark = remark(critical)
          allocate (row%cell(6 + listing%n_monitors + size(listing%print)))
          ! A critical point comes right behind its point, unless it is only bracketed.
-         row%cell(7 + listing%n_monitors:) = listing%printed
+         do i = 1, size(listing%print)
+            row%cell(6 + listing%n_monitors + i)%text = listing%printed(i)%text//listing%printed_bar(i)%text
+         end do
          if (critical%point /= merge(listing%n_root, listing%n_branch, listing%branch == 0)) then
             do i = 1, size(listing%print)
                row%cell(6 + listing%n_monitors + i)%text = ''

@@ -7,6 +7,7 @@ module path_series
    use model, only: model_t, obstacles_move
    use path_record, only: point_t, critical_t
    use bar_series, only: bar_series_t, open_bars, append_bars, open_monitor_series
+   use told_error, only: stored_bar, stored_correction
    use columns, only: whole
    use result_tables, only: link_name
    use hdf5_file, only: hdf5_file_t, hdf5_group
@@ -32,6 +33,7 @@ module path_series
    type :: contact_series_t
       integer :: count = 0, start = 0, end = 0, angle_start = 0, angle_end = 0, contact = 0, reaction_total = 0
       integer :: obstacle_force = 0, obstacle_shift = 0
+      integer :: start_error = 0, end_error = 0, start_corrected = 0, end_corrected = 0
    end type contact_series_t
 
    type :: field_series_t
@@ -148,6 +150,12 @@ contains
          call series_append(set, id%angle_start, region%angle_start)
          call series_append(set, id%angle_end, region%angle_end)
          call series_append(set, id%contact, region%contact)
+         if (id%start_error > 0) then
+            call series_append(set, id%start_error, stored_bar(region%bar(1)))
+            call series_append(set, id%end_error, stored_bar(region%bar(2)))
+            call series_append(set, id%start_corrected, stored_correction(region%start, region%bar(1)))
+            call series_append(set, id%end_corrected, stored_correction(region%end, region%bar(2)))
+         end if
       end associate
       call series_append(set, id%reaction_total, point%reaction_total)
       call append_field(set, id%obstacle_force, size(point%obstacle_force), point%obstacle_force)
@@ -246,7 +254,8 @@ contains
       type(model_t), intent(in) :: model
       character(*), intent(in) :: group
       character(*), parameter :: along = 'stress-free arc length along the candidates at the ', &
-         & angle = 'angle from the reference direction of the obstacle at the '
+         & angle = 'angle from the reference direction of the obstacle at the ', &
+         & bar_of = 'error bar (NaN: no estimate, infinite: the mesh is too coarse to tell) of the '
       call hdf5_group(file, group)
       call series_integer(set, file, id%count, group//'/count', number, '1', 'number of contact regions')
       call series_real(set, file, id%start, group//'/start', [1], 'length', along//'start of each region', ragged=.true.)
@@ -257,6 +266,15 @@ contains
          & ragged=.true.)
       call series_integer(set, file, id%contact, group//'/contact', [1], '1', &
          & 'contact that each region belongs to, from 1; 0: no such region', ragged=.true.)
+      if (any(model%contact%along) .and. any(model%step%error_bars .and. model%step%n_modes == 0)) then
+         call series_real(set, file, id%start_error, group//'/start_error', [1], 'length', bar_of//'start of each region', &
+            & ragged=.true.)
+         call series_real(set, file, id%end_error, group//'/end_error', [1], 'length', bar_of//'end of each region', ragged=.true.)
+         call series_real(set, file, id%start_corrected, group//'/start_corrected', [1], 'length', &
+            & 'start less its estimated error', ragged=.true.)
+         call series_real(set, file, id%end_corrected, group//'/end_corrected', [1], 'length', &
+            & 'end less its estimated error', ragged=.true.)
+      end if
       call series_real(set, file, id%reaction_total, group//'/reaction_total', [size(model%contact)], 'force', &
          & 'sum of the normal reactions of each contact')
       call series_real(set, file, id%obstacle_force, group//'/obstacle_force', [2, size(model%obstacle)], 'force', &

@@ -24,6 +24,7 @@ module path_acceptance
    use event_order, only: told_otherwise, one_sided, count_before, by_fraction, same_place
    use event_location, only: locate
    use point_report, only: report_point
+   use span_regions, only: tell_places
    use error_bar, only: error_bars_t
    use error_report, only: bars_at_event, bars_at_point, note_load, note_error, asked_at
    use mesh_request, only: request_mesh, spare_mesh, motion_sizes, value_sizes
@@ -543,6 +544,7 @@ contains
       if (is_stress_free(state)) point%residual = 0.0_wp
       run%points = run%points + 1
       if (allocated(run%beginning) .and. label == 'C+') point%region = [point%region, run%beginning]
+      if (allocated(point%bars) .and. allocated(point%region)) call tell_places(point%bars, point%region)
       call check_point(problem, state, run%system, place_t(run%branch, problem%step, run%points, state%load_factor), &
          & merge(run%beginning_in, 0, label == 'C+'), point, outcome%accuracy)
       call note_load(problem%step, state%load_factor, outcome%accuracy)

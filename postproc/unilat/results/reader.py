@@ -167,15 +167,32 @@ def _contact(group: h5py.Group, filename: str, mesh: Mesh) -> tuple[Contact | No
                       tuple(text(word) for word in dataset(file, "contact/points", filename)[()]),
                       tuple(text(name) for name in file["contact/obstacle"]) if "contact/obstacle" in file else (),
                       *(group[f"contact/{name}"][()] if f"contact/{name}" in group else None
-                        for name in ("obstacle_shift", "obstacle_force")))
+                        for name in ("obstacle_shift", "obstacle_force")),
+                      _place_bars(group, width))
     moved = [len(values) for values in (contact.obstacle_shift, contact.obstacle_force) if values is not None]
-    return contact, [len(count), len(reaction), *(len(span) for span in spans), *moved]
+    told = [] if contact.bars is None else [contact.bars.shape[1]]
+    return contact, [len(count), len(reaction), *(len(span) for span in spans), *moved, *told]
+
+
+def _place_bars(group: h5py.Group, width: int) -> np.ndarray | None:
+    """Error bars of starts and ends, and these corrected, as long as all of them are there."""
+    names = [f"contact/{name}" for name in ("start_error", "end_error", "start_corrected", "end_corrected")]
+    if not all(name in group for name in names):
+        return None
+    found = [group[name][()] for name in names]
+    rows = min(len(values) for values in found)
+    bars = np.full((len(found), rows, width), np.nan)
+    for values, own in zip(found, bars):
+        own[:, :min(width, values.shape[1])] = values[:rows, :width]
+    return bars
 
 
 def _cut(contact: Contact, n: int) -> Contact:
     along = ("count", "start", "end", "angle_start", "angle_end", "contact", "reaction_total", "obstacle_shift",
              "obstacle_force")
     cut = {name: getattr(contact, name)[:n] for name in along if getattr(contact, name) is not None}
+    if contact.bars is not None:
+        cut["bars"] = contact.bars[:, :n]
     return replace(contact, **cut | {"contact": cut["contact"].astype(int)})
 
 

@@ -91,6 +91,10 @@ class Region:
     end: float
     angle_start: float        # [degrees] from the obstacle's reference direction; NaN for lines
     angle_end: float
+    start_error: float = np.nan    # error bars of start and end, and these corrected; NaN: not told
+    end_error: float = np.nan
+    start_corrected: float = np.nan
+    end_corrected: float = np.nan
 
 
 @dataclass(frozen=True)
@@ -112,11 +116,13 @@ class Contact:
     obstacles: tuple[str, ...] = ()  # name of the obstacle of each contact
     obstacle_shift: np.ndarray | None = None     # (points, obstacles, 2) how far they have moved; None: they never do
     obstacle_force: np.ndarray | None = None     # (points, obstacles, 2) of each on the structure; None: a file from before
+    bars: np.ndarray | None = None   # (4, points, regions) error bars of start and end, and these corrected; None: not told
 
     def regions(self, point: int) -> list[Region]:
         """The regions at a point (from 1)."""
         row = point - 1
-        return [Region(int(self.contact[row, k]), *(float(values[row, k]) for values in self._spans()))
+        told = () if self.bars is None else self.bars
+        return [Region(int(self.contact[row, k]), *(float(values[row, k]) for values in (*self._spans(), *told)))
                 for k in range(self.count[row])]
 
     def histories(self) -> list[History]:

@@ -5,13 +5,10 @@ A case is a value with an exact one. What was asked of it is the tolerance of it
 
 from __future__ import annotations
 
-import csv
 import math
 import os
 import statistics
 from dataclasses import dataclass
-
-from matplotlib.lines import Line2D
 
 from ..plot import style
 from ..results import Results, read_results
@@ -53,24 +50,10 @@ def is_delivered(filename: str) -> bool:
     return several_maps.names_maps(filename, "asked")
 
 
-def read_maps(filename: str, program: str) -> list[Map]:
-    return several_maps.read_maps(filename, "asked", program)
-
-
 def study_delivered(filename: str, folder: RunFolder, jobs: int) -> int:
-    """Makes the runs of all maps, a table of the cases, one of the scenes, a picture. 1: a run has no value, or an error larger than
-    asked without a word."""
-    maps = read_maps(filename, folder.program)
-    keys = several_maps.make_runs(maps, folder, jobs)
-    cases = [case for each, own in zip(maps, keys) for case in _cases(each, folder, own)]
-    stem = os.path.join(folder.folder, os.path.splitext(os.path.basename(filename))[0])
-    write_cases(cases, f"{stem}.csv")
-    text = summary(cases)
-    with open(f"{stem}.txt", "w", encoding="utf-8") as file:
-        file.write(text)
-    print(text, end="")
-    draw_cases(cases, f"{stem}.png")
-    print(f"table: {stem}.csv\npicture: {stem}.png")
+    """1: a run has no value, or an error larger than asked, without a word."""
+    cases = several_maps.make_study(
+        filename, "asked", folder, jobs, _cases, summary, "tolerance, error and bar over the size of the exact value", COLUMNS, draw_cases)
     return int(any(not case.within and case.code == 0 for case in cases))
 
 
@@ -107,7 +90,7 @@ def summary(cases: list[Case]) -> str:
     """A line a scene and a tolerance asked, the last of all."""
     lines = ["| scene | asked | values | delivered | median of asked / delivered | bar / error, median | exit code 0 | elements | ms | of it bars |",
              "|---|---|---|---|---|---|---|---|---|---|"]
-    scenes = list(dict.fromkeys(case.scene for case in cases))
+    scenes = several_maps.scenes_of(cases)
     tolerances = sorted({case.values["asked"] for case in cases}, reverse=True)
     for scene in scenes:
         for asked in tolerances:
@@ -132,39 +115,22 @@ def _line(scene: str, asked: str, cases: list[Case]) -> str:
             f"{middle([1e3 * case.seconds for case in there])} | {100.0 * statistics.median(case.of_bars for case in there):.0f} % |")
 
 
-def write_cases(cases: list[Case], filename: str):
-    names = list(dict.fromkeys(name for case in cases for name in case.values))
-    with open(f"{filename}.part", "w", newline="", encoding="utf-8") as file:
-        file.write("# tolerance, error and bar over the size of the exact value; bar inf: the mesh is too coarse to tell\n")
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow(["map", *names, "quantity", "tolerance", "error", "bar", "asked over delivered", "elements", "seconds",
-                        "part of bars", "code", "message"])
-        for case in cases:
-            table.writerow([case.scene, *(case.values.get(name, "") for name in names), case.quantity, f"{case.asked:.4g}", f"{case.error:.4g}",
-                            f"{case.bar:.4g}", f"{case.better:.4g}", case.elements, f"{case.seconds:.5f}", f"{case.of_bars:.3f}",
-                            case.code, case.message])
-    os.replace(f"{filename}.part", filename)
+COLUMNS = {"quantity": lambda case: case.quantity, "tolerance": lambda case: f"{case.asked:.4g}", "error": lambda case: f"{case.error:.4g}",
+           "bar": lambda case: f"{case.bar:.4g}", "asked over delivered": lambda case: f"{case.better:.4g}",
+           "elements": lambda case: case.elements, "seconds": lambda case: f"{case.seconds:.5f}",
+           "part of bars": lambda case: f"{case.of_bars:.3f}", "code": lambda case: case.code, "message": lambda case: case.message}
 
 
-@style.drawing
-def draw_cases(cases: list[Case], filename: str):
+def draw_cases(axes, cases: list[Case], colours: dict[str, str]):
     """Delivered over asked. Hollow: the run ended with 2. The line: as good as asked; the dashed one: ten times better."""
-    figure = style.new_figure(130.0, 90.0, 200.0, constrained_layout=True)
-    axes = figure.add_subplot()
-    scenes = list(dict.fromkeys(case.scene for case in cases))
     ends = [min(case.asked for case in cases) / 3.0, 3.0 * max(case.asked for case in cases)]
     axes.plot(ends, ends, color=style.REFERENCE, linewidth=0.8)
     axes.plot(ends, [0.1 * end for end in ends], color=style.REFERENCE, linewidth=0.8, linestyle="--")
-    for number, name in enumerate(scenes):
-        colour = style.COLOURS[number % len(style.COLOURS)]
+    for number, (name, colour) in enumerate(colours.items()):
         # Side by side.
-        aside = 1.12 ** (number - 0.5 * len(scenes))
+        aside = 1.12 ** (number - 0.5 * len(colours))
         for case in cases:
             if case.scene == name and not math.isnan(case.error):
                 axes.plot(aside * case.asked, max(case.error, LEAST), marker="o", markersize=2.2, linestyle="none", color=colour,
                           markerfacecolor="white" if case.code else colour, markeredgewidth=0.5)
-    axes.set(xscale="log", yscale="log", xlabel="asked", ylabel="delivered")
-    handles = [Line2D([], [], marker="o", markersize=3.0, linestyle="none", color=style.COLOURS[k % len(style.COLOURS)], label=name)
-               for k, name in enumerate(scenes)]
-    axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.01, 0.5))
-    figure.savefig(filename)
+    axes.set(xlabel="asked", ylabel="delivered")

@@ -5,14 +5,10 @@ A case is a value with an exact one, on one mesh. What is below the last digits 
 
 from __future__ import annotations
 
-import csv
 import math
-import os
 import re
 import statistics
 from dataclasses import dataclass
-
-from matplotlib.lines import Line2D
 
 from ..plot import style
 from ..sweep.run_folder import RunFolder
@@ -40,26 +36,10 @@ def is_effectivity(filename: str) -> bool:
     return several_maps.names_maps(filename, "maps")
 
 
-def read_maps(filename: str, program: str) -> list[Map]:
-    return several_maps.read_maps(filename, "maps", program)
-
-
 def study_bars(filename: str, folder: RunFolder, jobs: int) -> int:
-    """Makes the runs of all maps, a table of the cases, one of the maps, a picture. 1: there are no cases."""
-    maps = read_maps(filename, folder.program)
-    keys = several_maps.make_runs(maps, folder, jobs)
-    cases = [case for each, own in zip(maps, keys) for case in _cases(each, folder, own)]
-    stem = os.path.join(folder.folder, os.path.splitext(os.path.basename(filename))[0])
-    write_cases(cases, f"{stem}.csv")
-    if not cases:
-        return 1
-    text = summary(cases)
-    with open(f"{stem}.txt", "w", encoding="utf-8") as file:
-        file.write(text)
-    print(text, end="")
-    draw_cases(cases, f"{stem}.png")
-    print(f"table: {stem}.csv\npicture: {stem}.png")
-    return 0
+    """1: there are no cases."""
+    return int(not several_maps.make_study(
+        filename, "maps", folder, jobs, _cases, summary, "error, bar and estimate over the size of the exact value", COLUMNS, draw_cases))
 
 
 def _cases(checked: Map, folder: RunFolder, keys: list[str]) -> list[Case]:
@@ -81,10 +61,9 @@ def told_to(text: str) -> float:
 
 def summary(cases: list[Case]) -> str:
     """A line a map, the last of all."""
-    scenes = list(dict.fromkeys(case.scene for case in cases))
     lines = ["| map | cases | estimate / error: 5 %, median, 95 % | bar / error: smallest, median, largest | bars below the error | "
              "`>` of errors below 1 % |", "|---|---|---|---|---|---|"]
-    for name in (*scenes, "all"):
+    for name in (*several_maps.scenes_of(cases), "all"):
         lines.append(_line(name, [case for case in cases if name in (case.scene, "all")]))
     return "\n".join(lines) + "\n"
 
@@ -101,28 +80,16 @@ def _line(name: str, cases: list[Case]) -> str:
             f"{sum(one < 1.0 for one in bounded)} | {100.0 * open_bars / max(len(small), 1):.1f} % |")
 
 
-def write_cases(cases: list[Case], filename: str):
-    names = list(dict.fromkeys(name for case in cases for name in case.values))
-    with open(f"{filename}.part", "w", newline="", encoding="utf-8") as file:
-        file.write("# error, bar and estimate over the size of the exact value; bar inf: the mesh is too coarse to tell\n")
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow(["map", *names, "quantity", "exact", "value", "error", "bar", "estimate", "bar over error"])
-        for case in cases:
-            table.writerow([case.scene, *(case.values.get(name, "") for name in names), case.quantity, repr(case.exact), repr(case.value),
-                            f"{case.error:.4g}", f"{case.bar:.4g}", f"{case.estimate:.4g}", f"{case.bar / abs(case.error):.4g}"])
-    os.replace(f"{filename}.part", filename)
+COLUMNS = {"quantity": lambda case: case.quantity, "exact": lambda case: repr(case.exact), "value": lambda case: repr(case.value),
+           "error": lambda case: f"{case.error:.4g}", "bar": lambda case: f"{case.bar:.4g}",
+           "estimate": lambda case: f"{case.estimate:.4g}", "bar over error": lambda case: f"{case.bar / abs(case.error):.4g}"}
 
 
-@style.drawing
-def draw_cases(cases: list[Case], filename: str):
+def draw_cases(axes, cases: list[Case], colours: dict[str, str]):
     """Bar over error above the error: below one a bar is too small. Open bars stand at the top."""
-    figure = style.new_figure(150.0, 90.0, 200.0, constrained_layout=True)
-    axes = figure.add_subplot()
     top = 10.0 * max((case.bar / abs(case.error) for case in cases if math.isfinite(case.bar)), default=1.0)
-    scenes = list(dict.fromkeys(case.scene for case in cases))
-    for number, name in enumerate(scenes):
+    for name, colour in colours.items():
         own = [case for case in cases if case.scene == name]
-        colour = style.COLOURS[number % len(style.COLOURS)]
         closed = [case for case in own if math.isfinite(case.bar)]
         opened = [case for case in own if math.isinf(case.bar)]
         axes.plot([abs(case.error) for case in closed], [case.bar / abs(case.error) for case in closed], marker="o", markersize=2.0,
@@ -130,8 +97,4 @@ def draw_cases(cases: list[Case], filename: str):
         axes.plot([abs(case.error) for case in opened], [top] * len(opened), marker="^", markersize=2.5, linestyle="none", color=colour,
                   markerfacecolor="none", markeredgewidth=0.5)
     axes.axhline(1.0, color=style.REFERENCE, linewidth=0.8)
-    axes.set(xscale="log", yscale="log", xlabel="relative error", ylabel="bar / error (triangles: open bars)")
-    handles = [Line2D([], [], marker="o", markersize=3.0, linestyle="none", color=style.COLOURS[k % len(style.COLOURS)], label=name)
-               for k, name in enumerate(scenes)]
-    axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.01, 0.5))
-    figure.savefig(filename)
+    axes.set(xlabel="relative error", ylabel="bar / error (triangles: open bars)")
