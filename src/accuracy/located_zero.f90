@@ -76,7 +76,7 @@ contains
 
    !> Of what an event's function is on the finer problem and is not here, the part that the nodes do not tell: a gap's least
    !> value is inside an element, known as well as its polynomials. Zero for all events but those on foundations.
-   subroutine between_nodes(problem, zero, state, finer, there, difference, element, part)
+   subroutine between_nodes(problem, zero, state, finer, there, difference, element, part, most)
       type(problem_t), intent(in) :: problem, finer
       type(zero_t), intent(in) :: zero
       type(state_t), intent(in) :: state         !! where it was located
@@ -84,19 +84,30 @@ contains
       real(wp), intent(in) :: difference         !! of the function
       integer, intent(out) :: element            !! the one concerned; 0: none
       real(wp), intent(out) :: part
+      real(wp), intent(out) :: most              !! what it may be at a place as far from the nodes
       real(wp) :: tau
+      integer :: j
       integer :: candidate
       element = 0
       part = 0.0_wp
+      most = 0.0_wp
       if (.not. is_on_ground(zero)) return
       call ground_event_place(finer, there, zero%event%ground, candidate, tau)
       if (candidate == 0) return
       element = problem%ground%chain%element(2, candidate)
-      part = difference + ((1.0_wp - tau) * gap_change(0.0_wp) + tau * gap_change(1.0_wp)) / zero%event%gap_scale
+      part = difference + along(tau) / zero%event%gap_scale
+      ! Nothing is unknown at the nodes.
+      most = 4.0_wp * tau * (1.0_wp - tau) * maxval([(abs(gap_change(0.125_wp * j) - along(0.125_wp * j)), j=1, 7)]) / &
+         & zero%event%gap_scale
 
    contains
 
-      !> At an end of the element.
+      !> What changes at the ends, between them.
+      real(wp) function along(tau)
+         real(wp), intent(in) :: tau
+         along = (1.0_wp - tau) * gap_change(0.0_wp) + tau * gap_change(1.0_wp)
+      end function along
+
       real(wp) function gap_change(tau)
          real(wp), intent(in) :: tau
          gap_change = gap_value(finer, ground_gap(finer, there, candidate), tau) - &

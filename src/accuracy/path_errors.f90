@@ -25,6 +25,7 @@ module path_errors
    public :: point_errors, event_errors
 
    real(wp), parameter :: small_part = 1.0e-3_wp !! of an increment, over which slopes along the path are taken
+   real(wp), parameter :: next_order = 0.5_wp     !! what the next order's polynomial errs by between nodes; 0.25 to 0.45 measured
    real(wp), parameter :: least_bend = 0.1_wp     !! of a slope's change: what is left there is more than the way, and no bar holds
    real(wp), parameter :: no_modes(0, 0) = reshape([real(wp) ::], [0, 0])
    character(*), parameter :: no_convergence = 'elements of a higher order do not converge from here', &
@@ -89,7 +90,7 @@ contains
       type(shares_t) :: shares
       type(system_t) :: start                    ! of the finer problem at the point
       real(wp), allocatable :: modes(:, :), value(:), rate(:), final(:), unseen(:), sizes(:), rounding(:)
-      real(wp) :: f, f_ahead, slope, way, more, reach, bend, local
+      real(wp) :: f, f_ahead, slope, way, more, reach, bend, local, most
       integer, allocatable :: ends(:)
       integer :: e
       bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state, located_gap(problem, zero, state)))
@@ -163,7 +164,7 @@ contains
       rounding = shares%rounding + abs(rate) * location_rounding() / abs(slope)
       if (is_kind(event_limit)) rounding(1) = shares%rounding(1) + 0.5_wp * location_rounding()**2 / abs(slope)
       call between_nodes(problem, zero, state, path%problem, first%state, f - zero_value(problem, zero, state, system, &
-         & heading%load, timers), e, local)
+         & heading%load, timers), e, local, most)
       call share_way()
       call set_bars(problem, ends, shares, value, final - value, unseen, sizes, rounding, bars)
 
@@ -181,6 +182,7 @@ contains
             own = min(abs(local * rate(m) / slope), moved)
             if (sum(part) > 0.0_wp) shares%element(m, :) = shares%element(m, :) + (moved - own) * part / sum(part)
             if (e == 0) cycle
+            own = max(own, next_order * most * abs(rate(m) / slope))
             shares%element(m, e) = shares%element(m, e) + own
             shares%inside(m) = abs(shares%inside(m)) + own
          end do
