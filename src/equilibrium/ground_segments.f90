@@ -14,8 +14,8 @@ module ground_segments
    use gauss_tableau, only: max_stages
    implicit none
    private
-   public :: has_kinks, follows, tell_segments, segments_hold, element_cuts, crosses_at, segment_at, segment_stiffness, is_cut, &
-      & gap_uncertainty, followed_length, followed_part, stiffest
+   public :: has_kinks, follows, tell_segments, claim_kinks, segments_hold, element_cuts, crosses_at, segment_at
+   public :: segment_stiffness, is_cut, gap_uncertainty, followed_length, followed_part, stiffest
 
    real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! of what moves: the rounding of gaps, and what Newton leaves
    real(wp), parameter :: at_mark = 0.1_wp !! of an element: a crossing as near as that to a mark is its own, which Newton goes to
@@ -291,6 +291,27 @@ contains
          goes_on = .true.
       end function goes_on
    end subroutine tell_segments
+
+   !> Settles the elements beside marks that the one kink in them has left: Newton's method brings the marks there.
+   subroutine claim_kinks(problem, state)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(inout) :: state         !! converged
+      type(element_gap_t) :: gap
+      real(wp) :: place(most_crossings)
+      integer :: m, side, kinks, n
+      do m = 1, size(problem%mark)
+         associate (mark => problem%mark(m))
+            if (.not. any(state%segment(mark%candidate) == segment_unknown)) cycle
+            kinks = 0
+            do side = 1, 2
+               gap = ground_gap(problem, state, mark%candidate(side))
+               call gap_crossings(problem, gap, mark%level, n, place)
+               kinks = kinks + n
+            end do
+            if (kinks == 1) state%segment(mark%candidate) = mark%segment
+         end associate
+      end do
+   end subroutine claim_kinks
 
    !> Whether the gaps of a converged state agree with its segments; where they do not the segment is given up.
    subroutine segments_hold(problem, state, hold, carried)

@@ -14,7 +14,7 @@ module corrector
    use touchdown_points, only: move_touchdown_points, misfit
    use element_foundation, only: foundation_forces
    use force_law, only: segment_unknown
-   use ground_segments, only: segments_hold, tell_segments
+   use ground_segments, only: segments_hold, tell_segments, claim_kinks
    use ground_pressures, only: advance_pressures
    use ground_marks, only: mark_step, mark_spring
    use inner_forces, only: inner_forces_t
@@ -216,6 +216,7 @@ contains
                ! What has been given up on the way may be settled where it ended.
                given_up = searches(problem, state)
                call tell_segments(problem, state, carried=.false.)
+               call claim_kinks(problem, state)
                settled = all(searches(problem, state) .eqv. given_up)
                told_again = .true.
             end if

@@ -140,6 +140,8 @@ contains
                return
             end if
             call count_up(timers, counter_cut)
+            ! A shorter increment may ask for a mesh of its own.
+            tries = 0
             cycle points
          end if
          cuts = 0
