@@ -300,14 +300,6 @@ contains
             & ' unstable directions there; give more elements or a higher order'
          return
       end if
-      ! Where paths nearly meet a step may go from one to the other, and finds an eigenvalue's zero that neither of them has. What
-      ! is less than events are located to tells nothing.
-      if (label == 'BP' .and. .not. made .and. bars%load%told .and. .not. bars%load%bounded .and. &
-         & bars%load%bar > step%locate_tolerance * accuracy%load) then
-         accuracy%bar_words = 'whether there is a bifurcation is not known'//there//': elements of a higher order do not '// &
-            & 'confirm its load; take smaller increments, more elements or a higher order'
-         return
-      end if
       if (.not. (bars%load%told .or. any(bars%monitor%told))) then
          ! What has no estimate on any mesh is said in the table; changes of contact that have no function are no values of their
          ! own, but on foundations they are.

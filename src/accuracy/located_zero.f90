@@ -76,15 +76,18 @@ contains
 
    !> Of what an event's function is on the finer problem and is not here, the part that the nodes do not tell: a gap's least
    !> value is inside an element, known as well as its polynomials. Zero for all events but those on foundations.
-   subroutine between_nodes(problem, zero, state, finer, there, difference, element, part, most)
+   subroutine between_nodes(problem, zero, state, system, load_rate, finer, there, value, element, part, most, timers)
       type(problem_t), intent(in) :: problem, finer
       type(zero_t), intent(in) :: zero
       type(state_t), intent(in) :: state         !! where it was located
+      type(system_t), intent(in) :: system       !! factored there
+      real(wp), intent(in) :: load_rate          !! of the path there
       type(state_t), intent(in) :: there         !! of the finer problem, held at the same place
-      real(wp), intent(in) :: difference         !! of the function
+      real(wp), intent(in) :: value              !! of the function on the finer problem
       integer, intent(out) :: element            !! the one concerned; 0: none
       real(wp), intent(out) :: part
       real(wp), intent(out) :: most              !! what it may be at a place as far from the nodes
+      type(timers_t), intent(inout) :: timers
       real(wp) :: tau
       integer :: j
       integer :: candidate
@@ -95,7 +98,7 @@ contains
       call ground_event_place(finer, there, zero%event%ground, candidate, tau)
       if (candidate == 0) return
       element = problem%ground%chain%element(2, candidate)
-      part = difference + along(tau) / zero%event%gap_scale
+      part = value - zero_value(problem, zero, state, system, load_rate, timers) + along(tau) / zero%event%gap_scale
       ! Nothing is unknown at the nodes.
       most = 4.0_wp * tau * (1.0_wp - tau) * maxval([(abs(gap_change(0.125_wp * j) - along(0.125_wp * j)), j=1, 7)]) / &
          & zero%event%gap_scale

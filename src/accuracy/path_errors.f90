@@ -24,6 +24,16 @@ module path_errors
    private
    public :: point_errors, event_errors
 
+   !> An event on the finer path.
+   type :: crossing_t
+      real(wp) :: f = 0.0_wp                     !! its function next to where it was located
+      real(wp) :: slope = 0.0_wp                 !! of that along the path, in the control's measure
+      real(wp), allocatable :: near(:)           !! values at the end of the way that these two give
+      real(wp) :: more = 0.0_wp                  !! what is left of it
+      real(wp), allocatable :: rate(:)           !! of the values along the path
+      character(:), allocatable :: why           !! it is not to be had: the reason
+   end type crossing_t
+
    real(wp), parameter :: small_part = 1.0e-3_wp !! of an increment, over which slopes along the path are taken
    real(wp), parameter :: next_order = 0.5_wp     !! what the next order's polynomial errs by between nodes; 0.25 to 0.45 measured
    real(wp), parameter :: least_bend = 0.1_wp     !! of a slope's change: what is left there is more than the way, and no bar holds
@@ -86,11 +96,12 @@ contains
       type(timers_t), intent(inout) :: timers
       type(control_t) :: control
       type(finer_path_t) :: path
-      type(finer_point_t) :: first, ahead, near
+      type(finer_point_t) :: first
+      type(crossing_t) :: crossing
       type(shares_t) :: shares
       type(system_t) :: start                    ! of the finer problem at the point
-      real(wp), allocatable :: modes(:, :), value(:), rate(:), final(:), unseen(:), sizes(:), rounding(:)
-      real(wp) :: f, f_ahead, slope, way, more, reach, bend, local, most
+      real(wp), allocatable :: modes(:, :), value(:), final(:), unseen(:), sizes(:), rounding(:)
+      real(wp) :: reach, local, most, noise
       integer, allocatable :: ends(:)
       integer :: e
       bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state, located_gap(problem, zero, state)))
@@ -114,57 +125,26 @@ contains
       call begin(problem, state, system, control, heading, ends, modes, path, first, shares, value, timers)
       start = first%system
       if (first%ok) call next_point(path, 0.0_wp, first, timers)
-      ahead = first
-      if (first%ok) call next_point(path, small_part * reach, ahead, timers)
-      if (.not. ahead%ok) then
+      if (.not. first%ok) then
          bars%why = no_convergence
          bars%too_coarse = .true.
          return
       end if
       bars%missed = unstable_difference(problem, state, system, path, first, max(1, size(modes, 2)), timers)
-      f = value_at(first)
-      f_ahead = value_at(ahead)
-      if (.not. (ieee_is_finite(f) .and. ieee_is_finite(f_ahead))) then
-         bars%why = no_function
-         bars%too_coarse = size(modes, 2) > 0
+      call find_crossing(path, zero, reach, first, crossing, timers)
+      if (allocated(crossing%why)) then
+         bars%why = crossing%why
+         bars%too_coarse = bars%why == no_convergence .or. size(modes, 2) > 0
          return
       end if
-      slope = (f_ahead - f) / (small_part * reach)
-      rate = (ahead%value - first%value) / (small_part * reach)
-      if (.not. abs(slope) > 0.0_wp) then
-         bars%why = no_function
-         bars%too_coarse = size(modes, 2) > 0
-         return
-      end if
-      way = -f / slope
-      near = first
-      call next_point(path, way, near, timers)
-      if (.not. near%ok) then
-         bars%why = no_convergence
-         bars%too_coarse = .true.
-         return
-      end if
-      ! The rest of the way by its tangent.
-      more = value_at(near)
-      if (.not. ieee_is_finite(more)) then
-         bars%why = no_function
-         bars%too_coarse = size(modes, 2) > 0
-         return
-      end if
-      ! Over a way that counts the function's slope changes, and tells where it has no zero after all, or another one nearby. The
-      ! way was that of the first slope, so that the slope at its end is 1 - 2 more / f of it.
-      bend = 1.0_wp
-      if (abs(way) > small_part * reach) bend = 1.0_wp - 2.0_wp * more / f
-      more = -more / (slope * max(bend, least_bend))
-      rate(1) = near%heading%load / (metric(problem, control%tangent, near%heading%u) + &
-         & control%load_scale**2 * control%tangent_load * near%heading%load)
-      final = near%value + more * rate
-      unseen = abs(first%value - value - shares%sum) + abs(more * rate)
-      sizes = shares%size + abs(near%value - first%value)
-      rounding = shares%rounding + abs(rate) * location_rounding() / abs(slope)
-      if (is_kind(event_limit)) rounding(1) = shares%rounding(1) + 0.5_wp * location_rounding()**2 / abs(slope)
-      call between_nodes(problem, zero, state, path%problem, first%state, f - zero_value(problem, zero, state, system, &
-         & heading%load, timers), e, local, most)
+      final = crossing%near + crossing%more * crossing%rate
+      unseen = abs(first%value - value - shares%sum) + abs(crossing%more * crossing%rate)
+      sizes = shares%size + abs(crossing%near - first%value)
+      noise = location_rounding()
+      rounding = shares%rounding + abs(crossing%rate) * noise / abs(crossing%slope)
+      if (is_kind(event_limit)) rounding(1) = shares%rounding(1) + 0.5_wp * noise**2 / abs(crossing%slope)
+      call between_nodes(problem, zero, state, system, heading%load, path%problem, first%state, crossing%f, e, local, &
+         & most, timers)
       call share_way()
       call set_bars(problem, ends, shares, value, final - value, unseen, sizes, rounding, bars)
 
@@ -179,20 +159,14 @@ contains
          if (size(modes, 2) > 0) part = eigenvalue_shares(problem, system, start, modes)
          do m = 1, size(shares%element, 1)
             moved = abs(final(m) - first%value(m))
-            own = min(abs(local * rate(m) / slope), moved)
+            own = min(abs(local * crossing%rate(m) / crossing%slope), moved)
             if (sum(part) > 0.0_wp) shares%element(m, :) = shares%element(m, :) + (moved - own) * part / sum(part)
             if (e == 0) cycle
-            own = max(own, next_order * most * abs(rate(m) / slope))
+            own = max(own, next_order * most * abs(crossing%rate(m) / crossing%slope))
             shares%element(m, e) = shares%element(m, e) + own
             shares%inside(m) = abs(shares%inside(m)) + own
          end do
       end subroutine share_way
-
-      !> The event's function on the finer path.
-      real(wp) function value_at(point)
-         type(finer_point_t), intent(in) :: point
-         value_at = zero_value(path%problem, zero, point%state, point%system, point%heading%load, timers)
-      end function value_at
 
       logical function is_kind(kind)
          integer, intent(in) :: kind             !! event_...
@@ -212,12 +186,69 @@ contains
             ! The direction of the path is as good as the stiffness along it, beside what it turns by over the increment.
             call path_stiffness(problem, state, system, stiffness, rounding)
             stiffness = max(stiffness, bending_stiffness(problem))
-            error = rounding / stiffness * abs(slope) * reach
+            error = rounding / stiffness * abs(crossing%slope) * reach
          else if (allocated(zero%modes)) then
             error = mode_rounding(problem, state, system, zero, timers)
          end if
       end function location_rounding
    end subroutine event_errors
+
+   !> The event on the finer path: along it from a point by what its function is there, over the function's slope.
+   subroutine find_crossing(path, zero, reach, first, crossing, timers)
+      type(finer_path_t), intent(in) :: path
+      type(zero_t), intent(in) :: zero           !! what vanishes
+      real(wp), intent(in) :: reach              !! of the increment around it, in the control's measure
+      type(finer_point_t), intent(in) :: first   !! next to where it was located
+      type(crossing_t), intent(out) :: crossing
+      type(timers_t), intent(inout) :: timers
+      type(finer_point_t) :: ahead, near
+      real(wp) :: f_ahead, way, bend
+      associate (f => crossing%f, slope => crossing%slope, more => crossing%more, control => path%control)
+         ahead = first
+         call next_point(path, small_part * reach, ahead, timers)
+         if (.not. ahead%ok) then
+            crossing%why = no_convergence
+            return
+         end if
+         f = value_at(first)
+         f_ahead = value_at(ahead)
+         slope = (f_ahead - f) / (small_part * reach)
+         crossing%rate = (ahead%value - first%value) / (small_part * reach)
+         if (.not. ieee_is_finite(slope) .or. .not. abs(slope) > 0.0_wp) then
+            crossing%why = no_function
+            return
+         end if
+         way = -f / slope
+         near = first
+         call next_point(path, way, near, timers)
+         if (.not. near%ok) then
+            crossing%why = no_convergence
+            return
+         end if
+         ! The rest of the way by its tangent.
+         more = value_at(near)
+         if (.not. ieee_is_finite(more)) then
+            crossing%why = no_function
+            return
+         end if
+         ! Over a way that counts the function's slope changes, and tells where it has no zero after all, or another one nearby.
+         ! The way was that of the first slope, so that the slope at its end is 1 - 2 more / f of it.
+         bend = 1.0_wp
+         if (abs(way) > small_part * reach) bend = 1.0_wp - 2.0_wp * more / f
+         more = -more / (slope * max(bend, least_bend))
+         crossing%near = near%value
+         crossing%rate(1) = near%heading%load / (metric(path%problem, control%tangent, near%heading%u) + &
+            & control%load_scale**2 * control%tangent_load * near%heading%load)
+      end associate
+
+   contains
+
+      !> The event's function on the finer path.
+      real(wp) function value_at(point)
+         type(finer_point_t), intent(in) :: point
+         value_at = zero_value(path%problem, zero, point%state, point%system, point%heading%load, timers)
+      end function value_at
+   end subroutine find_crossing
 
    !> What holds a point of a path: the load or the monitor that the strategy prescribes, else the plane normal to it.
    function holding(problem, state, control, heading) result(held)
