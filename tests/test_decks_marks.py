@@ -42,10 +42,14 @@ v, ABOVE, {stop}
 """
 
 
+# Where contact splits on very stiff ground given meshes may tell by wide bars only; limit points are what is asked of them.
+WIDE = "*ACCURACY, WIDEST=1\n"
+
+
 @functools.cache
 def limit(k, elements=None, element="GE8", tolerance=None):
     text = RING.format(k=k, element=element, count=f", {elements}" if elements else "", stop=0.3 if k < 1e4 else 0.06,
-                       accuracy=f"*ACCURACY, TOLERANCE={tolerance}\n" if tolerance else "")
+                       accuracy=f"*ACCURACY, TOLERANCE={tolerance}\n" if tolerance else WIDE)
     points = dr.run_deck(text).labelled("LP")
     assert len(points) == 1
     return points[0]
@@ -103,16 +107,26 @@ def test_rounding_on_the_stiffest_ground_is_told(k):
     np.testing.assert_allclose(RIGID - point.corrected, expected, rtol=0.15)
 
 
-@pytest.mark.parametrize("k", [1e13])
+def test_contact_that_splits_behind_its_end_is_told_as_that():
+    """The end of contact moves by more than the length of what splits off: regions are compared where the mesh has taken them.
+    46.49839024 by the mesh made for 1e-6."""
+    run = dr.run_deck(RING.format(k=1e10, element="GE8", count=", 24", stop=0.02, accuracy=""))
+    assert not run.labelled("C+") and len(run.labelled("C-")) == 1
+    point, = run.labelled("C-")
+    assert point.note == "a contact region splits"
+    assert abs(point.load_factor - 46.49839024) <= point.error <= 0.01
+
+
+@pytest.mark.parametrize("k", [1e11, 1e13])
 def test_no_elements_given_on_stiff_ground(k):
     """The corrected load is within its bar of that of a given mesh."""
     point, other = limit(k, tolerance=1e-6), limit(k, 32)
     assert abs(point.load_factor - other.corrected) <= point.error <= 1e-6 * RIGID
 
 
-# Pressure over penetration: it yields, hardens, has three stiffnesses, does not rise any more; 60 at once, then little more.
+# Pressure over penetration: it yields, hardens, has three stiffnesses, hardly rises any more; 60 at once, then little more.
 LAWS = {"yields": "1e-2, 1e2\n2e-2, 1.2e2", "hardens": "5e-3, 10.\n1e-2, 110.", "three": "2e-3, 40.\n1e-2, 80.\n2e-2, 90.",
-        "plastic": "3e-3, 30.\n2e-2, 30.", "stiff": "1e-5, 60.\n2e-5, 63."}
+        "plastic": "3e-3, 30.\n2e-2, 31.", "stiff": "1e-5, 60.\n2e-5, 63."}
 
 
 def law_ring(law, count="", accuracy=""):
@@ -132,7 +146,8 @@ def test_corners_of_laws_are_points_of_the_mesh(law):
         for one, two, made in zip(*ends):
             assert 0.0 < two.error < 1e-6 * two.load_factor
             for run in (one, made):
-                assert abs(run.load_factor - two.load_factor) <= run.error + two.error
+                # Newton's method stops at 1e-9.
+                assert abs(run.load_factor - two.load_factor) <= run.error + two.error + 1e-10 * two.load_factor
             assert made.error <= 1e-6 * max(end.load_factor for end in asked.results.critical)
 
 

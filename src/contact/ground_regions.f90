@@ -20,7 +20,7 @@ module ground_regions
    implicit none
    private
    public :: find_ground_regions, smallest_ground_gap, inner_opening, ground_pressure, ground_reaction, deck_ground_reaction, &
-      & foundation_totals, foundation_total_rates
+      & foundation_totals, foundation_total_rates, taken_along
 
 contains
 
@@ -236,6 +236,54 @@ contains
             & to - from)
       end associate
    end function chain_place
+
+   !> Regions of a state where the nodes of another one on the same mesh are: ends of contact that nodes go along with are where
+   !> they have gone.
+   function taken_along(problem, from, to, regions) result(moved)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, to
+      type(region_t), intent(in) :: regions(:)   !! of `from`
+      type(region_t) :: moved(size(regions))
+      real(wp), allocatable :: place(:), way(:)  !! of the nodes of a contact
+      integer :: c, k
+      moved = regions
+      if (.not. problem%moves_nodes()) return
+      do k = 1, size(regions)
+         place = [real(wp) ::]
+         way = [real(wp) ::]
+         do c = 1, problem%ground%chain%n
+            if (problem%ground%chain%contact(c) /= regions(k)%contact) cycle
+            if (problem%ground%chain%element(2, c) > 0) then
+               place = [place, chain_place(problem, from, c)]
+               way = [way, chain_place(problem, to, c) - place(size(place))]
+            else
+               place = [place, problem%ground%chain%s(c)]
+               way = [way, 0.0_wp]
+            end if
+         end do
+         moved(k)%start = regions(k)%start + way_at(regions(k)%start)
+         moved(k)%end = regions(k)%end + way_at(regions(k)%end)
+      end do
+
+   contains
+
+      !> Between the nodes.
+      real(wp) function way_at(s)
+         real(wp), intent(in) :: s
+         real(wp) :: at
+         integer :: i
+         at = s
+         associate (round => problem%ground%chain%chain_length(regions(k)%contact))
+            if (round > 0.0_wp) at = modulo(s, round)
+         end associate
+         way_at = 0.0_wp
+         do i = 1, size(place) - 1
+            if (at < place(i) .or. at > place(i + 1) .or. .not. place(i + 1) > place(i)) cycle
+            way_at = way(i) + (way(i + 1) - way(i)) * (at - place(i)) / (place(i + 1) - place(i))
+            return
+         end do
+      end function way_at
+   end function taken_along
 
    !> How often a closed chain is followed once more.
    pure integer function rounds(problem, contact)

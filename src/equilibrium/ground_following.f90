@@ -10,7 +10,7 @@
 module ground_following
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, chain_gap, closing_rate
+   use rod_state, only: state_t, chain_gap, closing_rate, rounding_steps
    use node_rates, only: rod_rate
    use force_law, only: carries
    use state_transfer, only: carry_to, move_nodes
@@ -65,8 +65,9 @@ contains
             if (far > 0.0_wp) part = min(part, short * (s(2) - s(1)) / far)
          end associate
       end do
-      ! What comes after that is the rounding of directions.
-      if (maxval(abs(shift)) <= sqrt(epsilon(part)) * problem%size .or. .not. part < huge(part)) return
+      ! What comes after that is rounding. Until then all ways count: errors of polynomials carried along would keep the iteration
+      ! going to and fro.
+      if (maxval(abs(shift)) <= rounding_steps * epsilon(part) * problem%size .or. .not. part < huge(part)) return
       do c = 1, problem%ground%chain%n
          if (.not. lies(problem, before, c)) cycle
          e = problem%ground%chain%element(2, c)
