@@ -5,7 +5,7 @@
 !> hold first.
 module contact_in_doubt
    use kinds, only: wp
-   use model, only: method_load, method_displacement, method_cylindrical
+   use model, only: method_load, method_cylindrical
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
@@ -17,10 +17,9 @@ module contact_in_doubt
    use span_change, only: next_t
    use span_location, only: leads_to
    use state_transfer, only: carried, carried_field
-   use path_control, only: control_t, set_tangent, displacement_between, path_length
+   use path_control, only: control_t, is_arc_length, set_tangent, displacement_between, path_length
    use path_continuity, only: heading_t, heading_at
    use path_run, only: run_t
-   use monitors, only: monitor_rate
    use corrector, only: increment_t, correct, take_increment
    use timing, only: timers_t
    implicit none
@@ -34,15 +33,17 @@ module contact_in_doubt
       procedure :: all_together
    end type differences_t
 
-   integer, parameter :: most_increments = 16   !! with contact at nodes
+   integer, parameter :: most_increments = 24   !! with contact at nodes
    integer, parameter :: most_halvings = 20     !! of the way back
+   real(wp), parameter :: turning = 2.0_wp      !! times its own rate that a path may move at where its contact changes
 
 contains
 
    !> The next set of contact spans and its equilibrium ahead of where the run stands, as near as the set holds.
-   subroutine ask_nodes(problem, run, next, onward, since, differences, found, timers)
+   subroutine ask_nodes(problem, run, reach, next, onward, since, differences, found, timers)
       type(problem_t), intent(in) :: problem       !! of spans
       type(run_t), intent(in) :: run               !! its system factored where it stands
+      real(wp), intent(in) :: reach                !! of the increment that failed
       type(next_t), intent(out) :: next
       type(heading_t), intent(out) :: onward       !! from there, on its mesh
       real(wp), intent(out) :: since               !! load factor after which the set changes
@@ -65,11 +66,17 @@ contains
       system = new_system(nodes)
       control%method = method_load
       ahead = here
+      ! First with what touches now: its forces are not those of nodes.
+      call correct(nodes, here, control, .true., ahead, system, report, timers)
+      if (.not. report%converged) ahead = here
+      here = ahead
       call correct(nodes, here, control, .false., ahead, system, report, timers)
       if (.not. report%converged) return
       here = ahead
       heading = heading_at(nodes, system, onward%u, run%heading%load)
-      control = ahead_by(problem, run)
+      control%method = merge(method_cylindrical, run%control%method, is_arc_length(run%control%method))
+      control%monitor = run%control%monitor
+      control%increment = sign(reach, run%control%increment)
       do try = 1, most_increments
          if (control%method == method_cylindrical) call set_tangent(nodes, system, heading%u, heading%load, control)
          call take_increment(nodes, here, control, ahead, system, report, timers)
@@ -89,6 +96,8 @@ contains
       if (.not. found) return
       ahead = next%state
       call go_back(run, next, since, timers)
+      found = is_near(problem, run, next)
+      if (.not. found) return
       here = next%state
       if (path_length(next%problem, here, ahead) <= 0.0_wp) here = carried(problem, run%state, next%problem)
       onward = heading_at(next%problem, next%system, displacement_between(next%problem, here, ahead), ahead%load_factor - &
@@ -96,25 +105,6 @@ contains
       call compare_sets(present_touches(problem, run%state), run%touches, nodes, present_touches(next%problem, next%state), &
          & next%problem%touch, differences)
    end subroutine ask_nodes
-
-   !> What the strategy prescribes, by as much as on the last increment.
-   function ahead_by(problem, run) result(control)
-      type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
-      type(control_t) :: control
-      control%method = run%control%method
-      control%monitor = run%control%monitor
-      select case (control%method)
-      case (method_load)
-         control%increment = sign(run%last_load, run%control%increment)
-      case (method_displacement)
-         control%increment = sign(run%last_load * monitor_rate(problem, control%monitor, run%state, run%system), &
-            & run%control%increment)
-      case default
-         control%method = method_cylindrical
-         control%increment = run%last_length
-      end select
-   end function ahead_by
 
    !> True for an equilibrium of other spans that lies ahead on the path of the run.
    logical function leads_there(problem, run, next) result(leads)
@@ -128,6 +118,17 @@ contains
       heading%u = carried_field(problem, run%state, run%heading%u, next%problem, from)
       leads = leads_to(next%problem, from, heading, run%fresh, next%state)
    end function leads_there
+
+   !> True for an equilibrium as near as the path goes over that change of the load: elsewhere lies another path.
+   logical function is_near(problem, run, next) result(near)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      type(next_t), intent(in) :: next
+      real(wp) :: rise, jump
+      rise = next%state%load_factor - run%state%load_factor
+      jump = path_length(next%problem, carried(problem, run%state, next%problem), next%state)
+      near = jump * abs(run%heading%load) <= turning * abs(rise) + sqrt(epsilon(rise)) * problem%size * abs(run%heading%load)
+   end function is_near
 
    !> Nodes on lines, and those next to points.
    function at_touches(nodes, state, touch) result(active)

@@ -68,6 +68,7 @@ contains
             return
          end if
          if (run%step_points /= tried_at) tries = 0
+         if (run%step_points /= tried_at .or. .not. first_increment > 0.0_wp) first_increment = abs(run%control%increment)
          tried_at = run%step_points
          if (is_arc_length(run%control%method)) &
             & call set_tangent(problem, run%system, run%heading%u, run%heading%load, run%control)
@@ -81,7 +82,6 @@ contains
          end if
          astray = .false.
          if (cuts == 0) relation%told = .false.
-         if (cuts == 0) first_increment = abs(run%control%increment)
          if (report%converged) then
             ahead = heading_of(problem, run, trial)
             before = relation
@@ -205,7 +205,7 @@ contains
          if (.not. changed) return
          asked_at = run%step_points
          call linearise(problem, run%state, run%state, run%system, timers)
-         call pass_doubt(problem, step, run, recorder, changed, finished, outcome, timers)
+         call pass_doubt(problem, step, run, first_increment, recorder, changed, finished, outcome, timers)
          if (.not. changed) return
          run%control%increment = sign(first_increment, run%control%increment)
          if (allocated(run%stuck)) deallocate (run%stuck)

@@ -78,10 +78,11 @@ contains
    end subroutine pass_change
 
    !> Where no increment gets further and no test tells why: the set that contact at nodes finds ahead.
-   subroutine pass_doubt(problem, step, run, recorder, changed, finished, outcome, timers)
+   subroutine pass_doubt(problem, step, run, reach, recorder, changed, finished, outcome, timers)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored where it stands
+      real(wp), intent(in) :: reach              !! of the increment that failed
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: changed            !! false: nodes do not find one
       logical, intent(out) :: finished
@@ -92,7 +93,7 @@ contains
       real(wp) :: since
       type(differences_t) :: differences
       finished = .false.
-      call ask_nodes(problem, run, next, onward, since, differences, changed, timers)
+      call ask_nodes(problem, run, reach, next, onward, since, differences, changed, timers)
       if (changed) then
          call take_told(problem, step, run, next, onward, since, differences, recorder, finished, outcome, timers)
       else
