@@ -17,7 +17,6 @@ module path_errors
    use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point
    use element_shares, only: shares_t, find_shares, eigenvalue_shares
    use missed_modes, only: unstable_difference
-   use load_on_modes, only: load_on
    use located_zero, only: zero_t, zero_value, between_nodes, located_gap, mode_rounding
    use timing, only: timers_t
    implicit none
@@ -159,19 +158,8 @@ contains
          & heading%load, timers), e, local)
       call share_way()
       call set_bars(shares, value, final - value, unseen, sizes, rounding, bars)
-      if (size(modes, 2) > 0 .and. .not. bars%load%bounded) bars%pass_by = load_works()
 
    contains
-
-      !> True where the load works on the null vectors by more than that errs by, here as in the finer problem.
-      logical function load_works()
-         type(error_bar_t) :: bar
-         real(wp) :: work(2), noise(2)
-         call load_on(problem, state, system, modes, work(1), noise(1), timers)
-         call load_on(path%problem, near%state, near%system, modes, work(2), noise(2), timers)
-         bar = new_error_bar(work(2) - work(1), 0.0_wp, abs(work(2) - work(1)), sum(noise))
-         load_works = work(1) > bar%bar
-      end function load_works
 
       !> What the event's place errs by is the elements', too: of a bifurcation by what they err in its eigenvalue, of others as
       !> they do in the load; and what the nodes do not tell of it is its element's own.

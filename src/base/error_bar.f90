@@ -28,7 +28,6 @@ module error_bar
       !! allocated where nothing is told
       real(wp), allocatable :: rest(:)        !! (1 + monitors) and what the iteration that led to the point has left
       logical :: too_coarse = .false.         !! nothing is told because the mesh is far from fine enough
-      logical :: pass_by = .false.            !! no bifurcation, as which it was located: two paths pass each other there
       integer :: missed = 0                   !! unstable directions that finer elements have more, or fewer
       character(:), allocatable :: why        !! some are not told: the reason
    end type error_bars_t

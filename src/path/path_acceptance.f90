@@ -203,7 +203,7 @@ contains
       end associate
       again = place(1) <= run%doubted(2) .and. place(2) >= run%doubted(1)
       run%doubted = place
-      sighting%located = again .and. .not. sighting%bars%pass_by
+      sighting%located = again
       if (.not. sighting%located) sighting%event%note = passing
    end subroutine doubt_bifurcation
 
