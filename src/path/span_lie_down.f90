@@ -156,7 +156,7 @@ contains
             do while (next_guess(bracket, epsilon(part), part))
                loads(1) = earlier + part * (trial%load_factor - earlier)
                call look_at(loads(1), pressure(1), ok)
-               if (.not. ok) return
+               if (.not. ok) exit
                call take_value(bracket, part, pressure(1) - 0.5_wp * slack)
                ! What the iteration leaves of forces makes pressures go to and fro.
                found = pressure(1) >= 0.0_wp .and. (pressure(1) <= slack .or. (bracket%high - bracket%low <= sqrt(slack) .and. &
@@ -164,7 +164,7 @@ contains
                if (found) exit
             end do
             rate = (bracket%f_high - bracket%f_low) / ((bracket%high - bracket%low) * (trial%load_factor - earlier))
-            return
+            if (found) return
          end if
          state = there
       end if
