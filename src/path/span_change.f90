@@ -13,7 +13,7 @@ module span_change
    implicit none
    private
    public :: leg_t, change_t, next_t, new_leg, merges_untold
-   public :: change_none, change_missed, change_by_rule, change_opening, change_lying, change_merging, change_by_nodes
+   public :: change_none, change_missed, change_by_rule, change_opening, change_lying, change_merging
    public :: place_within, place_here, place_ahead
 
    ! What happens first on an increment; where it is, and how it is located:
@@ -24,8 +24,6 @@ module span_change
    integer, parameter :: change_opening = 3 !! likewise of a line's force, which lifts off: the laws of what opens (span_opening)
    integer, parameter :: change_lying = 4   !! a free span lies down all at once: where its line begins to press (span_lie_down)
    integer, parameter :: change_merging = 5 !! two points become one: where that is as curved as its obstacle (span_merging)
-
-   integer, parameter :: change_by_nodes = 6 !! no test tells: what contact at nodes finds ahead (contact_in_doubt)
 
    ! Where.
    integer, parameter :: place_within = 0   !! on the increment
