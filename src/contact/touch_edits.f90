@@ -2,11 +2,11 @@
 !> no number yet.
 module touch_edits
    use kinds, only: wp
-   use contact_touch, only: touch_t, sort_touches
+   use contact_touch, only: touch_t
    implicit none
    private
    public :: begun, lost, spread_out, parted, shrunk, extended, joined, merged, end_moved, moved, opened, &
-      & continued, united, numbered, same_set
+      & continued, numbered, same_set
 
 contains
 
@@ -128,24 +128,6 @@ contains
       type(touch_t), allocatable :: new(:)
       new = [set, touch_t(contact=set(k)%contact, stretch=stretch, at=at, line=set(k)%line)]
    end function continued
-
-   !> Touches that have grown over each other one.
-   pure function united(set) result(new)
-      type(touch_t), intent(in) :: set(:)
-      type(touch_t), allocatable :: new(:)
-      integer :: k
-      new = set
-      call sort_touches(new)
-      k = 1
-      do while (k < size(new))
-         if (new(k)%stretch == new(k + 1)%stretch .and. new(k)%contact == new(k + 1)%contact .and. &
-            & new(k + 1)%at(1) <= new(k)%at(2)) then
-            new = joined(new, k, k + 1)
-         else
-            k = k + 1
-         end if
-      end do
-   end function united
 
    !> The new ones with numbers.
    pure function numbered(set, last) result(new)

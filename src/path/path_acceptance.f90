@@ -50,6 +50,7 @@ module path_acceptance
    end type outcome_t
 
    integer, parameter :: most_null_vectors = 4
+   character(*), parameter :: passing = 'bifurcation, or two paths that pass each other closely,'
    real(wp), parameter :: most_sharp = 1.0e-5_wp !! part of a step's tolerance: beyond, all residuals are rounding
    integer, parameter :: most_meshes = 8         !! for the sake of one increment's errors
    real(wp), parameter :: loosest = 1.0e-4_wp    !! eigenvalues below this part of what they were count as zero
@@ -59,7 +60,7 @@ contains
    !> Detects what happened up to a converged trial point, locates it, puts it in order, records it and the point, and goes
    !> there. `shorter` instead, and nothing recorded, when an event was not located and the caller can cut the increment.
    subroutine accept(problem, step, run, trial, ahead, label, report, can_cut, recorder, shorter, finished, outcome, timers, &
-      & touching, divides, changes, bars, tries)
+      & touching, divides, changes, bars, tries, times)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the trial on entry and on return, else anywhere
@@ -78,6 +79,7 @@ contains
       type(error_bars_t), allocatable, intent(in), optional :: bars !! at a change of contact spans
       integer, intent(in), optional :: tries     !! meshes that the same increment has had for its errors' sake; not there: this
       !! mesh has to do. Where it does not run%wanted is allocated, and nothing recorded
+      integer, intent(in), optional :: times     !! how often the label happens at the trial; not there: once
       logical, intent(in), optional :: changes   !! the contact set is about to change at the trial, with a label or without
       type(sighting_t), allocatable :: seen(:)
       type(system_t), allocatable :: at_trial    ! what is looked at on the way changes nothing of it
@@ -85,7 +87,7 @@ contains
       logical, allocatable :: told(:)
       integer, allocatable :: order(:)
       type(error_bars_t), allocatable :: shown_bars
-      integer :: i, unseen
+      integer :: i, unseen, told_times
       logical :: splits, set_changes, stops, comes_home
 
       finished = .false.
@@ -118,6 +120,9 @@ contains
          call bars_at_event(problem, step, run, trial, seen(i)%event, seen(i)%place, seen(i)%heading, seen(i)%bars, timers)
          if (present(tries)) call ask_for_mesh(problem, step, run, seen(i)%place, seen(i)%bars, .true., tries, outcome)
          if (wants_another(run)) return
+         call doubt_bifurcation(run, seen(i))
+         shorter = can_cut .and. .not. seen(i)%located
+         if (shorter) return
       end do
       if (allocated(at_trial)) run%system = at_trial
       if (present(bars)) then
@@ -165,10 +170,14 @@ contains
          call keep_landmark(problem, run, seen(i)%event%label, trial, trial, 1.0_wp, &
             & run%arc_length + path_length(problem, run%state, trial), probe%negative_pivots, 0)
       end do
-      if (label == 'C+') call announce(problem, run, new_critical(label, 'contact gained', shown_bars), trial, probe, .true., &
-         & recorder, outcome, timers)
-      if (label == 'C-') call announce(problem, run, new_critical(label, trim(merge('a contact region splits', &
-         & 'contact lost           ', splits)), shown_bars), trial, probe, .true., recorder, outcome, timers)
+      told_times = 1
+      if (present(times)) told_times = times
+      do i = 1, told_times
+         if (label == 'C+') call announce(problem, run, new_critical(label, 'contact gained', shown_bars), trial, probe, .true., &
+            & recorder, outcome, timers)
+         if (label == 'C-') call announce(problem, run, new_critical(label, trim(merge('a contact region splits', &
+            & 'contact lost           ', splits)), shown_bars), trial, probe, .true., recorder, outcome, timers)
+      end do
       if (finished) call announce(problem, run, new_critical('EP', 'end of the step', shown_bars), trial, probe, .true., &
          & recorder, outcome, timers)
       if (allocated(outcome%why)) return
@@ -182,6 +191,24 @@ contains
       run%on_bifurcation = any(seen%event%kind == event_bifurcation .and. seen%located .and. seen%fraction >= 1.0_wp - same_place)
       call go_to(problem, run, trial, ahead, probe)
    end subroutine accept
+
+   !> What was located as a bifurcation may be two paths that pass each other. Where elements of a higher order do not bear out its
+   !> place it has to be found there from nearer, too.
+   pure subroutine doubt_bifurcation(run, sighting)
+      type(run_t), intent(inout) :: run
+      type(sighting_t), intent(inout) :: sighting !! not located where it is none
+      real(wp) :: place(2)
+      logical :: again
+      if (.not. allocated(sighting%bars) .or. sighting%event%kind /= event_bifurcation) return
+      associate (bar => sighting%bars%load)
+         if (.not. bar%told .or. bar%bounded) return
+         place = sighting%place%load_factor + bar%bar * [-1.0_wp, 1.0_wp]
+      end associate
+      again = place(1) <= run%doubted(2) .and. place(2) >= run%doubted(1)
+      run%doubted = place
+      sighting%located = again
+      if (.not. sighting%located) sighting%event%note = passing
+   end subroutine doubt_bifurcation
 
    !> True where the trial is to be found anew, on another mesh or with a smaller residual.
    pure logical function wants_another(run)

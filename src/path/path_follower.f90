@@ -14,7 +14,7 @@ module path_follower
    use path_acceptance, only: accept, wants_another, outcome_t
    use contact_corner, only: find_corner, leave_corner
    use contact_regions, only: find_regions
-   use span_changes, only: pass_change
+   use span_changes, only: pass_change, pass_doubt
    use span_mesh, only: renew_mesh, refine_mesh, coarsen_mesh, ask_for_twice
    use span_start, only: enter_spans
    use stiff_start, only: is_stiff_start, take_stiff_start
@@ -48,7 +48,8 @@ contains
       type(heading_t) :: ahead
       type(relation_t) :: relation, before
       logical :: finished, scaled, turned, shorter, astray, changed, entered, taken, asked
-      integer :: cuts, searches, tries, tried_at, doubled_at
+      integer :: cuts, searches, tries, tried_at, doubled_at, asked_at
+      real(wp) :: first_increment
 
       finished = .false.
       cuts = 0
@@ -56,6 +57,8 @@ contains
       tries = 0
       tried_at = run%step_points
       doubled_at = -1
+      asked_at = -1
+      first_increment = 0.0_wp
       taken = .false.
       changed = .false.
       points: do
@@ -65,6 +68,7 @@ contains
             return
          end if
          if (run%step_points /= tried_at) tries = 0
+         if (run%step_points /= tried_at .or. .not. first_increment > 0.0_wp) first_increment = abs(run%control%increment)
          tried_at = run%step_points
          if (is_arc_length(run%control%method)) &
             & call set_tangent(problem, run%system, run%heading%u, run%heading%load, run%control)
@@ -136,6 +140,9 @@ contains
                return
             else if (cuts > max_cuts .or. abs(run%control%increment) < smallest(step, run%control)) then
                if (.not. allocated(report%message)) report%message = 'no equilibrium'
+               call ask_nodes()
+               if (finished .or. allocated(outcome%why)) return
+               if (changed) cycle points
                call why_stuck(problem, step, run, report, outcome%why, outcome%turns, timers)
                return
             end if
@@ -162,6 +169,9 @@ contains
             if (changed .and. .not. allocated(run%stuck)) cycle points
          end if
          if (allocated(run%stuck)) then
+            call ask_nodes()
+            if (finished .or. allocated(outcome%why)) return
+            if (changed) cycle points
             outcome%why = run%stuck
             return
          end if
@@ -190,6 +200,19 @@ contains
       end do points
 
    contains
+
+      !> Where there is no way on with a set of contact spans, once at each point: what do nodes say?
+      subroutine ask_nodes()
+         changed = problem%has_spans() .and. asked_at /= run%step_points
+         if (.not. changed) return
+         asked_at = run%step_points
+         call linearise(problem, run%state, run%state, run%system, timers)
+         call pass_doubt(problem, step, run, first_increment, recorder, changed, finished, outcome, timers)
+         if (.not. changed) return
+         run%control%increment = sign(first_increment, run%control%increment)
+         if (allocated(run%stuck)) deallocate (run%stuck)
+         cuts = 0
+      end subroutine ask_nodes
 
       !> The same increment once more, from the same point on the mesh that the trial asked for.
       subroutine refine(settled)

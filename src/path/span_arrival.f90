@@ -14,13 +14,17 @@ module span_arrival
    use path_continuity, only: heading_t, heading_at, between
    use path_events, only: event_t, new_probe, detect_events
    use path_run, only: run_t, heading_of, forget_mesh
-   use path_acceptance, only: accept, outcome_t
+   use path_acceptance, only: accept, note_trouble, outcome_t
+   use contact_in_doubt, only: differences_t
+   use monitors, only: monitor_rate
+   use error_bar, only: error_bars_t, new_error_bar, no_error_bars, moved_error_bar
+   use text, only: to_text
    use corrector, only: increment_t, correct
    use path_record, only: recorder_t
    use timing, only: timers_t
    implicit none
    private
-   public :: take_set, take_line, take_opened
+   public :: take_set, take_line, take_opened, take_told
 
 contains
 
@@ -92,6 +96,49 @@ contains
       run%probe = new_probe(problem, run%state, run%system, run%heading%load)
       call forget_mesh(run)
    end subroutine take_line
+
+   !> Goes on with the set that contact at nodes has found. What is lost or gained is told at its first point, and lies between that
+   !> and where the run stands.
+   subroutine take_told(problem, step, run, next, onward, since, differences, recorder, finished, outcome, timers)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run
+      type(next_t), intent(inout) :: next
+      type(heading_t), intent(in) :: onward      !! tangent there
+      real(wp), intent(in) :: since              !! load factor after which the set changes
+      type(differences_t), intent(in) :: differences
+      class(recorder_t), intent(inout) :: recorder
+      logical, intent(out) :: finished
+      type(outcome_t), intent(inout) :: outcome
+      type(timers_t), intent(inout) :: timers
+      type(error_bars_t), allocatable :: bars
+      integer :: k
+      character(2) :: label
+      logical :: shorter
+      label = ''
+      if (differences%gained + differences%merged > 0) label = 'C+'
+      if (differences%lost + differences%divided > 0) label = 'C-'
+      run = bound_for(problem, run, next)
+      run%touches = max(run%touches, maxval(next%problem%touch%number))
+      problem = next%problem
+      if (differences%lost + differences%divided > 0 .and. differences%gained + differences%merged > 0) call note_trouble(outcome, &
+         & 'between load factors '//to_text(since)//' and '//to_text(next%state%load_factor)// &
+         & ' contact begins and ends, told as one')
+      if (step%error_bars .and. label /= '') then
+         allocate (bars)
+         bars = no_error_bars(size(problem%model%monitor), '')
+         associate (left => since - next%state%load_factor)
+            bars%load = new_error_bar(left, 0.0_wp, abs(left), epsilon(left) * abs(since))
+         end associate
+         do k = 1, size(bars%monitor)
+            bars%monitor(k) = moved_error_bar(new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp), bars%load, monitor_rate(problem, k, &
+               & next%state, next%system))
+         end do
+      end if
+      call accept(problem, step, run, next%state, onward, label, increment_t(converged=.true.), &
+         & .false., recorder, shorter, finished, outcome, timers, bars=bars, divides=differences%divided > 0 .and. &
+         & differences%lost == 0, times=differences%all_together())
+   end subroutine take_told
 
    !> From where a span opens, where the run stands, to the equilibrium with the open span: as near as it takes for nothing
    !> else to happen before.

@@ -9,11 +9,12 @@ module span_changes
    use span_regions, only: find_span_regions
    use line_pressure, only: virtual_pressure
    use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_pressure, test_length, test_closing
-   use span_change, only: leg_t, change_t, new_leg, merges_untold, change_none, change_missed, change_by_rule, change_opening, &
-      & change_lying, change_merging, place_here, place_ahead
+   use span_change, only: leg_t, change_t, next_t, new_leg, merges_untold, change_none, change_missed, change_by_rule, &
+      & change_opening, change_lying, change_merging, place_here, place_ahead
    use span_events, only: find_change
    use span_beyond, only: look_beyond
-   use span_arrival, only: take_set, take_line, take_opened
+   use span_arrival, only: take_set, take_line, take_opened, take_told
+   use contact_in_doubt, only: ask_nodes, differences_t
    use touchdown_points, only: stands
    use path_continuity, only: heading_t, heading_at
    use path_run, only: run_t
@@ -24,7 +25,7 @@ module span_changes
    use timing, only: timers_t
    implicit none
    private
-   public :: pass_change
+   public :: pass_change, pass_doubt
 
 contains
 
@@ -75,6 +76,30 @@ contains
          call take_line(problem, step, run, change, recorder, finished, outcome, timers)
       end select
    end subroutine pass_change
+
+   !> Where no increment gets further and no test tells why: the set that contact at nodes finds ahead.
+   subroutine pass_doubt(problem, step, run, reach, recorder, changed, finished, outcome, timers)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run          !! its system is factored where it stands
+      real(wp), intent(in) :: reach              !! of the increment that failed
+      class(recorder_t), intent(inout) :: recorder
+      logical, intent(out) :: changed            !! false: nodes do not find one
+      logical, intent(out) :: finished
+      type(outcome_t), intent(inout) :: outcome
+      type(timers_t), intent(inout) :: timers
+      type(next_t) :: next
+      type(heading_t) :: onward
+      real(wp) :: since
+      type(differences_t) :: differences
+      finished = .false.
+      call ask_nodes(problem, run, reach, next, onward, since, differences, changed, timers)
+      if (changed) then
+         call take_told(problem, step, run, next, onward, since, differences, recorder, finished, outcome, timers)
+      else
+         call linearise(problem, run%state, run%state, run%system, timers)
+      end if
+   end subroutine pass_doubt
 
    !> The run goes to the place of a change, which is recorded.
    subroutine record_change(problem, step, run, stuck, tries, change, recorder, shorter, finished, outcome, timers)

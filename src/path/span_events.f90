@@ -10,7 +10,7 @@ module span_events
    use span_change, only: leg_t, change_t, change_none, change_missed, change_by_rule, change_lying, change_merging, place_here, &
       & place_ahead
    use span_location, only: locate, turns, arrival, leads_to, leads_to_next
-   use span_lie_down, only: lie_down, beside_free_span, span_gap
+   use span_lie_down, only: lie_down, beside_free_span, free_span, span_gap
    use held_openings, only: find_flat_point, held_load
    use span_merging, only: find_merging, closing_point
    use path_control, only: path_length
@@ -63,9 +63,22 @@ contains
             if (.not. beside_free_span(problem, c, side)) cycle
             from = span_gap(problem, leg%from, c, side)
             to = span_gap(problem, leg%to, c, side)
-            any_flat = any_flat .or. ((from > rounding_gap(problem) .or. fails) .and. to <= rounding_gap(problem))
+            any_flat = any_flat .or. ((from > rounding_gap(problem) .or. fails .or. closes(c, side)) .and. &
+               & to <= rounding_gap(problem))
          end do
       end do
+
+   contains
+
+      !> True for a span between two contacts that becomes shorter: its gap, of the sixth power of its length, is gone long before.
+      logical function closes(c, side)
+         integer, intent(in) :: c, side
+         real(wp) :: from(2), to(2), whole
+         call free_span(problem, leg%from, c, side, from)
+         call free_span(problem, leg%to, c, side, to)
+         whole = problem%layout%stretch(problem%touch(problem%candidates%touch(c))%stretch)%length
+         closes = to(2) - to(1) < from(2) - from(1) .and. to(side) > 0.0_wp .and. to(side) < whole
+      end function closes
    end function any_flat
 
    !> A free span whose gap is gone at the end of the increment has lain down on the way. Where exactly the increments of the old

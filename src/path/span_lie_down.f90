@@ -15,6 +15,7 @@ module span_lie_down
    use free_span_gap, only: gap_at
    use span_tests, only: span_test_t, run_span_tests, another_fails, test_slack, test_pressure, shortest
    use state_transfer, only: carried
+   use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    use path_control, only: control_t, path_length
    use path_continuity, only: largest_distance
    use corrector, only: increment_t, correct
@@ -55,7 +56,7 @@ contains
             come = span_gap(problem, earlier, c, side)
             if (abs(left) > max(abs(come - left), rounding_gap(problem)) .and. .not. closed) cycle
             next = new_span_problem(problem, laid_down(problem, state, c, side))
-            call find_begin(problem, next, state, step, closed, start, system, rate, lies, timers)
+            call find_begin(problem, next, earlier%load_factor, state, step, closed, start, system, rate, lies, timers)
             ! A straight obstacle presses a straight line at no load: then only a gap that is gone tells.
             if (lies .and. .not. (closed .or. abs(rate) > 0.0_wp)) lies = abs(left) <= rounding_gap(problem)
             if (.not. lies) cycle
@@ -120,8 +121,9 @@ contains
    end subroutine look_at_ends
 
    !> Where the new line begins to press: its least pressure is zero, or just above it.
-   subroutine find_begin(problem, next, trial, step, closed, state, system, rate, found, timers)
+   subroutine find_begin(problem, next, earlier, trial, step, closed, state, system, rate, found, timers)
       type(problem_t), intent(in) :: problem, next
+      real(wp), intent(in) :: earlier            !! load factor of the point of the path before
       type(state_t), intent(in) :: trial         !! of `problem`
       real(wp), intent(in) :: step               !! of the load, to begin with
       logical, intent(in) :: closed              !! the line may press already: then that is the state
@@ -130,53 +132,77 @@ contains
       real(wp), intent(out) :: rate              !! of the least pressure, per unit of load factor
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
-      type(control_t) :: control
-      type(increment_t) :: report
-      type(state_t) :: start
-      real(wp) :: loads(2), pressure(2), guess, slack
+      real(wp), parameter :: slack = 1.0e-3_wp * test_slack(test_pressure)
+      type(bracket_t) :: bracket
+      type(state_t) :: there
+      real(wp) :: loads(2), pressure(2), part
       integer :: try
-      start = carried(problem, trial, next)
+      logical :: ok
       system = new_system(next)
-      control%method = method_load
-      state = start
-      guess = trial%load_factor
-      loads = guess
-      rate = 1.0_wp
-      pressure = 0.0_wp
+      state = carried(problem, trial, next)
+      rate = 0.0_wp
       found = .false.
+      loads = trial%load_factor
+      call look_at(loads(2), pressure(2), ok)
+      if (.not. ok) return
+      found = closed .and. pressure(2) >= 0.0_wp
+      if (found) return
+      if (pressure(2) > slack .and. abs(earlier - trial%load_factor) > 0.0_wp) then
+         ! Where it is least may be elsewhere than where the line has closed, and have another slope.
+         there = state
+         call look_at(earlier, pressure(1), ok)
+         if (ok .and. pressure(1) < 0.0_wp) then
+            bracket = new_bracket(pressure(1) - 0.5_wp * slack, pressure(2) - 0.5_wp * slack)
+            do while (next_guess(bracket, epsilon(part), part))
+               loads(1) = earlier + part * (trial%load_factor - earlier)
+               call look_at(loads(1), pressure(1), ok)
+               if (.not. ok) exit
+               call take_value(bracket, part, pressure(1) - 0.5_wp * slack)
+               ! What the iteration leaves of forces makes pressures go to and fro.
+               found = pressure(1) >= 0.0_wp .and. (pressure(1) <= slack .or. (bracket%high - bracket%low <= sqrt(slack) .and. &
+                  & pressure(1) <= test_slack(test_pressure)))
+               if (found) exit
+            end do
+            rate = (bracket%f_high - bracket%f_low) / ((bracket%high - bracket%low) * (trial%load_factor - earlier))
+            if (found) return
+         end if
+         state = there
+      end if
       do try = 1, max_tries
-         control%increment = guess - state%load_factor
-         start = state
-         call correct(next, start, control, .true., state, system, report, timers)
-         if (.not. report%converged) return
-         loads = [loads(2), guess]
-         pressure = [pressure(2), least_pressure()]
-         slack = 1.0e-3_wp * test_slack(test_pressure)
-         if (closed .and. try == 1 .and. pressure(2) >= 0.0_wp) then
-            rate = 0.0_wp
-            found = .true.
-            return
-         end if
+         loads(1) = loads(2)
+         pressure(1) = pressure(2)
+         loads(2) = loads(2) + step
+         if (try > 1) loads(2) = loads(1) - (pressure(1) - 0.5_wp * slack) / rate
          ! No load tells them apart.
-         if (try > 1 .and. .not. abs(loads(2) - loads(1)) > 0.0_wp) return
-         if (try > 1) rate = (pressure(2) - pressure(1)) / (loads(2) - loads(1))
-         found = try > 1 .and. pressure(2) >= 0.0_wp .and. pressure(2) <= slack
-         if (found) return
-         if (try == 1) then
-            guess = guess + step
-         else
-            if (.not. abs(rate) > 0.0_wp) return
-            guess = loads(2) - (pressure(2) - 0.5_wp * slack) / rate
-         end if
+         if (.not. abs(loads(2) - loads(1)) > 0.0_wp) return
+         call look_at(loads(2), pressure(2), ok)
+         if (.not. ok) return
+         rate = (pressure(2) - pressure(1)) / (loads(2) - loads(1))
+         found = pressure(2) >= 0.0_wp .and. pressure(2) <= slack
+         if (found .or. .not. abs(rate) > 0.0_wp) return
       end do
 
    contains
 
-      real(wp) function least_pressure()
+      !> The state at a load factor, and its least pressure.
+      subroutine look_at(load, least, converged)
+         real(wp), intent(in) :: load
+         real(wp), intent(out) :: least
+         logical, intent(out) :: converged
+         type(control_t) :: control
+         type(increment_t) :: report
+         type(state_t) :: start
          type(span_test_t), allocatable :: tests(:)
+         control%method = method_load
+         control%increment = load - state%load_factor
+         start = state
+         call correct(next, start, control, .true., state, system, report, timers)
+         converged = report%converged
+         least = 0.0_wp
+         if (.not. converged) return
          tests = run_span_tests(next, state, max(system%force_scale, tiny(1.0_wp)))
-         least_pressure = minval(tests%value, mask=tests%kind == test_pressure)
-      end function least_pressure
+         least = minval(tests%value, mask=tests%kind == test_pressure)
+      end subroutine look_at
    end subroutine find_begin
 
    !> The free span on one side of a point contact, along the stretch; of no length where there is none.

@@ -1,5 +1,4 @@
-!> Which contact set follows where a test of the present one vanishes: one rule a test. The same rules correct a set of which
-!> several tests fail at once.
+!> Which contact set follows where a test of the present one vanishes: one rule a test.
 module span_rules
    use kinds, only: wp
    use problem, only: problem_t
@@ -13,7 +12,7 @@ module span_rules
    use span_merging, only: closing_point
    implicit none
    private
-   public :: answer_t, answer_to, index_of
+   public :: answer_t, answer_to
 
    !> What follows.
    type :: answer_t

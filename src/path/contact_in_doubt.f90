@@ -1,0 +1,269 @@
+!> Where the set of contact spans is in doubt: no increment gets further with it, and no test tells what comes instead.
+!>
+!> Then contact at many nodes finds out, as at the start of a path: a complementarity problem at each Newton iteration, without any
+!> rule. The nodes go ahead until what they say turns into points and lines that hold; with these the way goes back, to where they
+!> hold first.
+module contact_in_doubt
+   use kinds, only: wp
+   use model, only: method_load, method_cylindrical
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t, new_system
+   use bordered_system, only: linearise
+   use contact_touch, only: touch_t
+   use span_problem, only: new_sampled_problem, present_touches
+   use span_tests, only: spans_hold
+   use nodes_to_spans, only: find_spans
+   use span_change, only: next_t
+   use span_location, only: leads_to
+   use state_transfer, only: carried, carried_field
+   use path_control, only: control_t, is_arc_length, set_tangent, displacement_between, path_length
+   use path_continuity, only: heading_t, heading_at
+   use path_run, only: run_t
+   use corrector, only: increment_t, correct, take_increment
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: ask_nodes, differences_t
+
+   !> How two sets differ: how often each.
+   type :: differences_t
+      integer :: lost = 0, gained = 0, divided = 0, merged = 0
+   contains
+      procedure :: all_together
+   end type differences_t
+
+   integer, parameter :: most_increments = 24   !! with contact at nodes
+   integer, parameter :: most_halvings = 20     !! of the way back
+   real(wp), parameter :: turning = 2.0_wp      !! times its own rate that a path may move at where its contact changes
+
+contains
+
+   !> The next set of contact spans and its equilibrium ahead of where the run stands, as near as the set holds.
+   subroutine ask_nodes(problem, run, reach, next, onward, since, differences, found, timers)
+      type(problem_t), intent(in) :: problem       !! of spans
+      type(run_t), intent(in) :: run               !! its system factored where it stands
+      real(wp), intent(in) :: reach                !! of the increment that failed
+      type(next_t), intent(out) :: next
+      type(heading_t), intent(out) :: onward       !! from there, on its mesh
+      real(wp), intent(out) :: since               !! load factor after which the set changes
+      type(differences_t), intent(out) :: differences !! from the set of the run
+      logical, intent(out) :: found
+      type(timers_t), intent(inout) :: timers
+      type(problem_t) :: nodes
+      type(state_t) :: here, ahead
+      type(system_t) :: system
+      type(control_t) :: control
+      type(increment_t) :: report
+      type(heading_t) :: heading
+      character(:), allocatable :: why
+      integer :: try
+      found = .false.
+      nodes = new_sampled_problem(problem)
+      here = carried(problem, run%state, nodes)
+      here%active = at_touches(nodes, here, present_touches(problem, run%state))
+      onward%u = carried_field(problem, run%state, run%heading%u, nodes, here)
+      system = new_system(nodes)
+      control%method = method_load
+      ahead = here
+      ! First with what touches now: its forces are not those of nodes.
+      call correct(nodes, here, control, .true., ahead, system, report, timers)
+      if (.not. report%converged) ahead = here
+      here = ahead
+      call correct(nodes, here, control, .false., ahead, system, report, timers)
+      if (.not. report%converged) return
+      here = ahead
+      heading = heading_at(nodes, system, onward%u, run%heading%load)
+      control%method = merge(method_cylindrical, run%control%method, is_arc_length(run%control%method))
+      control%monitor = run%control%monitor
+      control%increment = sign(reach, run%control%increment)
+      do try = 1, most_increments
+         if (control%method == method_cylindrical) call set_tangent(nodes, system, heading%u, heading%load, control)
+         call take_increment(nodes, here, control, ahead, system, report, timers)
+         if (.not. report%converged) then
+            call linearise(nodes, here, here, system, timers)
+            control%increment = 0.5_wp * control%increment
+            cycle
+         end if
+         heading = heading_at(nodes, system, displacement_between(nodes, here, ahead), ahead%load_factor - here%load_factor)
+         call find_spans(nodes, ahead, next%problem, next%state, next%system, found, why, timers)
+         ! Near a dead end directions are noise: from further away they tell.
+         if (found) found = leads_there(problem, run, next)
+         if (found) exit
+         here = ahead
+         control%increment = 2.0_wp * control%increment
+      end do
+      if (.not. found) return
+      ahead = next%state
+      call go_back(run, next, since, timers)
+      found = is_near(problem, run, next)
+      if (.not. found) return
+      here = next%state
+      if (path_length(next%problem, here, ahead) <= 0.0_wp) here = carried(problem, run%state, next%problem)
+      onward = heading_at(next%problem, next%system, displacement_between(next%problem, here, ahead), ahead%load_factor - &
+         & here%load_factor)
+      call compare_sets(present_touches(problem, run%state), run%touches, nodes, present_touches(next%problem, next%state), &
+         & next%problem%touch, differences)
+   end subroutine ask_nodes
+
+   !> True for an equilibrium of other spans that lies ahead on the path of the run.
+   logical function leads_there(problem, run, next) result(leads)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      type(next_t), intent(in) :: next
+      type(state_t) :: from
+      type(heading_t) :: heading
+      from = carried(problem, run%state, next%problem)
+      heading%load = run%heading%load
+      heading%u = carried_field(problem, run%state, run%heading%u, next%problem, from)
+      leads = leads_to(next%problem, from, heading, run%fresh, next%state)
+   end function leads_there
+
+   !> True for an equilibrium as near as the path goes over that change of the load: elsewhere lies another path.
+   logical function is_near(problem, run, next) result(near)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      type(next_t), intent(in) :: next
+      real(wp) :: rise, jump
+      rise = next%state%load_factor - run%state%load_factor
+      jump = path_length(next%problem, carried(problem, run%state, next%problem), next%state)
+      near = jump * abs(run%heading%load) <= turning * abs(rise) + sqrt(epsilon(rise)) * problem%size * abs(run%heading%load)
+   end function is_near
+
+   !> Nodes on lines, and those next to points.
+   function at_touches(nodes, state, touch) result(active)
+      type(problem_t), intent(in) :: nodes
+      type(state_t), intent(in) :: state
+      type(touch_t), intent(in) :: touch(:)
+      logical :: active(nodes%candidates%n)
+      real(wp) :: at(2)
+      integer :: c, side, e, k
+      active = .false.
+      do c = 1, nodes%candidates%n
+         do side = 1, 2
+            e = nodes%candidates%element(side, c)
+            if (e == 0) cycle
+            ! The half of the element that is nearer to the node.
+            at = state%geometry%element(e)%s + nodes%origin(e)
+            at(side) = 0.5_wp * sum(at)
+            do k = 1, size(touch)
+               if (touch(k)%stretch /= nodes%stretch(e) .or. touch(k)%contact /= nodes%candidates%contact(c)) cycle
+               active(c) = active(c) .or. (touch(k)%at(2) >= at(1) .and. touch(k)%at(1) <= at(2))
+            end do
+         end do
+      end do
+   end function at_touches
+
+   !> Contacts that go on keep their numbers: those that lie over each other, as well as nodes tell. Others are new.
+   pure subroutine compare_sets(before, last, nodes, now, touch, differences)
+      type(touch_t), intent(in) :: before(:)
+      integer, intent(in) :: last                  !! number given last
+      type(problem_t), intent(in) :: nodes         !! that have told
+      type(touch_t), intent(in) :: now(:)
+      type(touch_t), intent(inout) :: touch(:)     !! those of `now` that get the numbers
+      type(differences_t), intent(out) :: differences
+      logical :: over(size(before), size(now))
+      real(wp) :: spacing
+      integer :: k, j
+      do k = 1, size(now)
+         over(:, k) = [(apart(before(j), now(k)) <= 0.0_wp, j=1, size(before))]
+      end do
+      do k = 1, size(now)
+         if (any(over(:, k))) cycle
+         spacing = nodes%layout%stretch(now(k)%stretch)%length / (nodes%element_last(now(k)%stretch) - &
+            & nodes%element_first(now(k)%stretch) + 1)
+         do j = 1, size(before)
+            if (any(over(j, :)) .or. apart(before(j), now(k)) > spacing) cycle
+            over(j, k) = .true.
+            exit
+         end do
+      end do
+      do k = 1, size(now)
+         touch(k)%number = last + k
+         j = findloc(over(:, k), .true., 1)
+         ! Of a contact that has divided the first part goes on.
+         if (j > 0) then
+            if (findloc(over(j, :), .true., 1) == k) touch(k)%number = before(j)%number
+         end if
+      end do
+      differences%lost = count(.not. any(over, 2))
+      differences%gained = count(.not. any(over, 1))
+      differences%divided = sum(max(count(over, 2) - 1, 0))
+      differences%merged = sum(max(count(over, 1) - 1, 0))
+   end subroutine compare_sets
+
+   !> Distance of two contacts along the rod; huge where they are not on one stretch with one obstacle.
+   pure real(wp) function apart(one, other)
+      type(touch_t), intent(in) :: one, other
+      apart = max(one%at(1) - other%at(2), other%at(1) - one%at(2))
+      if (one%stretch /= other%stretch .or. one%contact /= other%contact) apart = huge(apart)
+   end function apart
+
+   pure integer function all_together(self)
+      class(differences_t), intent(in) :: self
+      all_together = self%lost + self%gained + self%divided + self%merged
+   end function all_together
+
+   !> Back towards where the run stands, as far as the next set holds: halves of what is left of the way. Where it holds all the way
+   !> both sets have one equilibrium there, and the change lies further back.
+   subroutine go_back(run, next, since, timers)
+      type(run_t), intent(in) :: run
+      type(next_t), intent(inout) :: next
+      real(wp), intent(out) :: since               !! load factor at which the next set begins to hold
+      type(timers_t), intent(inout) :: timers
+      type(state_t) :: state
+      type(system_t) :: system
+      real(wp) :: fails, holding, part, whole
+      integer :: try
+      logical :: holds
+      whole = next%state%load_factor - run%state%load_factor
+      holding = 1.0_wp
+      part = 0.0_wp
+      call look_at(part)
+      if (holds) then
+         part = -0.5_wp**most_halvings
+         do try = 1, 2 * most_halvings
+            call look_at(part)
+            if (.not. holds) exit
+            part = 2.0_wp * part
+         end do
+      end if
+      fails = part
+      if (.not. holds) then
+         do try = 1, most_halvings
+            part = 0.5_wp * (fails + holding)
+            call look_at(part)
+            if (.not. holds) fails = part
+         end do
+      end if
+      since = run%state%load_factor + holding * whole
+
+   contains
+
+      !> Whether the next set holds at a part of the way, which is then where it is known nearest.
+      subroutine look_at(part)
+         real(wp), intent(in) :: part
+         type(control_t) :: control
+         type(increment_t) :: report
+         type(state_t) :: start
+         control%method = method_load
+         if (holding >= 1.0_wp) then
+            state = next%state
+            system = next%system
+         end if
+         start = state
+         control%increment = run%state%load_factor + part * whole - start%load_factor
+         call correct(next%problem, start, control, .true., state, system, report, timers)
+         holds = report%converged
+         if (holds) holds = spans_hold(next%problem, state, system%force_scale)
+         if (.not. holds) then
+            state = start
+            return
+         end if
+         holding = part
+         if (part < 0.0_wp) return
+         next%state = state
+         next%system = system
+      end subroutine look_at
+   end subroutine go_back
+end module contact_in_doubt
