@@ -55,7 +55,7 @@ contains
       real(wp), intent(in) :: shift(:)           !! (nodes) of nominal length
       type(state_t), intent(inout) :: state      !! carried to where the nodes are now
       type(state_t) :: moved(2)
-      real(wp) :: part, gap(2), normal(2, 2), bend(2), rate(2), bow
+      real(wp) :: part, gap(2), normal(2, 2), bend(2), rate(2), bow, lift, twist
       integer :: c, e, side
       part = huge(part)
       do c = 1, problem%ground%chain%n
@@ -65,9 +65,7 @@ contains
             if (far > 0.0_wp) part = min(part, short * (s(2) - s(1)) / far)
          end associate
       end do
-      ! What comes after that is rounding. Until then all ways count: errors of polynomials carried along would keep the iteration
-      ! going to and fro.
-      if (maxval(abs(shift)) <= rounding_steps * epsilon(part) * problem%size .or. .not. part < huge(part)) return
+      if (.not. part < huge(part)) return
       do c = 1, problem%ground%chain%n
          if (.not. lies(problem, before, c)) cycle
          e = problem%ground%chain%element(2, c)
@@ -77,10 +75,13 @@ contains
             call chain_gap(problem, state, chain, c, gap(2), normal(:, 2), bend(2))
             call rod_rate(problem, before, e, rate, bow)
             bow = bow + bend(1) * (normal(2, 1) * rate(1) - normal(1, 1) * rate(2))
-            state%u(1:2, node) = state%u(1:2, node) + &
-               & (gap(1) + dot_product(normal(:, 1), rate) * shift(node) - gap(2)) * normal(:, 2)
-            state%u(3, node) = state%u(3, node) + bow * shift(node) - &
-               & (direction(problem, state, c) - direction(problem, before, c) - turn(normal))
+            lift = gap(1) + dot_product(normal(:, 1), rate) * shift(node) - gap(2)
+            twist = bow * shift(node) - (direction(problem, state, c) - direction(problem, before, c) - turn(normal))
+            ! Less is the rounding of places and directions. More counts however short the way is: what polynomials carried along
+            ! err by would keep the iteration going to and fro.
+            if (abs(lift) > rounding_steps * epsilon(lift) * problem%size) &
+               & state%u(1:2, node) = state%u(1:2, node) + lift * normal(:, 2)
+            if (abs(twist) > rounding_steps * epsilon(twist)) state%u(3, node) = state%u(3, node) + twist
          end associate
       end do
       do side = 1, 2

@@ -14,7 +14,7 @@ module ground_segments
    use gauss_tableau, only: max_stages
    implicit none
    private
-   public :: has_kinks, follows, tell_segments, claim_kinks, segments_hold, element_cuts, crosses_at, segment_at
+   public :: has_kinks, follows, tell_segments, settle_found, segments_hold, element_cuts, crosses_at, segment_at
    public :: segment_stiffness, is_cut, gap_uncertainty, followed_length, followed_part, stiffest
 
    real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! of what moves: the rounding of gaps, and what Newton leaves
@@ -292,26 +292,46 @@ contains
       end function goes_on
    end subroutine tell_segments
 
-   !> Settles the elements beside marks that the one kink in them has left: Newton's method brings the marks there.
-   subroutine claim_kinks(problem, state)
+   !> Settles what elements have found out for themselves: those beside marks that the one kink in them has left, where Newton's
+   !> method brings the mark, and those without a kink. Others have found what no mark tells.
+   subroutine settle_found(problem, state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state         !! converged
-      type(element_gap_t) :: gap
-      real(wp) :: place(most_crossings)
-      integer :: m, side, kinks, n
+      logical :: found(size(state%segment))
+      integer :: c, m
+      found = state%segment == segment_unknown
+      call tell_segments(problem, state, carried=.false.)
+      do c = 1, size(state%segment)
+         if (.not. found(c) .or. state%segment(c) == segment_unknown) cycle
+         if (kinks_in(c) > 0) state%segment(c) = segment_unknown
+      end do
       do m = 1, size(problem%mark)
          associate (mark => problem%mark(m))
             if (.not. any(state%segment(mark%candidate) == segment_unknown)) cycle
-            kinks = 0
-            do side = 1, 2
-               gap = ground_gap(problem, state, mark%candidate(side))
-               call gap_crossings(problem, gap, mark%level, n, place)
-               kinks = kinks + n
-            end do
-            if (kinks == 1) state%segment(mark%candidate) = mark%segment
+            if (kinks_in(mark%candidate(1), m) + kinks_in(mark%candidate(2), m) == 1) state%segment(mark%candidate) = mark%segment
          end associate
       end do
-   end subroutine claim_kinks
+
+   contains
+
+      !> At all levels, or at that of a mark.
+      integer function kinks_in(candidate, mark) result(kinks)
+         integer, intent(in) :: candidate
+         integer, intent(in), optional :: mark
+         type(element_gap_t) :: gap
+         real(wp) :: place(most_crossings)
+         real(wp), allocatable :: levels(:)
+         integer :: k, n
+         levels = kink_levels(problem, candidate)
+         if (present(mark)) levels = [problem%mark(mark)%level]
+         gap = ground_gap(problem, state, candidate)
+         kinks = 0
+         do k = 1, size(levels)
+            call gap_crossings(problem, gap, levels(k), n, place)
+            kinks = kinks + n
+         end do
+      end function kinks_in
+   end subroutine settle_found
 
    !> Whether the gaps of a converged state agree with its segments; where they do not the segment is given up.
    subroutine segments_hold(problem, state, hold, carried)

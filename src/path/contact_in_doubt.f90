@@ -15,7 +15,7 @@ module contact_in_doubt
    use span_tests, only: spans_hold
    use nodes_to_spans, only: find_spans
    use span_change, only: next_t
-   use span_location, only: leads_to
+   use span_location, only: leads_to_next
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t, is_arc_length, set_tangent, displacement_between, path_length
    use path_continuity, only: heading_t, heading_at
@@ -88,7 +88,7 @@ contains
          heading = heading_at(nodes, system, displacement_between(nodes, here, ahead), ahead%load_factor - here%load_factor)
          call find_spans(nodes, ahead, next%problem, next%state, next%system, found, why, timers)
          ! Near a dead end directions are noise: from further away they tell.
-         if (found) found = leads_there(problem, run, next)
+         if (found) found = leads_to_next(problem, run, next)
          if (found) exit
          here = ahead
          control%increment = 2.0_wp * control%increment
@@ -105,19 +105,6 @@ contains
       call compare_sets(present_touches(problem, run%state), run%touches, nodes, present_touches(next%problem, next%state), &
          & next%problem%touch, differences)
    end subroutine ask_nodes
-
-   !> True for an equilibrium of other spans that lies ahead on the path of the run.
-   logical function leads_there(problem, run, next) result(leads)
-      type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
-      type(next_t), intent(in) :: next
-      type(state_t) :: from
-      type(heading_t) :: heading
-      from = carried(problem, run%state, next%problem)
-      heading%load = run%heading%load
-      heading%u = carried_field(problem, run%state, run%heading%u, next%problem, from)
-      leads = leads_to(next%problem, from, heading, run%fresh, next%state)
-   end function leads_there
 
    !> True for an equilibrium as near as the path goes over that change of the load: elsewhere lies another path.
    logical function is_near(problem, run, next) result(near)

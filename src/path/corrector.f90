@@ -14,7 +14,7 @@ module corrector
    use touchdown_points, only: move_touchdown_points, misfit
    use element_foundation, only: foundation_forces
    use force_law, only: segment_unknown
-   use ground_segments, only: segments_hold, tell_segments, claim_kinks
+   use ground_segments, only: segments_hold, settle_found
    use ground_pressures, only: advance_pressures
    use ground_marks, only: mark_step, mark_spring
    use inner_forces, only: inner_forces_t
@@ -215,8 +215,7 @@ contains
             if (settled .and. .not. told_again .and. any(searches(problem, state))) then
                ! What has been given up on the way may be settled where it ended.
                given_up = searches(problem, state)
-               call tell_segments(problem, state, carried=.false.)
-               call claim_kinks(problem, state)
+               call settle_found(problem, state)
                settled = all(searches(problem, state) .eqv. given_up)
                told_again = .true.
             end if

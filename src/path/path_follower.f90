@@ -47,7 +47,7 @@ contains
       type(increment_t) :: report
       type(heading_t) :: ahead
       type(relation_t) :: relation, before
-      logical :: finished, scaled, turned, shorter, astray, changed, entered, taken, asked
+      logical :: finished, scaled, shorter, astray, changed, entered, taken
       integer :: cuts, searches, tries, tried_at, doubled_at, asked_at
       real(wp) :: first_increment
 
@@ -82,73 +82,11 @@ contains
          end if
          astray = .false.
          if (cuts == 0) relation%told = .false.
-         if (report%converged) then
-            ahead = heading_of(problem, run, trial)
-            before = relation
-            relation = relate(problem, run%state, trial, run%heading, ahead, run%fresh)
-            astray = .not. same_path(relation)
-            ! With contact spans corners are where their changes are located, and the heading is that after them.
-            if (astray .and. cuts > 0 .and. .not. problem%has_spans()) then
-               if (at_corner(before, relation)) &
-                  & astray = .not. same_path(relate(problem, run%state, trial, run%heading, ahead, .true.))
-            end if
-            ! The mesh of the increment is gone where contact at nodes has become spans.
-            if (.not. changed) astray = astray .or. too_far(problem, run%control, relation)
-            if (astray) report%message = 'what equilibrium there is ahead lies on another path, or behind a loop of this one'
-            if (.not. astray) then
-               astray = turned_round(problem, run, trial, ahead)
-               if (astray) report%message = 'the path turns round and leads back over the points that it has passed'
-            end if
-            ! The same point on another mesh, where the run's point may not be in equilibrium, does not come from elsewhere.
-            astray = astray .and. .not. taken
-         end if
+         if (report%converged) call look_astray()
          taken = .false.
          if (astray .or. .not. report%converged) then
-            call count_up(timers, counter_rejected)
-            cuts = cuts + 1
-            call linearise(problem, run%state, run%state, run%system, timers)
-            if (problem%has_spans() .and. cuts == cuts_before_change .and. allocated(run%trail)) then
-               ! A change of contact just ahead may be the reason.
-               trial = run%state
-               ahead = run%heading
-               call pass_change(problem, step, run, trial, ahead, .true., huge(1), recorder, changed, finished, outcome, timers)
-               if (finished .or. allocated(outcome%why)) return
-               if (allocated(run%stuck)) deallocate (run%stuck)
-               if (changed) cuts = 0
-               if (changed) cycle points
-               call linearise(problem, run%state, run%state, run%system, timers)
-            end if
-            if (cuts > cuts_before_mesh .and. doubled_at /= run%step_points) then
-               ! Perhaps a mesh that the program has made is too coarse for any.
-               doubled_at = run%step_points
-               call ask_for_twice(problem, run, asked)
-               if (asked) then
-                  call refine(.false.)
-                  cycle points
-               end if
-            end if
-            ! A path turns at once where the contact set changes.
-            if (cuts > cuts_before_corner .or. (astray .and. any(run%state%active .neqv. trial%active))) then
-               call turn_corner(problem, step, run, recorder, turned, finished, outcome, timers)
-               if (finished .or. allocated(outcome%why)) return
-               if (turned) cuts = 0
-               if (turned) cycle points
-            end if
-            run%control%increment = 0.5_wp * run%control%increment
-            if (report%hopeless) then
-               outcome%why = 'no first point: '//report%message
-               return
-            else if (cuts > max_cuts .or. abs(run%control%increment) < smallest(step, run%control)) then
-               if (.not. allocated(report%message)) report%message = 'no equilibrium'
-               call ask_nodes()
-               if (finished .or. allocated(outcome%why)) return
-               if (changed) cycle points
-               call why_stuck(problem, step, run, report, outcome%why, outcome%turns, timers)
-               return
-            end if
-            call count_up(timers, counter_cut)
-            ! A shorter increment may ask for a mesh of its own.
-            tries = 0
+            call try_otherwise()
+            if (finished .or. allocated(outcome%why)) return
             cycle points
          end if
          cuts = 0
@@ -231,6 +169,79 @@ contains
          call refine_mesh(problem, run, trial, settled, taken, done, timers)
          if (.not. done) tries = huge(tries) - 1
       end subroutine refine
+
+      !> Whether the equilibrium that was found lies on another path, or the path leads back; and the heading there.
+      subroutine look_astray()
+         ahead = heading_of(problem, run, trial)
+         before = relation
+         relation = relate(problem, run%state, trial, run%heading, ahead, run%fresh)
+         astray = .not. same_path(relation)
+         ! With contact spans corners are where their changes are located, and the heading is that after them.
+         if (astray .and. cuts > 0 .and. .not. problem%has_spans()) then
+            if (at_corner(before, relation)) &
+               & astray = .not. same_path(relate(problem, run%state, trial, run%heading, ahead, .true.))
+         end if
+         ! The mesh of the increment is gone where contact at nodes has become spans.
+         if (.not. changed) astray = astray .or. too_far(problem, run%control, relation)
+         if (astray) report%message = 'what equilibrium there is ahead lies on another path, or behind a loop of this one'
+         if (.not. astray) then
+            astray = turned_round(problem, run, trial, ahead)
+            if (astray) report%message = 'the path turns round and leads back over the points that it has passed'
+         end if
+         ! The same point on another mesh, where the run's point may not be in equilibrium, does not come from elsewhere.
+         astray = astray .and. .not. taken
+      end subroutine look_astray
+
+      !> From the last point again, which no increment has led on from: past a change of contact, on a finer mesh, around a corner,
+      !> or by half the way.
+      subroutine try_otherwise()
+         logical :: turned, asked
+         call count_up(timers, counter_rejected)
+         cuts = cuts + 1
+         call linearise(problem, run%state, run%state, run%system, timers)
+         if (problem%has_spans() .and. cuts == cuts_before_change .and. allocated(run%trail)) then
+            ! A change of contact just ahead may be the reason.
+            trial = run%state
+            ahead = run%heading
+            call pass_change(problem, step, run, trial, ahead, .true., huge(1), recorder, changed, finished, outcome, timers)
+            if (finished .or. allocated(outcome%why)) return
+            if (allocated(run%stuck)) deallocate (run%stuck)
+            if (changed) cuts = 0
+            if (changed) return
+            call linearise(problem, run%state, run%state, run%system, timers)
+         end if
+         if (cuts > cuts_before_mesh .and. doubled_at /= run%step_points) then
+            ! Perhaps a mesh that the program has made is too coarse for any.
+            doubled_at = run%step_points
+            call ask_for_twice(problem, run, asked)
+            if (asked) then
+               call refine(.false.)
+               return
+            end if
+         end if
+         ! A path turns at once where the contact set changes.
+         if (cuts > cuts_before_corner .or. (astray .and. any(run%state%active .neqv. trial%active))) then
+            call turn_corner(problem, step, run, recorder, turned, finished, outcome, timers)
+            if (finished .or. allocated(outcome%why)) return
+            if (turned) cuts = 0
+            if (turned) return
+         end if
+         run%control%increment = 0.5_wp * run%control%increment
+         if (report%hopeless) then
+            outcome%why = 'no first point: '//report%message
+            return
+         else if (cuts > max_cuts .or. abs(run%control%increment) < smallest(step, run%control)) then
+            if (.not. allocated(report%message)) report%message = 'no equilibrium'
+            call ask_nodes()
+            if (finished .or. allocated(outcome%why)) return
+            if (changed) return
+            call why_stuck(problem, step, run, report, outcome%why, outcome%turns, timers)
+            return
+         end if
+         call count_up(timers, counter_cut)
+         ! A shorter increment may ask for a mesh of its own.
+         tries = 0
+      end subroutine try_otherwise
 
       !> Shorter increments tell apart events that the ends of one do not.
       subroutine search_closer()
