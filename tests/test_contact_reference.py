@@ -43,8 +43,7 @@ def test_liners():
     close(cases.liner_limit(50.0, 0.004, 1e-3).load, 36.277500542, 1e-10)
     close(cases.liner_limit(50.0, 0.0, 2e-4).load, 59.49696, 1e-7)
     table = cases.liner_table()
-    for key in ((25, 2, 5e-3, 0.02),):
-        close(table[key], cases.liner_limit(key[0], key[3], key[2], key[1]).load, 1e-10)
+    close(table[50, 1, 1e-3, 0.004], 36.277500542, 1e-10)
     assert len(table) == len(cases.SLENDERNESS) * len(cases.LOBES) * len(cases.DISTURBANCES) * len(cases.GAPS)
 
 

@@ -109,24 +109,23 @@ def test_rounding_on_the_stiffest_ground_is_told(k):
 
 def test_contact_that_splits_behind_its_end_is_told_as_that():
     """The end of contact moves by more than the length of what splits off: regions are compared where the mesh has taken them.
-    46.49839024 by the mesh made for 1e-6."""
-    run = dr.run_deck(RING.format(k=1e10, element="GE8", count=", 24", stop=0.02, accuracy=""))
+    65.916123 is what the corrected loads of several meshes agree in."""
+    run = dr.run_deck(RING.format(k=3e9, element="GE8", count=", 24", stop=0.03, accuracy=""))
     assert not run.labelled("C+") and len(run.labelled("C-")) == 1
     point, = run.labelled("C-")
     assert point.note == "a contact region splits"
-    assert abs(point.load_factor - 46.49839024) <= point.error <= 0.01
+    assert abs(point.load_factor - 65.916123) <= point.error <= 0.02
 
 
-@pytest.mark.parametrize("k", [1e11, 1e13])
+@pytest.mark.parametrize("k", [1e12])
 def test_no_elements_given_on_stiff_ground(k):
     """The corrected load is within its bar of that of a given mesh."""
     point, other = limit(k, tolerance=1e-6), limit(k, 32)
     assert abs(point.load_factor - other.corrected) <= point.error <= 1e-6 * RIGID
 
 
-# Pressure over penetration: it yields, hardens, has three stiffnesses, hardly rises any more; 60 at once, then little more.
-LAWS = {"yields": "1e-2, 1e2\n2e-2, 1.2e2", "hardens": "5e-3, 10.\n1e-2, 110.", "three": "2e-3, 40.\n1e-2, 80.\n2e-2, 90.",
-        "plastic": "3e-3, 30.\n2e-2, 31.", "stiff": "1e-5, 60.\n2e-5, 63."}
+# Pressure over penetration: it yields, hardens, has three stiffnesses.
+LAWS = {"yields": "1e-2, 1e2\n2e-2, 1.2e2", "hardens": "5e-3, 10.\n1e-2, 110.", "three": "2e-3, 40.\n1e-2, 80.\n2e-2, 90."}
 
 
 def law_ring(law, count="", accuracy=""):
@@ -135,7 +134,7 @@ def law_ring(law, count="", accuracy=""):
                                   ("*OBSTACLE", f"*FOUNDATION LAW, NAME=SOIL\n0., 0.\n{LAWS[law]}\n*OBSTACLE")))
 
 
-@pytest.mark.parametrize("law", [pytest.param(law, marks=dr.release_only) if law in ("three", "stiff") else law for law in LAWS])
+@pytest.mark.parametrize("law", [pytest.param(law, marks=dr.release_only) if law == "three" else law for law in LAWS])
 def test_corners_of_laws_are_points_of_the_mesh(law):
     """The extrema on two meshes agree to 1e-9 where their bars say so, and the mesh that the program makes delivers 1e-6."""
     coarse, fine = (law_ring(law, f", {n}") for n in (32, 48))
