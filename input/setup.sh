@@ -105,7 +105,7 @@ build() {
       rm -rf "$folder"
    fi
    if ! { cmake -C "$root/.cmake/$preset.cmake" -S "$root" -B "$folder" -DUNILAT_PYTHON="$python" "$@" &&
-      cmake --build "$folder" --parallel "$cores"; } > "$log" 2>&1; then
+      cmake --build "$folder" --parallel "$((cores + 1))"; } > "$log" 2>&1; then
       grep -vE '^\[[0-9]+/[0-9]+\] (Building|Generating|Linking)|^-- ' "$log" | tail -n 60 >&2
       die "the build failed (all its messages are in $log)"
    fi

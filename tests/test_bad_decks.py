@@ -17,6 +17,7 @@ import pytest
 
 DECKS = sorted((pathlib.Path(__file__).parent / "decks_bad").glob("*.inp"))
 MARK = "** expect: "
+EVERY_PARAMETER = True   # with run-time checks, too: see conftest
 
 
 @functools.cache
