@@ -165,5 +165,6 @@ def test_rough_liners(seed, scale):
 
 
 def test_nodes_tell_a_set_in_doubt():
-    """No increment gets on with two contacts whose span is as good as gone: nodes find one. The limit point is that of another mesh."""
-    dr.assert_close(*(rough_liner(5027, 2e-3, elements).load("LP") for elements in (24, 48)), relative=1e-8)
+    """No increment gets on with two contacts whose span is as good as gone: nodes find one. 30.89913737228 is by 48 elements, where
+    they find it on most processors only."""
+    dr.assert_close(rough_liner(5027, 2e-3, 24).load("LP"), 30.89913737228, relative=1e-9)
