@@ -7,7 +7,7 @@ module force_law
    use model, only: model_t, obstacle_t, law_t
    implicit none
    private
-   public :: foundation_reaction, law_reaction, law_segment, segment_slope, carries, segment_open, segment_unknown
+   public :: foundation_reaction, law_segment, segment_slope, carries, segment_open, segment_unknown
 
    integer, parameter :: segment_open = 0               !! no contact
    integer, parameter :: segment_unknown = -huge(1)     !! it is looked for
@@ -42,14 +42,6 @@ contains
       push = obstacle%width * push
       spring = obstacle%width * spring
    end subroutine foundation_reaction
-
-   !> Force and its derivative; the last segment goes on beyond its end, and what is pulled answers as what is pushed.
-   pure subroutine law_reaction(law, penetration, force, slope)
-      type(law_t), intent(in) :: law
-      real(wp), intent(in) :: penetration      !! negative: pulled
-      real(wp), intent(out) :: force, slope    !! at a kink: the slope beyond it
-      call segment_reaction(law, law_segment(law, penetration), penetration, force, slope)
-   end subroutine law_reaction
 
    !> The segment that a penetration lies on; at a kink the one beyond.
    pure integer function law_segment(law, penetration) result(segment)
