@@ -154,8 +154,8 @@ contains
          end if
       end function sampled
 
-      !> A force f on the null vector, of length 1, keeps a path away from the bifurcation: where its eigenvalue is mu it has moved by
-      !> f/mu along that vector, and mu grows by its slope.
+      !> A force f on the null vector, of length 1, keeps a path away from the bifurcation: where its eigenvalue is mu it has moved
+      !> by f/mu along that vector, and mu grows by its slope.
       real(wp) function swerve_per_force() result(turn)
          real(wp) :: w(n_samples), d(n_samples), slope
          call lagrange(at, centre, w, d)
