@@ -30,7 +30,8 @@ module path_errors
       real(wp) :: slope = 0.0_wp                 !! of that along the path, in the control's measure
       real(wp), allocatable :: near(:)           !! values at the end of the way that these two give
       real(wp) :: more = 0.0_wp                  !! what is left of it
-      real(wp), allocatable :: rate(:)           !! of the values along the path
+      real(wp), allocatable :: rate(:)           !! of the values along what is left of the path
+      real(wp) :: rounding = 0.0_wp              !! what is left of its function where the way is too short to leave any
       character(:), allocatable :: why           !! it is not to be had: the reason
    end type crossing_t
 
@@ -143,7 +144,7 @@ contains
       sizes = shares%size + abs(crossing%near - first%value)
       noise = location_rounding()
       rounding = shares%rounding + abs(crossing%rate) * noise / abs(crossing%slope)
-      if (is_kind(event_limit)) rounding(1) = shares%rounding(1) + 0.5_wp * noise**2 / abs(crossing%slope)
+      if (zero_is(zero, event_limit)) rounding(1) = shares%rounding(1) + 0.5_wp * noise**2 / abs(crossing%slope)
       call between_nodes(problem, zero, state, system, heading%load, path%problem, first%state, crossing%f, e, local, &
          & most, timers)
       call share_way()
@@ -169,21 +170,15 @@ contains
          end do
       end subroutine share_way
 
-      logical function is_kind(kind)
-         integer, intent(in) :: kind             !! event_...
-         is_kind = .false.
-         if (allocated(zero%event)) is_kind = zero%event%kind == kind
-      end function is_kind
-
       !> What rounding of the tangent does to the function: the load's slope along the path, or an eigenvalue.
       real(wp) function location_rounding() result(error)
          real(wp) :: stiffness, rounding, work
          error = 0.0_wp
-         if (is_kind(event_limit)) then
+         if (zero_is(zero, event_limit)) then
             call path_stiffness(problem, state, system, stiffness, rounding)
             work = abs(dot_product(system%tangent, system%load) * heading%load)
-            if (work > 0.0_wp) error = rounding / work
-         else if (is_kind(event_turning)) then
+            if (work > 0.0_wp) error = max(rounding / work, crossing%rounding)
+         else if (zero_is(zero, event_turning)) then
             ! The direction of the path is as good as the stiffness along it, beside what it turns by over the increment.
             call path_stiffness(problem, state, system, stiffness, rounding)
             stiffness = max(stiffness, bending_stiffness(problem))
@@ -193,6 +188,14 @@ contains
          end if
       end function location_rounding
    end subroutine event_errors
+
+   !> True for an event of a kind.
+   pure logical function zero_is(zero, kind)
+      type(zero_t), intent(in) :: zero
+      integer, intent(in) :: kind                !! event_...
+      zero_is = .false.
+      if (allocated(zero%event)) zero_is = zero%event%kind == kind
+   end function zero_is
 
    !> The event on the finer path: along it from a point by what its function is there, over the function's slope.
    subroutine find_crossing(path, zero, reach, first, crossing, timers)
@@ -235,11 +238,17 @@ contains
          ! Over a way that counts the function's slope changes, and tells where it has no zero after all, or another one nearby.
          ! The way was that of the first slope, so that the slope at its end is 1 - 2 more / f of it.
          bend = 1.0_wp
-         if (abs(way) > small_part * reach) bend = 1.0_wp - 2.0_wp * more / f
+         if (abs(way) > small_part * reach) then
+            bend = 1.0_wp - 2.0_wp * more / f
+         else
+            crossing%rounding = abs(more)
+         end if
          more = -more / (slope * max(bend, least_bend))
          crossing%near = near%value
          crossing%rate(1) = near%heading%load / (metric(path%problem, control%tangent, near%heading%u) + &
             & control%load_scale**2 * control%tangent_load * near%heading%load)
+         ! At a limit point that is the function itself, which falls to zero.
+         if (zero_is(zero, event_limit)) crossing%rate(1) = 0.5_wp * crossing%rate(1)
       end associate
 
    contains
