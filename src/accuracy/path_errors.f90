@@ -11,7 +11,8 @@ module path_errors
    use path_continuity, only: heading_t, normal_plane
    use path_events, only: event_limit, event_turning
    use monitors, only: monitor_values
-   use tangent_rounding, only: path_stiffness, bending_stiffness
+   use tangent_modes, only: bending_stiffness
+   use tangent_rounding, only: path_stiffness
    use error_bar, only: error_bar_t, error_bars_t, new_error_bar, no_error_bars
    use accuracy_limits, only: why_not_told
    use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point, values_beside

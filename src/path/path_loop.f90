@@ -23,7 +23,8 @@ module path_loop
    use linear_buckling, only: buckle
    use buckling_errors, only: add_buckling_bars
    use error_report, only: note_buckling_bars
-   use tangent_rounding, only: path_stiffness, bending_stiffness, rounding_cure
+   use tangent_modes, only: bending_stiffness
+   use tangent_rounding, only: path_stiffness, rounding_cure
    use path_follower, only: follow_points
    use branches, only: follow_branches
    use limit_curves, only: follow_limit_curves

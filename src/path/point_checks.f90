@@ -9,7 +9,8 @@ module point_checks
    use path_record, only: point_t
    use columns, only: whole, brief, scientific
    use linear_system, only: system_t
-   use tangent_rounding, only: path_stiffness, bending_stiffness, rounding_cure
+   use tangent_modes, only: bending_stiffness
+   use tangent_rounding, only: path_stiffness, rounding_cure
    implicit none
    private
    public :: check_point

@@ -21,7 +21,7 @@ module tangent_modes
    use timing, only: timers_t
    implicit none
    private
-   public :: modes_t, lowest_modes, stretching_work, choose_null_vectors, apply_tangent, nodal_mode, deck_mode, &
+   public :: modes_t, lowest_modes, bending_stiffness, stretching_work, choose_null_vectors, apply_tangent, nodal_mode, deck_mode, &
       & numbered_eigenvalue, &
       & mode_tolerance
 
@@ -91,7 +91,18 @@ contains
          modes%x(:, [i, j]) = modes%x(:, [j, i])
          modes%was_negative([i, j]) = modes%was_negative([j, i])
       end do
+      ! Eigenvalues of the operator that are its rounding belong to no mode: fewer move at all than were asked for.
+      modes%n = max(1, count(epsilon(x) * abs(modes%mu) <= bending_stiffness(problem)))
+      modes%mu = modes%mu(:modes%n)
+      modes%x = modes%x(:, :modes%n)
+      modes%was_negative = modes%was_negative(:modes%n)
    end subroutine lowest_modes
+
+   !> EI/size of the softest section: a stiffness along paths that bend, but for a factor of pi^4 at least.
+   pure real(wp) function bending_stiffness(problem)
+      type(problem_t), intent(in) :: problem
+      bending_stiffness = minval(1.0_wp / problem%compliance%bending) / problem%size
+   end function bending_stiffness
 
    !> Work of a mode that its inextensible elements do not take: what the tangent's stretch adds to x^T K x, for a multiple x of
    !> the answer to some forces.

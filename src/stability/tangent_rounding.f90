@@ -15,7 +15,7 @@ module tangent_rounding
    use tangent_modes, only: apply_tangent
    implicit none
    private
-   public :: path_stiffness, bending_stiffness, rounding_cure
+   public :: path_stiffness, rounding_cure
 
 contains
 
@@ -44,12 +44,6 @@ contains
          rounding = abs(dot_product(t, merge(0.0_wp, left, system%fixed))) / length
       end associate
    end subroutine path_stiffness
-
-   !> EI/size of the softest section: a stiffness along paths that bend, but for a factor of pi^4 at least.
-   pure real(wp) function bending_stiffness(problem)
-      type(problem_t), intent(in) :: problem
-      bending_stiffness = minval(1.0_wp / problem%compliance%bending) / problem%size
-   end function bending_stiffness
 
    !> What to do about it: elements are stiffer in stretching than in bending, or so short that bending alone, the fourth power
    !> of their number, is too much.
