@@ -1,5 +1,5 @@
-!> The gap of a free span to an obstacle, and where it is least. Beside a touch the gap rises from zero, and what counts is where
-!> it comes down again.
+!> The gap of a free span to an obstacle, where it is least, and where it is largest. Beside a touch the gap rises from zero, and
+!> what counts is where it comes down again.
 module free_span_gap
    use kinds, only: wp
    use model, only: family_ge
@@ -69,7 +69,7 @@ contains
    end function contact_offset
 
    !> Least gap between two elements of a stretch, without touches between, to an obstacle, and where it is.
-   subroutine least_gap(problem, state, first, last, contact, touched, fails, least, where)
+   subroutine least_gap(problem, state, first, last, contact, touched, fails, least, where, largest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: first, last       !! elements
@@ -79,6 +79,7 @@ contains
       !! there on is so because of that
       real(wp), intent(out) :: least           !! the size where none counts
       real(wp), intent(out) :: where           !! along the stretch
+      real(wp), intent(out) :: largest         !! gap where it is largest, be it to the inside
       type(sampled_gap_t) :: line
       real(wp) :: counts(2), from, to, value, place, tops(2)
       integer :: i, begin, end
@@ -96,6 +97,7 @@ contains
          if (line%touches(1) .and. fails(problem%model%mesh%node(1, first))) begin = findloc([gap > 0.0_wp, .true.], .true., 1)
          if (line%touches(2) .and. fails(problem%model%mesh%node(2, last))) &
             & end = findloc([.true., gap > 0.0_wp], .true., 1, back=.true.) - 1
+         largest = gap(maxloc(abs(gap), 1))
          least = huge(least)
          where = 0.5_wp * (from + to)
          do i = begin, end

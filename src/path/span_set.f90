@@ -9,7 +9,7 @@ module span_set
    use contact_touch, only: touch_t
    use span_problem, only: present_touches, touch_place
    use free_span_gap, only: gap_at
-   use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, test_closing, shortest
+   use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, shortest
    use span_rules, only: answer_t, answer_to
    use span_mesh, only: take_touches
    use held_openings, only: open_span, rest_held, find_flat_point, too_flat, small_load, spreading_rate
@@ -55,7 +55,7 @@ contains
       end if
       if (ok .and. parts) call open_span(problem, run, answer%opens, ok, timers)
       if (ok .and. any(answer%crosses > 0)) call open_span(problem, run, answer%crosses, ok, timers)
-      if (ok .and. any(test%kind == [test_length, test_closing]) .and. all(answer%crosses == 0)) &
+      if (ok .and. test%kind == test_length .and. all(answer%crosses == 0)) &
          & call come_to_rest(problem, run, before(test%touch)%number, timers)
       if (.not. ok) then
          run%stuck = 'no way on from where '//trim(test_words(test%kind))

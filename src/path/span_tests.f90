@@ -1,11 +1,12 @@
 !> What must hold for a set of contact spans to be the right one: test functions, smooth along a path on which the set stays,
 !> positive while it holds. Their zeros are where contact begins, ends, spreads or splits.
 !>
-!>   state -> tests -> the first that vanishes on an increment (span_events) -> where (span_location, span_beyond) -> recorded
-!>   (span_changes) -> the next set (span_rules, touch_edits) -> its mesh (span_mesh) -> the way on (span_set, span_arrival)
+!>   state -> tests -> the first that vanishes on an increment (span_events) -> where (span_location, vanishing_span, span_beyond)
+!>   -> recorded (span_changes) -> the next set (span_rules, touch_edits) -> its mesh (span_mesh) -> the way on (span_set,
+!>   span_arrival)
 module span_tests
    use kinds, only: wp
-   use problem, only: problem_t
+   use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t, candidate_gap
    use free_span_gap, only: least_gap
    use line_pressure, only: least_pressure
@@ -17,7 +18,7 @@ module span_tests
    private
    public :: span_test_t, run_span_tests, spans_hold, any_fails, another_fails, test_slack, well_below, &
       & test_words
-   public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_closing, test_crossing, test_slope
+   public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_flat, test_crossing, test_slope
 
    ! What is tested.
    integer, parameter :: test_gap = 1       !! least gap of a free span
@@ -25,17 +26,17 @@ module span_tests
    integer, parameter :: test_curvature = 3 !! of a point contact against the obstacle's
    integer, parameter :: test_pressure = 4  !! least density along a line
    integer, parameter :: test_length = 5    !! of a line
-   integer, parameter :: test_closing = 6   !! length of a free span between two contacts
+   integer, parameter :: test_flat = 6      !! largest gap of a free span beside a contact; where that is gone, the span's length
    integer, parameter :: test_crossing = 7  !! length of a free span between a contact and a breakpoint of the rod
    integer, parameter :: test_slope = 8     !! of the gap inwards from a free end that touches
 
    !> What its zero means.
    character(*), parameter :: test_words(8) = [character(40) :: 'contact begins', 'contact ends', 'a contact point spreads', &
-      & 'contact opens inside', 'a contact line shrinks to a point', 'two contacts merge', &
+      & 'contact opens inside', 'a contact line shrinks to a point', 'a free span lies down', &
       & 'contact comes to a breakpoint of the rod', 'an end of a rod lies down']
 
    !> What a test may fall below zero by before it is taken for violated: what the dense output errs by.
-   real(wp), parameter :: test_slack(8) = [1.0e-9_wp, 1.0e-9_wp, 1.0e-9_wp, 1.0e-6_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0e-9_wp]
+   real(wp), parameter :: test_slack(8) = [1.0e-9_wp, 1.0e-9_wp, 1.0e-9_wp, 1.0e-6_wp, 0.0_wp, 1.0e-9_wp, 0.0_wp, 1.0e-9_wp]
 
    real(wp), parameter :: well_below = 10.0_wp !! slacks, at a place where a test is zero
 
@@ -44,9 +45,11 @@ module span_tests
       real(wp) :: value = 0.0_wp            !! over its own scale: lengths, forces and curvatures of the structure
       integer :: touch = 0                  !! index into problem%touch; 0: none yet
       integer :: candidate = 0              !! force, curvature, slope: which node
-      integer :: contact = 0                !! gap: index into model%contact
+      integer :: contact = 0                !! gap, flat: index into model%contact
       integer :: stretch = 0
-      integer :: first = 0, last = 0        !! gap: elements of the span
+      integer :: first = 0, last = 0        !! gap, flat: elements of the span
+      integer :: beside(2) = 0              !! flat: the touches before and after it; 0: none of this contact
+      real(wp) :: ends(2) = 0.0_wp          !! flat: of the span along the stretch
       real(wp) :: at = 0.0_wp               !! gap, pressure: where along the stretch
       real(wp) :: sense = 1.0_wp            !! pressure: at the first end (-1), inside (0), at the last (1); crossing: before
       !! the touch, after it; slope: likewise
@@ -123,7 +126,7 @@ contains
       end function push
    end function point_tests
 
-   !> Free spans: are they outside?
+   !> Free spans: are they outside, and is there anything of them left?
    function gap_tests(problem, state, points) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -131,6 +134,7 @@ contains
       type(span_test_t), allocatable :: tests(:)
       type(span_test_t) :: test
       logical, dimension(problem%model%mesh%n_nodes) :: touched, fails
+      real(wp) :: largest
       integer :: k, j, first, e
       allocate (tests(0))
       touched = .false.
@@ -148,15 +152,39 @@ contains
                   if (problem%conforms(e + 1) == 0 .and. .not. touched(problem%model%mesh%node(2, e))) cycle
                end if
                test = span_test_t(kind=test_gap, contact=k, stretch=j, first=first, last=e)
-               call least_gap(problem, state, first, e, k, touched, fails, test%value, test%at)
+               call least_gap(problem, state, first, e, k, touched, fails, test%value, test%at, largest)
                test%value = test%value / problem%size
                tests = [tests, test]
+               call add_flat()
                first = 0
             end do
          end do
       end do
 
    contains
+
+      !> The same span, where a touch is beside it.
+      subroutine add_flat()
+         integer :: c, side
+         do c = 1, problem%candidates%n
+            if (problem%candidates%touch(c) == 0 .or. problem%candidates%contact(c) /= k) cycle
+            if (problem%touch(problem%candidates%touch(c))%stretch /= j) cycle
+            do side = 1, 2
+               if (problem%candidates%node(c) == problem%model%mesh%node(side, merge(first, e, side == 1))) &
+                  & test%beside(side) = problem%candidates%touch(c)
+            end do
+         end do
+         if (all(test%beside == 0)) return
+         test%kind = test_flat
+         associate (g => state%geometry%element)
+            test%ends = [g(first)%s(1) + problem%origin(first), g(e)%s(2) + problem%origin(e)]
+         end associate
+         test%value = largest / problem%size
+         ! A gap of the sixth power of its length is gone long before a span between two contacts is.
+         if (abs(largest) <= rounding_gap(problem)) test%value = rounding_gap(problem) / problem%size * &
+            & ((test%ends(2) - test%ends(1)) / problem%layout%stretch(j)%length - shortest)
+         tests = [tests, test]
+      end subroutine add_flat
 
       !> Nodes whose touch is no longer right.
       function failing(contact) result(fails)
@@ -171,7 +199,7 @@ contains
       end function failing
    end function gap_tests
 
-   !> Lines that shrink to points, free spans that close between two contacts, or between a contact and an end of its stretch.
+   !> Lines that shrink to points, free spans that close between a contact and an end of its stretch.
    function length_tests(problem, state) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -191,12 +219,6 @@ contains
          end if
          call add_crossing(now(k)%at(1), -1)
          call add_crossing(problem%layout%stretch(now(k)%stretch)%length - now(k)%at(2), 1)
-         if (k == size(now)) cycle
-         ! What lies on two obstacles is never one.
-         if (now(k + 1)%stretch /= now(k)%stretch .or. now(k + 1)%contact /= now(k)%contact) cycle
-         test%kind = test_closing
-         test%sense = 1.0_wp
-         call add(now(k + 1)%at(1) - now(k)%at(2))
       end do
 
    contains
