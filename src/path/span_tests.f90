@@ -8,6 +8,7 @@ module span_tests
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t, candidate_gap
+   use free_span, only: free_span_t, free_spans, span_ends
    use free_span_gap, only: least_gap
    use line_pressure, only: least_pressure
    use conforming_span, only: excess_curvature, node_track, track_sense, track_rotation
@@ -47,7 +48,6 @@ module span_tests
       integer :: candidate = 0              !! force, curvature, slope: which node
       integer :: contact = 0                !! gap, flat: index into model%contact
       integer :: stretch = 0
-      integer :: first = 0, last = 0        !! gap, flat: elements of the span
       integer :: beside(2) = 0              !! flat: the touches before and after it; 0: none of this contact
       real(wp) :: ends(2) = 0.0_wp          !! flat: of the span along the stretch
       real(wp) :: at = 0.0_wp               !! gap, pressure: where along the stretch
@@ -133,58 +133,47 @@ contains
       type(span_test_t), intent(in) :: points(:) !! tests of these
       type(span_test_t), allocatable :: tests(:)
       type(span_test_t) :: test
+      type(free_span_t), allocatable :: span(:)
       logical, dimension(problem%model%mesh%n_nodes) :: touched, fails
       real(wp) :: largest
-      integer :: k, j, first, e
+      integer :: k, i
       allocate (tests(0))
       touched = .false.
       touched(pack(problem%candidates%node, problem%candidates%touch > 0)) = .true.
+      span = free_spans(problem)
       do k = 1, size(problem%deck%contact)
          if (.not. problem%deck%contact(k)%spans) cycle
          fails = failing(k)
-         do j = 1, size(problem%layout%stretch)
-            if (.not. problem%covered(j, k)) cycle
-            first = 0
-            do e = problem%element_first(j), problem%element_last(j)
-               if (problem%conforms(e) > 0) cycle
-               if (first == 0) first = e
-               if (e < problem%element_last(j)) then
-                  if (problem%conforms(e + 1) == 0 .and. .not. touched(problem%model%mesh%node(2, e))) cycle
-               end if
-               test = span_test_t(kind=test_gap, contact=k, stretch=j, first=first, last=e)
-               call least_gap(problem, state, first, e, k, touched, fails, test%value, test%at, largest)
-               test%value = test%value / problem%size
-               tests = [tests, test]
-               call add_flat()
-               first = 0
-            end do
+         do i = 1, size(span)
+            if (.not. problem%covered(span(i)%stretch, k)) cycle
+            test = span_test_t(kind=test_gap, contact=k, stretch=span(i)%stretch)
+            call least_gap(problem, state, span(i)%element, k, touched, fails, test%value, test%at, largest)
+            test%value = test%value / problem%size
+            tests = [tests, test]
+            test%beside = beside(span(i)%touch, k)
+            if (all(test%beside == 0)) cycle
+            test%kind = test_flat
+            test%value = largest / problem%size
+            test%ends = span_ends(problem, state, span(i))
+            ! A gap of the sixth power of its length is gone long before a span between two contacts is.
+            if (abs(largest) <= rounding_gap(problem)) test%value = rounding_gap(problem) / problem%size * &
+               & ((test%ends(2) - test%ends(1)) / problem%layout%stretch(test%stretch)%length - shortest)
+            tests = [tests, test]
          end do
       end do
 
    contains
 
-      !> The same span, where a touch is beside it.
-      subroutine add_flat()
-         integer :: c, side
-         do c = 1, problem%candidates%n
-            if (problem%candidates%touch(c) == 0 .or. problem%candidates%contact(c) /= k) cycle
-            if (problem%touch(problem%candidates%touch(c))%stretch /= j) cycle
-            do side = 1, 2
-               if (problem%candidates%node(c) == problem%model%mesh%node(side, merge(first, e, side == 1))) &
-                  & test%beside(side) = problem%candidates%touch(c)
-            end do
+      !> The touches of one contact among two.
+      pure function beside(touch, contact)
+         integer, intent(in) :: touch(2), contact
+         integer :: beside(2), side
+         beside = touch
+         do side = 1, 2
+            if (touch(side) == 0) cycle
+            if (problem%touch(touch(side))%contact /= contact) beside(side) = 0
          end do
-         if (all(test%beside == 0)) return
-         test%kind = test_flat
-         associate (g => state%geometry%element)
-            test%ends = [g(first)%s(1) + problem%origin(first), g(e)%s(2) + problem%origin(e)]
-         end associate
-         test%value = largest / problem%size
-         ! A gap of the sixth power of its length is gone long before a span between two contacts is.
-         if (abs(largest) <= rounding_gap(problem)) test%value = rounding_gap(problem) / problem%size * &
-            & ((test%ends(2) - test%ends(1)) / problem%layout%stretch(j)%length - shortest)
-         tests = [tests, test]
-      end subroutine add_flat
+      end function beside
 
       !> Nodes whose touch is no longer right.
       function failing(contact) result(fails)
@@ -206,39 +195,28 @@ contains
       type(span_test_t), allocatable :: tests(:)
       type(span_test_t) :: test
       type(touch_t), allocatable :: now(:)
-      integer :: k
+      type(free_span_t), allocatable :: span(:)
+      integer :: k, side
       allocate (tests(0))
       now = present_touches(problem, state)
       do k = 1, size(now)
-         test = span_test_t(touch=k, stretch=now(k)%stretch)
-         if (now(k)%line) then
-            test%kind = test_length
-            test%at = 0.5_wp * sum(now(k)%at)
-            call add(now(k)%at(2) - now(k)%at(1))
-            test%at = 0.0_wp
-         end if
-         call add_crossing(now(k)%at(1), -1)
-         call add_crossing(problem%layout%stretch(now(k)%stretch)%length - now(k)%at(2), 1)
+         if (now(k)%line) call add(span_test_t(kind=test_length, touch=k, stretch=now(k)%stretch, at=0.5_wp * sum(now(k)%at)), &
+            & now(k)%at)
+      end do
+      span = free_spans(problem)
+      do k = 1, size(span)
+         side = findloc(span(k)%touch > 0, .true., 1)
+         if (count(span(k)%touch > 0) == 1) call add(span_test_t(kind=test_crossing, touch=span(k)%touch(side), &
+            & stretch=span(k)%stretch, sense=merge(1.0_wp, -1.0_wp, side == 1)), span_ends(problem, state, span(k)))
       end do
 
    contains
 
-      !> A touch that comes to an end of its stretch.
-      subroutine add_crossing(distance, way)
-         real(wp), intent(in) :: distance     !! to the breakpoint; 0 for one that is there
-         integer, intent(in) :: way           !! -1: before it, 1: after it
-         if (.not. distance > 0.0_wp) return
-         if (k + way >= 1 .and. k + way <= size(now)) then
-            if (now(k + way)%stretch == now(k)%stretch) return
-         end if
-         test%kind = test_crossing
-         test%sense = real(way, wp)
-         call add(distance)
-      end subroutine add_crossing
-
-      subroutine add(length)
-         real(wp), intent(in) :: length
-         test%value = (length - shortest * problem%layout%stretch(test%stretch)%length) / problem%size
+      subroutine add(new, ends)
+         type(span_test_t), intent(in) :: new
+         real(wp), intent(in) :: ends(2)
+         test = new
+         test%value = (ends(2) - ends(1) - shortest * problem%layout%stretch(test%stretch)%length) / problem%size
          tests = [tests, test]
       end subroutine add
    end function length_tests

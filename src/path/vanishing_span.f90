@@ -191,12 +191,10 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: test      !! of the span
-      integer :: c
       is_wave = all(test%beside > 0)
       if (is_wave) is_wave = .not. any(problem%touch(test%beside)%line)
       if (.not. is_wave) return
-      c = findloc(problem%candidates%touch, test%beside(1), 1)
-      is_wave = virtual_pressure(problem, state, c) < 0.0_wp
+      is_wave = virtual_pressure(problem, state, problem%touch(test%beside(1))%candidate(1)) < 0.0_wp
    end function is_wave
 
    !> The equilibrium at which the two points beside a span are one.
@@ -210,17 +208,16 @@ contains
       type(timers_t), intent(inout) :: timers
       type(state_t) :: from
       type(run_t) :: on
-      integer :: c
+      integer :: k
       associate (beside => leg%after(which)%beside)
          next%problem = new_span_problem(problem, merged(present_touches(problem, leg%to), beside(1), beside(2)))
-         c = findloc(next%problem%touch%number, problem%touch(beside(1))%number, 1)
+         k = findloc(next%problem%touch%number, problem%touch(beside(1))%number, 1)
       end associate
-      c = findloc(next%problem%candidates%touch, c, 1)
       on = run
       on%system = new_system(next%problem)
       from = carried(problem, leg%to, next%problem)
       next%state = from
-      call find_flat_point(next%problem, on, c, next%state, found, timers)
+      call find_flat_point(next%problem, on, next%problem%touch(k)%candidate(1), next%state, found, timers)
       if (found) found = path_length(next%problem, from, next%state) <= reach_of(leg) * path_length(problem, leg%from, leg%to)
       if (.not. found) return
       next%system = on%system
