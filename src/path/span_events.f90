@@ -141,8 +141,7 @@ contains
          associate (before => leg%before(k), after => leg%after(k))
             if (after%kind /= test_gap .or. after%value >= -test_slack(test_gap)) cycle
             if (gap_at(problem, leg%to, before%contact, before%stretch, before%at) <= 0.0_wp) cycle
-            before%value = max(before%value, &
-               & gap_at(problem, leg%from, after%contact, after%stretch, after%at) / problem%size)
+            before%value = gap_at(problem, leg%from, after%contact, after%stretch, after%at) / problem%size
          end associate
       end do
    end subroutine tell_places_apart
