@@ -142,7 +142,7 @@ contains
       type(change_t), intent(in) :: change
       character(2), intent(out) :: label
       logical, intent(out) :: divides            !! of the contact that is lost a part stays on both sides
-      integer :: c
+      logical :: at_clamp
       label = '  '
       divides = .false.
       associate (test => change%tests(change%which), next => change%next)
@@ -151,26 +151,21 @@ contains
             label = 'C+'
          case (test_force, test_pressure)
             label = 'C-'
-            if (change%kind == change_opening) then
-               divides = size(find_span_regions(next%problem, next%state)) > size(find_span_regions(problem, change%place))
-               if (.not. divides) label = '  '
-            end if
+            if (change%kind /= change_opening) return
+            divides = size(find_span_regions(next%problem, next%state)) > size(find_span_regions(problem, change%place))
+            if (.not. divides) label = '  '
          case (test_curvature)
-            if (change%where /= place_here) then
-               divides = virtual_pressure(problem, change%place, test%candidate) < 0.0_wp
-               if (divides) label = 'C-'
-            end if
+            if (change%where == place_here) return
+            ! Contact begins where a clamp stands.
+            at_clamp = stands(problem, change%place, test%candidate)
+            divides = .not. at_clamp .and. virtual_pressure(problem, change%place, test%candidate) < 0.0_wp
+            if (divides) label = 'C-'
+            if (at_clamp) label = 'C+'
+         case (test_length)
+            associate (ends => problem%touch(test%touch)%candidate)
+               if (stands(problem, change%place, ends(1)) .or. stands(problem, change%place, ends(2))) label = 'C-'
+            end associate
          end select
-         ! Contact that begins, or ends, where a clamp stands.
-         do c = 1, problem%candidates%n
-            if (problem%candidates%touch(c) == 0 .or. problem%candidates%touch(c) /= test%touch) cycle
-            if (.not. stands(problem, change%place, c)) cycle
-            if (test%kind == test_curvature .and. change%where /= place_here) then
-               label = 'C+'
-               divides = .false.
-            end if
-            if (test%kind == test_length) label = 'C-'
-         end do
       end associate
    end subroutine describe
 
