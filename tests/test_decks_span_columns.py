@@ -5,6 +5,7 @@ against a wall is an elastica that ends in a point.
 """
 import functools
 import math
+import re
 
 import numpy as np
 import pytest
@@ -82,6 +83,15 @@ def test_two_places_open_at_once():
     # Where a gap of 1e-8 is least residuals do not tell to many digits.
     dr.assert_close(np.sort(contact.start[parted:, :3], axis=1), length - np.sort(contact.end[parted:, :3], axis=1)[:, ::-1],
                     absolute=1e-4)
+
+
+def test_a_path_back_at_its_own_bifurcation():
+    """Waves of the second mode cross the path at 3.48; on them it comes back there, and what follows it has passed."""
+    run = column("clamped", "0.0014, 1\n-0.0004, 3", code=2)
+    assert events(run) == ["C+", "BP", "C+", "LP", "C-"]
+    told = re.search(r"comes back to a bifurcation of its own at load factor (\S+):", run.stderr)
+    dr.assert_close(float(told.group(1)), run.only("BP").load_factor, relative=1e-9)
+    assert "POINTS=NODES" not in run.stderr
 
 
 @pytest.mark.parametrize("ends", ["hinged", "clamped"])
