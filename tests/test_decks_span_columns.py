@@ -46,13 +46,13 @@ PARTED = "2, 0.4, 0.\n3, 1.0, 0.\n*LINE, ELSET=COLUMN, NSET=COLUMN, TYPE=GE8\n1,
 
 
 @functools.cache
-def column(ends, waves="", increments="0.1", across="", accuracy="", stop=20.0):
+def column(ends, waves="", increments="0.1", across="", accuracy="", stop=20.0, code=0):
     text = COLUMN.format(nodes=PARTED if across else PLAIN, waves=waves, increments=increments, across=across, accuracy=accuracy, stop=stop,
                          supports="1, PINNED\n3, 2" if ends == "hinged" else "1, ENCASTRE\n3, YSYMM",
                          unit=-math.pi**2 if ends == "hinged" else -4.0 * math.pi**2)
     if not waves:
         text = dr.changed(text, ("*IMPERFECTION, ELSET=COLUMN, SHAPE=SINE\n\n", ""))
-    return dr.run_deck(text)
+    return dr.run_deck(text, code=code)
 
 
 def events(run):
