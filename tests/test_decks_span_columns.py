@@ -5,6 +5,7 @@ against a wall is an elastica that ends in a point.
 """
 import functools
 import math
+import re
 
 import numpy as np
 import pytest
@@ -45,13 +46,13 @@ PARTED = "2, 0.4, 0.\n3, 1.0, 0.\n*LINE, ELSET=COLUMN, NSET=COLUMN, TYPE=GE8\n1,
 
 
 @functools.cache
-def column(ends, waves="", increments="0.1", across="", accuracy="", stop=20.0):
+def column(ends, waves="", increments="0.1", across="", accuracy="", stop=20.0, code=0):
     text = COLUMN.format(nodes=PARTED if across else PLAIN, waves=waves, increments=increments, across=across, accuracy=accuracy, stop=stop,
                          supports="1, PINNED\n3, 2" if ends == "hinged" else "1, ENCASTRE\n3, YSYMM",
                          unit=-math.pi**2 if ends == "hinged" else -4.0 * math.pi**2)
     if not waves:
         text = dr.changed(text, ("*IMPERFECTION, ELSET=COLUMN, SHAPE=SINE\n\n", ""))
-    return dr.run_deck(text)
+    return dr.run_deck(text, code=code)
 
 
 def events(run):
@@ -82,6 +83,15 @@ def test_two_places_open_at_once():
     # Where a gap of 1e-8 is least residuals do not tell to many digits.
     dr.assert_close(np.sort(contact.start[parted:, :3], axis=1), length - np.sort(contact.end[parted:, :3], axis=1)[:, ::-1],
                     absolute=1e-4)
+
+
+def test_a_path_back_at_its_own_bifurcation():
+    """Waves of the second mode cross the path at 3.48; on them it comes back there, and what follows it has passed."""
+    run = column("clamped", "0.0014, 1\n-0.0004, 3", code=2)
+    assert events(run) == ["C+", "BP", "C+", "LP", "C-"]
+    told = re.search(r"comes back to a bifurcation of its own at load factor (\S+):", run.stderr)
+    dr.assert_close(float(told.group(1)), run.only("BP").load_factor, relative=1e-9)
+    assert "POINTS=NODES" not in run.stderr
 
 
 @pytest.mark.parametrize("ends", ["hinged", "clamped"])

@@ -23,7 +23,7 @@ module error_report
    use timing, only: timers_t, timing_start, timing_stop, phase_accuracy
    implicit none
    private
-   public :: bars_at_event, bars_at_point, bars_at_touch, bars_of_line, note_load, asked_at, note_buckling_bars, &
+   public :: bars_at_event, bars_at_point, bars_at_touch, note_load, asked_at, note_buckling_bars, &
       & note_curve_bar, bars_on_curve, note_error
 
    character(*), parameter :: at_nodes = 'contact at nodes begins and ends with the nodes of the mesh', &
@@ -151,26 +151,6 @@ contains
       end if
       call timing_stop(timers, phase_accuracy)
    end subroutine bars_at_touch
-
-   !> Bars of a point where a whole free span lies down: the span is neutral there, and the numbers are those of the line that it
-   !> becomes.
-   subroutine bars_of_line(problem, step, run, place, line, on_line, bars, timers)
-      type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      type(run_t), intent(in) :: run
-      type(state_t), intent(in) :: place
-      type(problem_t), intent(in) :: line        !! the problem with the line
-      type(run_t), intent(in) :: on_line         !! at the same place; its system is factored there
-      type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck does not want them
-      type(timers_t), intent(inout) :: timers
-      type(timers_t) :: own
-      if (.not. step%error_bars) return
-      allocate (bars)
-      call timing_start(timers, phase_accuracy)
-      call point_errors(line, on_line%state, on_line%system, run%control, on_line%heading, bars, own, places=.true.)
-      if (allocated(bars%share)) bars%share = shares_on(line, on_line%state, bars%share, problem, place)
-      call timing_stop(timers, phase_accuracy)
-   end subroutine bars_of_line
 
    !> Shares of the elements of one mesh as those of another one, by the middles of the elements.
    function shares_on(from, from_state, share, to, to_state) result(new)

@@ -16,6 +16,10 @@ module contact_touch
       integer :: stretch = 0                !! of the layout
       real(wp) :: at(2) = 0.0_wp            !! coordinates of its ends along the stretch; a point: equal
       logical :: line = .false.
+      ! On a mesh:
+      integer :: element(2) = 0             !! the first and the last that lie on the obstacle; of a point the one after it and the
+      !! one before, though there may be none
+      integer :: candidate(2) = 0           !! of the nodes at its ends; a breakpoint's may be shared with another touch
    end type touch_t
 
 contains

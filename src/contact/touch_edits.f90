@@ -5,7 +5,7 @@ module touch_edits
    use contact_touch, only: touch_t
    implicit none
    private
-   public :: begun, lost, spread_out, parted, shrunk, extended, joined, merged, end_moved, moved, opened, &
+   public :: begun, lost, spread_out, parted, shrunk, extended, joined, laid_down, merged, end_moved, moved, opened, &
       & continued, numbered, same_set
 
 contains
@@ -78,6 +78,21 @@ contains
       type(touch_t), allocatable :: new(:)
       new = lost(extended(extended(set, k, set(other)%at(1)), k, set(other)%at(2)), other)
    end function joined
+
+   !> A line over a free span, from the contacts beside it.
+   pure function laid_down(set, beside, ends) result(new)
+      type(touch_t), intent(in) :: set(:)
+      integer, intent(in) :: beside(2)          !! contacts before and after it, 0 for one: none
+      real(wp), intent(in) :: ends(2)           !! of the span
+      type(touch_t), allocatable :: new(:)
+      integer :: side
+      if (all(beside > 0)) then
+         new = joined(set, beside(1), beside(2))
+      else
+         side = findloc(beside > 0, .true., 1)
+         new = extended(set, beside(side), ends(3 - side))
+      end if
+   end function laid_down
 
    !> Points k and another one of its stretch a point between them.
    pure function merged(set, k, other) result(new)

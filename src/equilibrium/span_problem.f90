@@ -330,6 +330,8 @@ contains
             stretch_first = problem%element_first(touch%stretch)
             stretch_last = problem%element_last(touch%stretch)
             before = 0
+            touch%element = stretch_first - 1 + [first(k), end(k) - 1]
+            touch%candidate = before_all + which(n + [1, end(k) - first(k) + 1])
             do i = first(k), end(k)
                n = n + 1
                c = before_all + which(n)
@@ -505,24 +507,16 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(touch_t), allocatable :: touch(:)
-      real(wp) :: place
-      integer :: c, k
+      integer :: k, side, e
       touch = problem%touch
-      touch%at(1) = huge(1.0_wp)
-      touch%at(2) = -huge(1.0_wp)
-      do c = 1, problem%candidates%n
-         if (problem%candidates%touch(c) == 0) cycle
-         place = touch_place(problem, state, c)
-         associate (t => touch(problem%candidates%touch(c)))
-            t%at(1) = min(t%at(1), place)
-            t%at(2) = max(t%at(2), place)
-         end associate
-      end do
-      ! Ends at breakpoints stay, and belong to two of them where a contact goes on.
       do k = 1, size(touch)
-         if (problem%touch(k)%at(1) <= 0.0_wp) touch(k)%at(1) = 0.0_wp
-         if (problem%touch(k)%at(2) >= problem%layout%stretch(touch(k)%stretch)%length) touch(k)%at(2) = problem%touch(k)%at(2)
-         if (.not. touch(k)%line) touch(k)%at = merge(touch(k)%at(1), touch(k)%at(2), touch(k)%at(1) <= 0.0_wp)
+         do side = 1, 2
+            ! Ends at breakpoints stay.
+            if (touch(k)%at(side) <= 0.0_wp .or. touch(k)%at(side) >= problem%layout%stretch(touch(k)%stretch)%length) cycle
+            e = touch(k)%element(side)
+            touch(k)%at(side) = state%geometry%element(e)%s(side) + problem%origin(e)
+         end do
+         if (.not. touch(k)%line) touch(k)%at(2) = touch(k)%at(1)
       end do
    end function present_touches
 

@@ -1,5 +1,5 @@
-!> The gap of a free span to an obstacle, and where it is least. Beside a touch the gap rises from zero, and what counts is where
-!> it comes down again.
+!> The gap of a free span to an obstacle, where it is least, and where it is largest. Beside a touch the gap rises from zero, and
+!> what counts is where it comes down again.
 module free_span_gap
    use kinds, only: wp
    use model, only: family_ge
@@ -69,33 +69,35 @@ contains
    end function contact_offset
 
    !> Least gap between two elements of a stretch, without touches between, to an obstacle, and where it is.
-   subroutine least_gap(problem, state, first, last, contact, touched, fails, least, where)
+   subroutine least_gap(problem, state, element, contact, touched, fails, least, where, largest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: first, last       !! elements
+      integer, intent(in) :: element(2)        !! the first and the last
       integer, intent(in) :: contact           !! index into model%contact
       logical, intent(in) :: touched(:)        !! (nodes) touch some obstacle
       logical, intent(in) :: fails(:)          !! (nodes) touch this one, and should not: a rod that is inside the obstacle from
       !! there on is so because of that
       real(wp), intent(out) :: least           !! the size where none counts
       real(wp), intent(out) :: where           !! along the stretch
+      real(wp), intent(out) :: largest         !! gap where it is largest, be it to the inside
       type(sampled_gap_t) :: line
       real(wp) :: counts(2), from, to, value, place, tops(2)
       integer :: i, begin, end
-      line%first = first
-      line%last = last
+      line%first = element(1)
+      line%last = element(2)
       line%contact = contact
       call look_beside(problem, state, line, touched, counts)
       call make_profiles(problem, state, line)
       call take_samples(problem, state, line)
-      from = problem%origin(first) + state%geometry%element(first)%s(1)
-      to = problem%origin(last) + state%geometry%element(last)%s(2)
+      from = problem%origin(line%first) + state%geometry%element(line%first)%s(1)
+      to = problem%origin(line%last) + state%geometry%element(line%last)%s(2)
       begin = 1
       end = size(line%gap)
       associate (gap => line%gap)
-         if (line%touches(1) .and. fails(problem%model%mesh%node(1, first))) begin = findloc([gap > 0.0_wp, .true.], .true., 1)
-         if (line%touches(2) .and. fails(problem%model%mesh%node(2, last))) &
+         if (line%touches(1) .and. fails(problem%model%mesh%node(1, line%first))) begin = findloc([gap > 0.0_wp, .true.], .true., 1)
+         if (line%touches(2) .and. fails(problem%model%mesh%node(2, line%last))) &
             & end = findloc([.true., gap > 0.0_wp], .true., 1, back=.true.) - 1
+         largest = gap(maxloc(abs(gap), 1))
          least = huge(least)
          where = 0.5_wp * (from + to)
          do i = begin, end

@@ -112,26 +112,17 @@ contains
       left(2) = excess * problem%size - 0.1_wp * flat_excess
    end function flatness
 
-   !> Candidates at the ends of an opening span.
-   function opening_ends(problem, opened) result(ends)
+   !> Candidates at the ends of an opening span, those that move: of one line both, of two contacts the ends that face each other.
+   pure function opening_ends(problem, opened) result(ends)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: opened(2)
-      integer :: ends(2), c
+      integer :: ends(2), k, side
       ends = 0
-      do c = 1, problem%candidates%n
-         if (.not. problem%candidates%moves(c)) cycle
-         associate (number => problem%touch(problem%candidates%touch(c))%number)
-            if (opened(1) == opened(2)) then
-               if (number /= opened(1)) cycle
-               ! The first end of the line is the one that a line follows.
-               if (problem%candidates%neighbour(2, c) > 0) ends(1) = c
-               if (problem%candidates%neighbour(2, c) == 0) ends(2) = c
-            else
-               ! The last node of the first, the first node of the second.
-               if (number == opened(1)) ends(1) = c
-               if (number == opened(2) .and. ends(2) == 0) ends(2) = c
-            end if
-         end associate
+      do side = 1, 2
+         k = findloc(problem%touch%number, opened(side), 1)
+         if (k > 0) ends(side) = problem%touch(k)%candidate(merge(side, 3 - side, opened(1) == opened(2)))
+         if (ends(side) == 0) cycle
+         if (.not. problem%candidates%moves(ends(side))) ends(side) = 0
       end do
    end function opening_ends
 

@@ -1,5 +1,5 @@
-!> A branch that comes back to a bifurcation of the path that it left. Two paths cross there: the load of one may turn, an
-!> eigenvalue come to zero and go back, no increment gets near. But the place is known: the other path has found it.
+!> A branch that comes back to a bifurcation of the path that it left, or a path to one of its own. Two paths cross there: the load
+!> of one may turn, an eigenvalue come to zero and go back, no increment gets near. But the place is known: it was found before.
 module homecoming
    use kinds, only: wp
    use problem, only: problem_t
@@ -19,19 +19,21 @@ module homecoming
 
 contains
 
-   !> True for a branch at a bifurcation of the path that it left: beyond, it is that path, or itself again.
+   !> True for a branch at a bifurcation of the path that it left, or a path at one of its own: beyond, it is that path, or itself
+   !> again.
    logical function is_home(problem, run, place)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
       type(state_t), intent(in) :: place
-      real(wp) :: travelled
+      real(wp) :: travelled, distance
       integer :: j
       is_home = .false.
       if (.not. associated(run%home)) return
       travelled = run%arc_length - run%left_at + path_length(problem, run%state, place)
       do j = 1, size(run%home%list)
          if (run%home%list(j)%label /= 'BP') cycle
-         is_home = is_home .or. path_length(problem, seen_here(problem, place, run%home%list(j)), place) <= near * travelled
+         distance = path_length(problem, seen_here(problem, place, run%home%list(j)), place)
+         is_home = is_home .or. (distance <= near * travelled .and. comes_back(run, run%home%list(j), distance))
       end do
    end function is_home
 
@@ -57,7 +59,7 @@ contains
             before = path_length(problem, run%state, home%place)
             after = path_length(problem, home%place, trial)
             ! On a circle the two chords are longer by turn^2/32.
-            if (max(before, after) < relation%length .and. &
+            if (max(before, after) < relation%length .and. comes_back(run, landmark, before) .and. &
                & before + after <= (1.0_wp + 0.125_wp * relation%turn**2 + near) * relation%length) then
                home%event = event_t(kind=event_bifurcation, label='BP', scale=landmark%scale)
                home%event%note = 'bifurcation'
@@ -81,6 +83,14 @@ contains
             & (home%place%load_factor - trial%load_factor) > 0.0_wp
       end function is_that
    end subroutine see_home
+
+   !> False for a bifurcation that a path has just come through: it has gone straight away from there.
+   pure logical function comes_back(run, landmark, distance)
+      type(run_t), intent(in) :: run
+      type(landmark_t), intent(in) :: landmark
+      real(wp), intent(in) :: distance           !! from there, arc length
+      comes_back = run%branch > 0 .or. run%arc_length - landmark%arc_length > 2.0_wp * distance
+   end function comes_back
 
    !> The state of a landmark on the mesh that is worked on.
    function seen_here(problem, here, landmark) result(state)

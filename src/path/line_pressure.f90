@@ -38,26 +38,15 @@ contains
    subroutine least_pressure(problem, state, which, least, where, side)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: which                 !! index into problem%touch
-      real(wp), intent(out) :: least               !! a positive number where it has no elements
+      integer, intent(in) :: which                 !! index into problem%touch, of a line
+      real(wp), intent(out) :: least
       real(wp), intent(out) :: where               !! along the stretch
       integer, intent(out) :: side                 !! -1: at its first end, 0: inside, 1: at its last
       real(wp) :: local(3), place(2), angle, density, tau
-      integer :: e, i, c, first, last
+      integer :: e, i
       least = huge(least)
-      where = 0.0_wp
-      side = 0
-      first = 0
-      last = 0
-      associate (stretch => problem%touch(which)%stretch)
-         do e = problem%element_first(stretch), problem%element_last(stretch)
-            c = problem%conforms(e)
-            if (c == 0) cycle
-            ! The first node may be that of the line before it, which goes on over a breakpoint.
-            if (problem%candidates%touch(problem%candidates%neighbour(2, c)) /= which .and. &
-               & problem%candidates%touch(c) /= which) cycle
-            if (first == 0) first = e
-            last = e
+      associate (element => problem%touch(which)%element)
+         do e = element(1), element(2)
             do i = 0, samples
                tau = real(i, wp) / samples
                call conforming_forces(problem, state, e, tau, local, place, angle, density)
@@ -66,15 +55,12 @@ contains
                associate (g => state%geometry%element(e))
                   where = g%s(1) + tau * (g%s(2) - g%s(1)) + problem%origin(e)
                end associate
-               side = merge(-1, 0, e == first .and. i == 0)
+               side = 0
+               if (e == element(1) .and. i == 0) side = -1
+               if (e == element(2) .and. i == samples) side = 1
             end do
          end do
       end associate
-      if (last == 0) then
-         least = 1.0_wp
-         return
-      end if
-      if (where >= state%geometry%element(last)%s(2) + problem%origin(last)) side = 1
    end subroutine least_pressure
 
    !> The density of the obstacle's force if the rod lay on it at a point contact: what bends it onto the track, r = m'' with

@@ -6,11 +6,10 @@ module nodes_to_spans
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
    use contact_touch, only: touch_t
-   use touch_edits, only: same_set
-   use span_problem, only: new_span_problem
-   use span_tests, only: spans_hold, test_slack, test_gap
+   use touch_edits, only: same_set, laid_down
+   use span_problem, only: new_span_problem, present_touches
+   use span_tests, only: span_test_t, run_span_tests, spans_hold, test_slack, test_flat
    use nodal_touches, only: touches_at_nodes
-   use span_lie_down, only: beside_free_span, span_gap, laid_down
    use state_transfer, only: carried
    use path_control, only: control_t
    use corrector, only: increment_t, correct
@@ -38,7 +37,7 @@ contains
       type(increment_t) :: report
       type(control_t) :: here
       type(touch_t), allocatable :: touch(:), first(:)
-      integer :: wave, k
+      integer :: wave, k, c
       found = .false.
       here%method = method_load
       ! From what the nodes say to what they may mean.
@@ -61,39 +60,39 @@ contains
          type(problem_t) :: kept
          type(system_t) :: kept_system
          type(state_t) :: kept_state
-         integer :: c, side
-         c = 1
-         do while (c <= next%candidates%n)
-            do side = 1, 2
-               if (.not. beside_free_span(next, c, side)) cycle
-               if (abs(span_gap(next, state, c, side)) > test_slack(test_gap) * next%size) cycle
+         type(span_test_t), allocatable :: tests(:)
+         tests = run_span_tests(next, state, system%force_scale)
+         k = 1
+         do while (k <= size(tests))
+            if (tests(k)%kind == test_flat .and. abs(tests(k)%value) <= test_slack(test_flat)) then
                kept = next
                kept_state = state
                kept_system = system
-               touch = laid_down(next, state, c, side)
+               touch = laid_down(present_touches(next, state), tests(k)%beside, tests(k)%ends)
                call settle()
                if (found .and. count(next%conforms == 0) < count(kept%conforms == 0)) then
-                  c = 0
-                  exit
+                  tests = run_span_tests(next, state, system%force_scale)
+                  k = 0
+               else
+                  found = .true.
+                  next = kept
+                  state = kept_state
+                  system = kept_system
                end if
-               found = .true.
-               next = kept
-               state = kept_state
-               system = kept_system
-            end do
-            c = c + 1
+            end if
+            k = k + 1
          end do
       end subroutine lay_flat_spans
 
       !> Equilibrium with these touches, and whether it holds.
       subroutine settle()
          found = .false.
-         touch%number = [(k, k=1, size(touch))]
+         touch%number = [(c, c=1, size(touch))]
          next = new_span_problem(problem, touch)
          state = carried(problem, trial, next)
          system = new_system(next)
          ! Touchdown points move where they are told by forces in equilibrium.
-         call correct(with_held(next, [(k, k=1, next%candidates%n)]), state, here, .true., state, system, report, timers)
+         call correct(with_held(next, [(c, c=1, next%candidates%n)]), state, here, .true., state, system, report, timers)
          if (report%converged) call correct(next, state, here, .true., state, system, report, timers, far_off=.true.)
          why = 'equilibrium was not found'
          if (.not. report%converged) return

@@ -42,6 +42,7 @@ module path_acceptance
       character(:), allocatable :: why           !! the run cannot go on: the reason, one sentence
       logical :: sampled = .false.               !! contact at the start is at nodes still: it has not become spans
       logical :: turns = .false.                 !! stopped where the path turns back for a strategy that cannot follow it
+      logical :: home = .false.                  !! stopped where the path comes back to a bifurcation of its own
       logical :: used_up = .false.               !! stopped after the number of points that the deck allows
       logical :: dead_end = .false.              !! stopped because there is no way on, and not for these reasons
       integer :: deck_line = 0                   !! and the deck is at fault: the line of the card; 0: it is not
@@ -400,6 +401,10 @@ contains
       finished = .false.
       associate (event => sighting%event, place => sighting%place)
          call linearise(problem, place, place, run%system, timers)
+         if (run%branch == 0 .and. any(event%kind == [event_bifurcation, event_limit])) outcome%home = is_home(problem, run, place)
+         if (outcome%home) outcome%why = 'the path comes back to a bifurcation of its own at load factor '// &
+            & to_text(place%load_factor)//': beyond lies what it has passed'
+         if (outcome%home) return
          if (allocated(sighting%bars)) bars = sighting%bars
          critical = new_critical(event%label, event%note, bars)
          if (any(event%kind == [event_bifurcation, event_limit])) run%system%negative_pivots = pivots

@@ -76,8 +76,9 @@ contains
          call start_control(problem, step, run)
          if (allocated(found%list)) deallocate (found%list)
          allocate (found%list(0))
-         nullify (run%landmarks)
-         if (size(step%branch) > 0 .or. size(step%limit_curve) > 0) run%landmarks => found
+         run%landmarks => found
+         run%home => found
+         run%left_at = run%arc_length
          call follow_points(problem, step, run, recorder, outcome, timers)
          if (problem%is_sampled() .and. .not. allocated(outcome%why)) outcome%why = &
             & 'contact at nodes did not turn into points and lines along the rod before the end of the step'
@@ -88,7 +89,8 @@ contains
          if (allocated(outcome%why)) exit steps
          call freeze_loads(problem, run%state)
       end do steps
-      outcome%dead_end = allocated(outcome%why) .and. outcome%deck_line == 0 .and. .not. (outcome%turns .or. outcome%used_up)
+      outcome%dead_end = allocated(outcome%why) .and. outcome%deck_line == 0 .and. .not. (outcome%turns .or. outcome%home .or. &
+         & outcome%used_up)
       outcome%sampled = problem%is_sampled()
       outcome%complete = .not. (allocated(outcome%why) .or. allocated(outcome%trouble))
       if (allocated(outcome%trouble)) then

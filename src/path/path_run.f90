@@ -56,9 +56,9 @@ module path_run
       type(stretch_t), allocatable :: trail(:)   !! the way up to the last accepted point, the latest first
       type(heading_t) :: heading                 !! tangent at the last accepted point, in the sense of the run
       logical :: fresh = .false.                 !! that point is a start whose contacts carry nothing: held in its tangent
-      type(landmarks_t), pointer :: home => null() !! branch: the critical points of the path that it left
-      real(wp) :: left_at = 0.0_wp               !! branch: arc_length where it left
-      type(landmarks_t), pointer :: landmarks => null() !! LP and BP of this step or branch, in order; null: they are not kept
+      type(landmarks_t), pointer :: home => null() !! the critical points of the path that a branch left, or its own
+      real(wp) :: left_at = 0.0_wp               !! arc_length where the branch left, or the step began
+      type(landmarks_t), pointer :: landmarks => null() !! LP and BP of this step or branch, in order
    end type run_t
 
 contains
@@ -150,7 +150,6 @@ contains
       type(problem_t), intent(in), optional :: free  !! what leaves it does so without contacts that carry no force: the problem
       type(state_t), intent(in), optional :: released !! and the state there without them
       type(landmark_t) :: landmark
-      if (.not. associated(run%landmarks)) return
       landmark%label = label
       landmark%problem = problem
       landmark%state = state

@@ -5,11 +5,12 @@ module span_arrival
    use problem, only: problem_t
    use rod_state, only: state_t
    use span_tests, only: span_test_t, test_length
-   use span_change, only: leg_t, change_t, next_t, merges_untold, place_here
+   use span_change, only: leg_t, change_t, next_t
+   use span_regions, only: find_span_regions
    use span_opening, only: open_line
    use span_set, only: change_set
    use held_openings, only: first_length, longest_length
-   use state_transfer, only: carried, carried_field
+   use state_transfer, only: carried
    use path_control, only: control_t, displacement_between
    use path_continuity, only: heading_t, heading_at, between
    use path_events, only: event_t, new_probe, detect_events
@@ -24,7 +25,7 @@ module span_arrival
    use timing, only: timers_t
    implicit none
    private
-   public :: take_set, take_line, take_opened, take_told
+   public :: take_set, take_known, take_opened, take_told
 
 contains
 
@@ -61,41 +62,30 @@ contains
       run%stuck = why
    end subroutine take_set
 
-   !> Goes on with the line of a span that has lain down, or the one point of two. Its first point is one of the path where the run
-   !> stands before it, an event where contacts have merged by that.
-   subroutine take_line(problem, step, run, change, recorder, finished, outcome, timers)
+   !> Goes on with the set without a free span that has vanished. Its first point is one of the path, an event where contacts have
+   !> become one by that.
+   subroutine take_known(problem, step, run, next, recorder, finished, outcome, timers)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run          !! at the change's place
-      type(change_t), intent(inout) :: change    !! the equilibrium beyond is known
+      type(run_t), intent(inout) :: run
+      type(next_t), intent(in) :: next
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
-      type(state_t) :: before
+      type(state_t) :: first
       logical :: merges, shorter
-      finished = .false.
-      associate (next => change%next)
-         merges = merges_untold(problem, change)
-         if (change%where == place_here) then
-            run = bound_for(problem, run, next)
-            problem = next%problem
-            call accept(problem, step, run, next%state, heading_of(problem, run, next%state), merge('C+', '  ', merges), &
-               & increment_t(converged=.true.), .false., recorder, shorter, finished, outcome, timers)
-            if (finished .or. allocated(outcome%why)) return
-         else
-            ! A line that presses already goes on as the path came.
-            before = carried(problem, run%state, next%problem)
-            run%heading%u = carried_field(problem, run%state, run%heading%u, next%problem, before)
-            run%system = next%system
-            problem = next%problem
-         end if
-         run%state = next%state
-         if (abs(next%rate) > 0.0_wp) run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, next%rate))
-      end associate
+      merges = size(find_span_regions(next%problem, next%state)) < size(find_span_regions(problem, run%state))
+      run = bound_for(problem, run, next)
+      problem = next%problem
+      first = next%state
+      call accept(problem, step, run, first, heading_of(problem, run, first), merge('C+', '  ', merges), &
+         & increment_t(converged=.true.), .false., recorder, shorter, finished, outcome, timers)
+      if (finished .or. allocated(outcome%why)) return
+      if (abs(next%rate) > 0.0_wp) run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, next%rate))
       run%probe = new_probe(problem, run%state, run%system, run%heading%load)
       call forget_mesh(run)
-   end subroutine take_line
+   end subroutine take_known
 
    !> Goes on with the set that contact at nodes has found. What is lost or gained is told at its first point, and lies between that
    !> and where the run stands.

@@ -1,5 +1,5 @@
 !> What is known of the place of a change only with the next set of contact spans, before the run goes there: the touch itself where
-!> contact begins, the line of a span that has lain down, the free span that opens within a line.
+!> contact begins, the free span that opens within a line.
 module span_beyond
    use kinds, only: wp
    use model, only: step_t, method_load
@@ -8,11 +8,9 @@ module span_beyond
    use bordered_system, only: linearise
    use span_regions, only: beginning_region
    use span_tests, only: span_test_t, run_span_tests, test_gap, test_force, test_pressure
-   use span_change, only: leg_t, change_t, change_missed, change_opening, change_lying
+   use span_change, only: leg_t, change_t, change_missed, change_opening
    use span_opening, only: open_line
-   use span_lie_down, only: lie_down
    use span_set, only: begin_touch, touched_at
-   use held_openings, only: held_load
    use state_transfer, only: find_point
    use path_control, only: control_t, path_length
    use path_continuity, only: largest_distance
@@ -52,14 +50,6 @@ contains
             call find_point(problem, change%place, test%stretch, test%at, run%beginning_in, tau)
          end associate
       end if
-      associate (next => change%next)
-         call lie_down(problem, leg%from, change%place, held_load(run), next%problem, next%state, next%system, next%rate, found, &
-            & timers)
-         if (.not. found) return
-         change%kind = change_lying
-         ! There the span is neutral, and its pivot has the sign of rounding; the line's are definite.
-         run%system%negative_pivots = next%system%negative_pivots
-      end associate
    end subroutine look_beyond
 
    !> Where contact begins: the gap is as good as the dense output, the touch itself as good as the nodes.

@@ -4,16 +4,15 @@ module span_change
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
-   use span_regions, only: find_span_regions
-   use span_tests, only: span_test_t, run_span_tests, test_gap, test_closing, test_force
+   use span_tests, only: span_test_t, run_span_tests
    use path_continuity, only: heading_t
    use path_run, only: run_t
    use corrector, only: increment_t
    use error_bar, only: error_bars_t
    implicit none
    private
-   public :: leg_t, change_t, next_t, new_leg, merges_untold
-   public :: change_none, change_missed, change_by_rule, change_opening, change_lying, change_merging
+   public :: leg_t, change_t, next_t, new_leg
+   public :: change_none, change_missed, change_by_rule, change_opening, change_vanishing
    public :: place_within, place_here, place_ahead
 
    ! What happens first on an increment; where it is, and how it is located:
@@ -22,8 +21,7 @@ module span_change
    integer, parameter :: change_by_rule = 2 !! a test is zero, and tells what follows (span_rules): by a bracket; where a point is
    !! as curved as its obstacle by Newton's method with the point held (held_openings)
    integer, parameter :: change_opening = 3 !! likewise of a line's force, which lifts off: the laws of what opens (span_opening)
-   integer, parameter :: change_lying = 4   !! a free span lies down all at once: where its line begins to press (span_lie_down)
-   integer, parameter :: change_merging = 5 !! two points become one: where that is as curved as its obstacle (span_merging)
+   integer, parameter :: change_vanishing = 4 !! a free span is gone: where the set without it begins to hold (vanishing_span)
 
    ! Where.
    integer, parameter :: place_within = 0   !! on the increment
@@ -56,7 +54,7 @@ module span_change
       type(state_t) :: place
       type(heading_t) :: heading                  !! of the path that arrives there
       type(increment_t) :: report                 !! of the way there
-      type(next_t) :: next                        !! what opens, has lain down, has merged
+      type(next_t) :: next                        !! what opens, or holds where a free span is gone
       type(error_bars_t), allocatable :: bars     !! of the place, where they are known with it
    end type change_t
 
@@ -80,13 +78,4 @@ contains
       leg%before = run_span_tests(problem, leg%from, leg%scale)
    end function new_leg
 
-   !> True where contacts become one by what is known beyond, and no test at the place says so.
-   logical function merges_untold(problem, change) result(merges)
-      type(problem_t), intent(in) :: problem
-      type(change_t), intent(in) :: change
-      merges = change%kind == change_lying .or. change%kind == change_merging
-      if (merges .and. change%which > 0) merges = .not. any(change%tests(change%which)%kind == [test_gap, test_closing, test_force])
-      if (merges) merges = size(find_span_regions(change%next%problem, change%next%state)) < &
-         & size(find_span_regions(problem, change%place))
-   end function merges_untold
 end module span_change

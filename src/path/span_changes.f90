@@ -8,20 +8,20 @@ module span_changes
    use bordered_system, only: linearise
    use span_regions, only: find_span_regions
    use line_pressure, only: virtual_pressure
-   use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_pressure, test_length, test_closing
-   use span_change, only: leg_t, change_t, next_t, new_leg, merges_untold, change_none, change_missed, change_by_rule, &
-      & change_opening, change_lying, change_merging, place_here, place_ahead
+   use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_pressure, test_length
+   use span_change, only: leg_t, change_t, next_t, new_leg, change_none, change_missed, change_by_rule, &
+      & change_opening, change_vanishing, place_here, place_ahead
    use span_events, only: find_change
    use span_beyond, only: look_beyond
-   use span_arrival, only: take_set, take_line, take_opened, take_told
+   use span_arrival, only: take_set, take_known, take_opened, take_told
    use contact_in_doubt, only: ask_nodes, differences_t
    use touchdown_points, only: stands
-   use path_continuity, only: heading_t, heading_at
+   use path_continuity, only: heading_t
    use path_run, only: run_t
    use path_acceptance, only: accept, wants_another, outcome_t
    use step_control, only: smallest
    use path_record, only: recorder_t
-   use error_report, only: bars_at_point, bars_of_line
+   use error_report, only: bars_at_point
    use timing, only: timers_t
    implicit none
    private
@@ -56,6 +56,10 @@ contains
          call go_less_far(problem, step, run, leg%after(change%which), timers)
          return
       end if
+      if (change%kind == change_vanishing) then
+         call take_known(problem, step, run, change%next, recorder, finished, outcome, timers)
+         return
+      end if
       if (changed) then
          call record_change(problem, step, run, stuck, tries, change, recorder, shorter, finished, outcome, timers)
          ! Something may lie before it that is better found from nearer.
@@ -67,14 +71,11 @@ contains
          return
       end if
       if (finished .or. allocated(outcome%why)) return
-      select case (change%kind)
-      case (change_by_rule)
+      if (change%kind == change_by_rule) then
          call take_set(problem, run, change%tests(change%which), timers)
-      case (change_opening)
+      else
          call take_opened(problem, step, run, leg, change, recorder, finished, outcome, timers)
-      case default
-         call take_line(problem, step, run, change, recorder, finished, outcome, timers)
-      end select
+      end if
    end subroutine pass_change
 
    !> Where no increment gets further and no test tells why: the set that contact at nodes finds ahead.
@@ -115,30 +116,17 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
       character(2) :: label
-      type(run_t) :: line
       real(wp) :: increment
-      logical :: divides, merges
+      logical :: divides
       shorter = .false.
       finished = .false.
       call describe(problem, change, label, divides)
-      merges = change%where /= place_here .and. merges_untold(problem, change)
-      if (merges) label = 'C+'
       increment = run%control%increment
       ! What happens on the way to a place beyond is looked for in parts of the increment.
       if (change%where == place_ahead .and. run%control%method == method_load) &
          & run%control%increment = change%place%load_factor - run%state%load_factor
-      if (known_beyond(change) .and. label == '  ') then
-         line = run
-         associate (next => change%next)
-            line%state = next%state
-            line%system = next%system
-            line%heading = heading_at(next%problem, next%system, 0.0_wp * next%state%u, sign(1.0_wp, &
-               & merge(next%rate, change%heading%load, abs(next%rate) > 0.0_wp)))
-            call bars_of_line(problem, step, run, change%place, next%problem, line, change%bars, timers)
-         end associate
-      end if
-      if (change%which > 0 .and. .not. allocated(change%bars)) call bars_at_point(problem, step, run, change%place, &
-         & change%heading, label, .false., merge(0, change%which, merges), change%bars, timers)
+      if (.not. allocated(change%bars)) call bars_at_point(problem, step, run, change%place, change%heading, label, .false., &
+         & change%which, change%bars, timers)
       ! Two changes at once, of which the first has its point: where contact only spreads Newton's method has yet to follow.
       if (.not. (change%where == place_here .and. label == '  ')) call accept(problem, step, run, change%place, change%heading, &
          & label, change%report, change%where == place_ahead .and. .not. stuck, recorder, shorter, finished, outcome, timers, &
@@ -154,45 +142,32 @@ contains
       type(change_t), intent(in) :: change
       character(2), intent(out) :: label
       logical, intent(out) :: divides            !! of the contact that is lost a part stays on both sides
-      integer :: c
+      logical :: at_clamp
       label = '  '
       divides = .false.
-      if (change%which == 0) return
       associate (test => change%tests(change%which), next => change%next)
          select case (test%kind)
-         case (test_gap, test_closing)
+         case (test_gap)
             label = 'C+'
          case (test_force, test_pressure)
             label = 'C-'
-            if (change%kind == change_opening) then
-               divides = size(find_span_regions(next%problem, next%state)) > size(find_span_regions(problem, change%place))
-               if (.not. divides) label = '  '
-            end if
+            if (change%kind /= change_opening) return
+            divides = size(find_span_regions(next%problem, next%state)) > size(find_span_regions(problem, change%place))
+            if (.not. divides) label = '  '
          case (test_curvature)
-            if (.not. (known_beyond(change) .or. change%where == place_here)) then
-               divides = virtual_pressure(problem, change%place, test%candidate) < 0.0_wp
-               if (divides) label = 'C-'
-            end if
+            if (change%where == place_here) return
+            ! Contact begins where a clamp stands.
+            at_clamp = stands(problem, change%place, test%candidate)
+            divides = .not. at_clamp .and. virtual_pressure(problem, change%place, test%candidate) < 0.0_wp
+            if (divides) label = 'C-'
+            if (at_clamp) label = 'C+'
+         case (test_length)
+            associate (ends => problem%touch(test%touch)%candidate)
+               if (stands(problem, change%place, ends(1)) .or. stands(problem, change%place, ends(2))) label = 'C-'
+            end associate
          end select
-         if (known_beyond(change)) return
-         ! Contact that begins, or ends, where a clamp stands.
-         do c = 1, problem%candidates%n
-            if (problem%candidates%touch(c) == 0 .or. problem%candidates%touch(c) /= test%touch) cycle
-            if (.not. stands(problem, change%place, c)) cycle
-            if (test%kind == test_curvature .and. change%where /= place_here) then
-               label = 'C+'
-               divides = .false.
-            end if
-            if (test%kind == test_length) label = 'C-'
-         end do
       end associate
    end subroutine describe
-
-   !> True where the path goes on from an equilibrium that was found with the next set, at the place or beside it.
-   pure logical function known_beyond(change)
-      type(change_t), intent(in) :: change
-      known_beyond = change%kind == change_lying .or. change%kind == change_merging
-   end function known_beyond
 
    !> A shorter increment may tell.
    subroutine go_less_far(problem, step, run, test, timers)

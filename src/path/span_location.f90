@@ -18,7 +18,10 @@ module span_location
    use timing, only: timers_t
    implicit none
    private
-   public :: locate, turns, arrival, leads_to, leads_to_next
+   public :: locate, turns, arrival, leads_to, leads_to_next, reach_of
+
+   real(wp), parameter :: far = 2.0_wp            !! increments, over which a straight line tells what comes
+   real(wp), parameter :: far_when_stuck = 20.0_wp !! and where no shorter one converges
 
 contains
 
@@ -52,6 +55,12 @@ contains
          if (.not. found) change%kind = change_missed
       end associate
    end subroutine locate
+
+   !> How far beyond the end of an increment something may be that is looked for from there, in its length.
+   pure real(wp) function reach_of(leg) result(reach)
+      type(leg_t), intent(in) :: leg
+      reach = merge(far_when_stuck, far, leg%stuck)
+   end function reach_of
 
    !> True for an increment on which the load turns back: places found at once, not on the way, would hide where.
    pure logical function turns(run, leg)

@@ -25,7 +25,7 @@ module span_opening
    use obstacle_track, only: track_t
    use contact_touch, only: touch_t
    use touch_edits, only: begun, opened, end_moved, shrunk, numbered, same_set
-   use span_problem, only: new_span_problem, present_touches, touch_place
+   use span_problem, only: new_span_problem, present_touches
    use line_pressure, only: density_at
    use span_tests, only: span_test_t, spans_hold, test_force, test_pressure, test_slack, well_below
    use touchdown_points, only: held_force, with_held
@@ -119,7 +119,7 @@ contains
          rest = k
          do i = 1, size(zone, 2)
             if (least_density(problem, place, before(k), zone(:, i)) > nothing) cycle
-            call open_zone(problem, state, now(k), k, zone(:, i), set, rest, told)
+            call open_zone(problem, state, now(k), zone(:, i), set, rest, told)
             if (.not. told) return
          end do
       end do
@@ -127,11 +127,10 @@ contains
    end subroutine opened_touches
 
    !> One zone of a line open.
-   subroutine open_zone(problem, state, line, which, zone, set, rest, told)
+   subroutine open_zone(problem, state, line, zone, set, rest, told)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(touch_t), intent(in) :: line            !! as it is now
-      integer, intent(in) :: which                 !! its index
       real(wp), intent(in) :: zone(2)
       type(touch_t), allocatable, intent(inout) :: set(:)
       integer, intent(inout) :: rest               !! index of what is left of the line from this zone on
@@ -151,7 +150,7 @@ contains
          return
       end if
       side = merge(1, 2, pulled(1))
-      c = line_end(problem, state, which, side)
+      c = line%candidate(side)
       part = half_zone
       if (problem%candidates%moves(c)) then
          set = begun(set, line%contact, line%stretch, line%at(side))
@@ -212,20 +211,6 @@ contains
       end do
       touch = now
    end subroutine lifted_touches
-
-   !> The candidate at one end of a line.
-   pure integer function line_end(problem, state, which, side) result(c)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: which, side
-      logical :: member(problem%candidates%n)
-      real(wp) :: place(problem%candidates%n)
-      integer :: k
-      member = problem%candidates%touch == which
-      place = [(touch_place(problem, state, k), k=1, size(place))]
-      if (side == 1) c = minloc(place, 1, member)
-      if (side == 2) c = maxloc(place, 1, member)
-   end function line_end
 
    !> The parts of a line that would have to be pulled, in their order along it.
    function pulled_zones(problem, state, line) result(zone)

@@ -4,12 +4,11 @@ module span_rules
    use problem, only: problem_t
    use rod_state, only: state_t
    use contact_touch, only: touch_t
-   use touch_edits, only: begun, lost, spread_out, parted, shrunk, joined, end_moved, moved, continued, numbered
+   use touch_edits, only: begun, lost, spread_out, parted, shrunk, end_moved, moved, continued, numbered
    use line_pressure, only: virtual_pressure
    use past_breakpoints, only: beyond, across
-   use span_tests, only: span_test_t, test_gap, test_force, test_curvature, test_length, test_closing, test_crossing, test_slope
+   use span_tests, only: span_test_t, test_gap, test_force, test_curvature, test_length, test_crossing, test_slope
    use conforming_span, only: flat_excess, excess_curvature
-   use span_merging, only: closing_point
    implicit none
    private
    public :: answer_t, answer_to
@@ -35,7 +34,7 @@ contains
       real(wp), intent(in) :: line_share          !! of its stretch, that a line begins with,
       real(wp), intent(in) :: point_share         !! and of two points the distance
       type(answer_t) :: answer
-      integer :: k, other
+      integer :: k
       answer%touch = set
       k = 0
       if (test%touch > 0) then
@@ -56,8 +55,6 @@ contains
          ! Against a straight wall a uniform rod lies without pressure.
          if (virtual_pressure(problem, state, test%candidate) >= 0.0_wp) then
             call lay_down_points(problem, state, test, line_share, answer)
-         else if (closing_point(problem, state, test%candidate) > 0) then
-            answer%why = 'two contact points come together'
          else
             call divide_point(problem, test, k, point_share * stretch_length(problem, set(k)), answer)
          end if
@@ -67,9 +64,6 @@ contains
          call cross(problem, test, k, line_share, answer)
       case (test_slope)
          call lie_down_from_end(problem, state, test, k, line_share, answer)
-      case (test_closing)
-         other = index_of(problem, set, test%touch + 1)
-         if (other > 0) answer%touch = joined(set, k, other)
       case default
          answer%why = 'a line contact lifts off inside'
       end select

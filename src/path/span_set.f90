@@ -9,7 +9,7 @@ module span_set
    use contact_touch, only: touch_t
    use span_problem, only: present_touches, touch_place
    use free_span_gap, only: gap_at
-   use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, test_closing, shortest
+   use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, shortest
    use span_rules, only: answer_t, answer_to
    use span_mesh, only: take_touches
    use held_openings, only: open_span, rest_held, find_flat_point, too_flat, small_load, spreading_rate
@@ -55,7 +55,7 @@ contains
       end if
       if (ok .and. parts) call open_span(problem, run, answer%opens, ok, timers)
       if (ok .and. any(answer%crosses > 0)) call open_span(problem, run, answer%crosses, ok, timers)
-      if (ok .and. any(test%kind == [test_length, test_closing]) .and. all(answer%crosses == 0)) &
+      if (ok .and. test%kind == test_length .and. all(answer%crosses == 0)) &
          & call come_to_rest(problem, run, before(test%touch)%number, timers)
       if (.not. ok) then
          run%stuck = 'no way on from where '//trim(test_words(test%kind))
@@ -64,7 +64,7 @@ contains
       select case (test%kind)
       case (test_gap)
          rate = 1.0_wp
-         if (newest(problem, run) > 0) rate = reaction_rate(problem, run%system, newest(problem, run))
+         if (candidate_of(problem, run%touches) > 0) rate = reaction_rate(problem, run%system, candidate_of(problem, run%touches))
          call head_for(problem, run, rate)
       case (test_force)
          call head_for(problem, run, opening_rate(problem, run, before(test%touch)))
@@ -125,7 +125,7 @@ contains
       type(state_t) :: state
       logical :: found
       integer :: c
-      c = findloc(problem%candidates%touch, findloc(problem%touch%number, number, 1), 1)
+      c = candidate_of(problem, number)
       if (c == 0) return
       state = run%state
       if (problem%touch(problem%candidates%touch(c))%line .or. .not. problem%candidates%moves(c)) then
@@ -160,7 +160,7 @@ contains
       call take_touches(problem, run, [present_touches(problem, run%state), new], timers)
       ok = run%system%ok
       if (.not. ok) return
-      c = newest(problem, run)
+      c = candidate_of(problem, run%touches)
       ! At a breakpoint the gap was that of a node.
       if (c == 0) return
       if (.not. problem%candidates%moves(c)) return
@@ -186,22 +186,24 @@ contains
       call linearise(problem, run%state, run%state, run%system, timers)
    end subroutine begin_touch
 
-   !> The candidate of the touch that has begun last; 0: none.
-   pure integer function newest(problem, run) result(c)
+   !> The candidate at a touch's beginning; 0: it is that of another touch.
+   pure integer function candidate_of(problem, number) result(c)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
-      do c = problem%candidates%n, 1, -1
-         if (problem%candidates%touch(c) == 0) cycle
-         if (problem%touch(problem%candidates%touch(c))%number == run%touches) return
-      end do
+      integer, intent(in) :: number
+      integer :: k
       c = 0
-   end function newest
+      k = findloc(problem%touch%number, number, 1)
+      if (k > 0) c = problem%touch(k)%candidate(1)
+      if (c > 0) then
+         if (problem%candidates%touch(c) /= k) c = 0
+      end if
+   end function candidate_of
 
    !> Its coordinate along the stretch.
    pure real(wp) function touched_at(problem, run) result(at)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
-      at = touch_place(problem, run%state, newest(problem, run))
+      at = touch_place(problem, run%state, candidate_of(problem, run%touches))
    end function touched_at
 
    !> How the gap at a contact that was lost grows along the path, per unit of load factor.

@@ -1,12 +1,14 @@
 !> What must hold for a set of contact spans to be the right one: test functions, smooth along a path on which the set stays,
 !> positive while it holds. Their zeros are where contact begins, ends, spreads or splits.
 !>
-!>   state -> tests -> the first that vanishes on an increment (span_events) -> where (span_location, span_beyond) -> recorded
-!>   (span_changes) -> the next set (span_rules, touch_edits) -> its mesh (span_mesh) -> the way on (span_set, span_arrival)
+!>   state -> tests -> the first that vanishes on an increment (span_events) -> where (span_location, vanishing_span, span_beyond)
+!>   -> recorded (span_changes) -> the next set (span_rules, touch_edits) -> its mesh (span_mesh) -> the way on (span_set,
+!>   span_arrival)
 module span_tests
    use kinds, only: wp
-   use problem, only: problem_t
+   use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t, candidate_gap
+   use free_span, only: free_span_t, free_spans, span_ends
    use free_span_gap, only: least_gap
    use line_pressure, only: least_pressure
    use conforming_span, only: excess_curvature, node_track, track_sense, track_rotation
@@ -17,7 +19,7 @@ module span_tests
    private
    public :: span_test_t, run_span_tests, spans_hold, any_fails, another_fails, test_slack, well_below, &
       & test_words
-   public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_closing, test_crossing, test_slope
+   public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_flat, test_crossing, test_slope
 
    ! What is tested.
    integer, parameter :: test_gap = 1       !! least gap of a free span
@@ -25,17 +27,17 @@ module span_tests
    integer, parameter :: test_curvature = 3 !! of a point contact against the obstacle's
    integer, parameter :: test_pressure = 4  !! least density along a line
    integer, parameter :: test_length = 5    !! of a line
-   integer, parameter :: test_closing = 6   !! length of a free span between two contacts
+   integer, parameter :: test_flat = 6      !! largest gap of a free span beside a contact; where that is gone, the span's length
    integer, parameter :: test_crossing = 7  !! length of a free span between a contact and a breakpoint of the rod
    integer, parameter :: test_slope = 8     !! of the gap inwards from a free end that touches
 
    !> What its zero means.
    character(*), parameter :: test_words(8) = [character(40) :: 'contact begins', 'contact ends', 'a contact point spreads', &
-      & 'contact opens inside', 'a contact line shrinks to a point', 'two contacts merge', &
+      & 'contact opens inside', 'a contact line shrinks to a point', 'a free span lies down', &
       & 'contact comes to a breakpoint of the rod', 'an end of a rod lies down']
 
    !> What a test may fall below zero by before it is taken for violated: what the dense output errs by.
-   real(wp), parameter :: test_slack(8) = [1.0e-9_wp, 1.0e-9_wp, 1.0e-9_wp, 1.0e-6_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0e-9_wp]
+   real(wp), parameter :: test_slack(8) = [1.0e-9_wp, 1.0e-9_wp, 1.0e-9_wp, 1.0e-6_wp, 0.0_wp, 1.0e-9_wp, 0.0_wp, 1.0e-9_wp]
 
    real(wp), parameter :: well_below = 10.0_wp !! slacks, at a place where a test is zero
 
@@ -44,9 +46,10 @@ module span_tests
       real(wp) :: value = 0.0_wp            !! over its own scale: lengths, forces and curvatures of the structure
       integer :: touch = 0                  !! index into problem%touch; 0: none yet
       integer :: candidate = 0              !! force, curvature, slope: which node
-      integer :: contact = 0                !! gap: index into model%contact
+      integer :: contact = 0                !! gap, flat: index into model%contact
       integer :: stretch = 0
-      integer :: first = 0, last = 0        !! gap: elements of the span
+      integer :: beside(2) = 0              !! flat: the touches before and after it; 0: none of this contact
+      real(wp) :: ends(2) = 0.0_wp          !! flat: of the span along the stretch
       real(wp) :: at = 0.0_wp               !! gap, pressure: where along the stretch
       real(wp) :: sense = 1.0_wp            !! pressure: at the first end (-1), inside (0), at the last (1); crossing: before
       !! the touch, after it; slope: likewise
@@ -123,40 +126,54 @@ contains
       end function push
    end function point_tests
 
-   !> Free spans: are they outside?
+   !> Free spans: are they outside, and is there anything of them left?
    function gap_tests(problem, state, points) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: points(:) !! tests of these
       type(span_test_t), allocatable :: tests(:)
       type(span_test_t) :: test
+      type(free_span_t), allocatable :: span(:)
       logical, dimension(problem%model%mesh%n_nodes) :: touched, fails
-      integer :: k, j, first, e
+      real(wp) :: largest
+      integer :: k, i
       allocate (tests(0))
       touched = .false.
       touched(pack(problem%candidates%node, problem%candidates%touch > 0)) = .true.
+      span = free_spans(problem)
       do k = 1, size(problem%deck%contact)
          if (.not. problem%deck%contact(k)%spans) cycle
          fails = failing(k)
-         do j = 1, size(problem%layout%stretch)
-            if (.not. problem%covered(j, k)) cycle
-            first = 0
-            do e = problem%element_first(j), problem%element_last(j)
-               if (problem%conforms(e) > 0) cycle
-               if (first == 0) first = e
-               if (e < problem%element_last(j)) then
-                  if (problem%conforms(e + 1) == 0 .and. .not. touched(problem%model%mesh%node(2, e))) cycle
-               end if
-               test = span_test_t(kind=test_gap, contact=k, stretch=j, first=first, last=e)
-               call least_gap(problem, state, first, e, k, touched, fails, test%value, test%at)
-               test%value = test%value / problem%size
-               tests = [tests, test]
-               first = 0
-            end do
+         do i = 1, size(span)
+            if (.not. problem%covered(span(i)%stretch, k)) cycle
+            test = span_test_t(kind=test_gap, contact=k, stretch=span(i)%stretch)
+            call least_gap(problem, state, span(i)%element, k, touched, fails, test%value, test%at, largest)
+            test%value = test%value / problem%size
+            tests = [tests, test]
+            test%beside = beside(span(i)%touch, k)
+            if (all(test%beside == 0)) cycle
+            test%kind = test_flat
+            test%value = largest / problem%size
+            test%ends = span_ends(problem, state, span(i))
+            ! A gap of the sixth power of its length is gone long before a span between two contacts is.
+            if (abs(largest) <= rounding_gap(problem)) test%value = rounding_gap(problem) / problem%size * &
+               & ((test%ends(2) - test%ends(1)) / problem%layout%stretch(test%stretch)%length - shortest)
+            tests = [tests, test]
          end do
       end do
 
    contains
+
+      !> The touches of one contact among two.
+      pure function beside(touch, contact)
+         integer, intent(in) :: touch(2), contact
+         integer :: beside(2), side
+         beside = touch
+         do side = 1, 2
+            if (touch(side) == 0) cycle
+            if (problem%touch(touch(side))%contact /= contact) beside(side) = 0
+         end do
+      end function beside
 
       !> Nodes whose touch is no longer right.
       function failing(contact) result(fails)
@@ -171,52 +188,35 @@ contains
       end function failing
    end function gap_tests
 
-   !> Lines that shrink to points, free spans that close between two contacts, or between a contact and an end of its stretch.
+   !> Lines that shrink to points, free spans that close between a contact and an end of its stretch.
    function length_tests(problem, state) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), allocatable :: tests(:)
       type(span_test_t) :: test
       type(touch_t), allocatable :: now(:)
-      integer :: k
+      type(free_span_t), allocatable :: span(:)
+      integer :: k, side
       allocate (tests(0))
       now = present_touches(problem, state)
       do k = 1, size(now)
-         test = span_test_t(touch=k, stretch=now(k)%stretch)
-         if (now(k)%line) then
-            test%kind = test_length
-            test%at = 0.5_wp * sum(now(k)%at)
-            call add(now(k)%at(2) - now(k)%at(1))
-            test%at = 0.0_wp
-         end if
-         call add_crossing(now(k)%at(1), -1)
-         call add_crossing(problem%layout%stretch(now(k)%stretch)%length - now(k)%at(2), 1)
-         if (k == size(now)) cycle
-         ! What lies on two obstacles is never one.
-         if (now(k + 1)%stretch /= now(k)%stretch .or. now(k + 1)%contact /= now(k)%contact) cycle
-         test%kind = test_closing
-         test%sense = 1.0_wp
-         call add(now(k + 1)%at(1) - now(k)%at(2))
+         if (now(k)%line) call add(span_test_t(kind=test_length, touch=k, stretch=now(k)%stretch, at=0.5_wp * sum(now(k)%at)), &
+            & now(k)%at)
+      end do
+      span = free_spans(problem)
+      do k = 1, size(span)
+         side = findloc(span(k)%touch > 0, .true., 1)
+         if (count(span(k)%touch > 0) == 1) call add(span_test_t(kind=test_crossing, touch=span(k)%touch(side), &
+            & stretch=span(k)%stretch, sense=merge(1.0_wp, -1.0_wp, side == 1)), span_ends(problem, state, span(k)))
       end do
 
    contains
 
-      !> A touch that comes to an end of its stretch.
-      subroutine add_crossing(distance, way)
-         real(wp), intent(in) :: distance     !! to the breakpoint; 0 for one that is there
-         integer, intent(in) :: way           !! -1: before it, 1: after it
-         if (.not. distance > 0.0_wp) return
-         if (k + way >= 1 .and. k + way <= size(now)) then
-            if (now(k + way)%stretch == now(k)%stretch) return
-         end if
-         test%kind = test_crossing
-         test%sense = real(way, wp)
-         call add(distance)
-      end subroutine add_crossing
-
-      subroutine add(length)
-         real(wp), intent(in) :: length
-         test%value = (length - shortest * problem%layout%stretch(test%stretch)%length) / problem%size
+      subroutine add(new, ends)
+         type(span_test_t), intent(in) :: new
+         real(wp), intent(in) :: ends(2)
+         test = new
+         test%value = (ends(2) - ends(1) - shortest * problem%layout%stretch(test%stretch)%length) / problem%size
          tests = [tests, test]
       end subroutine add
    end function length_tests
