@@ -7,7 +7,7 @@ module corrector
    use rod_state, only: state_t, unknown_push
    use linear_system, only: system_t, assemble, contact_reaction
    use bordered_system, only: factor_system, linearise, apply_increment
-   use path_control, only: control_t, control_row, control_error, is_arc_length, metric, follow_nodes
+   use path_control, only: control_t, control_row, control_error, is_arc_length, metric, turning, follow_nodes
    use contact_set, only: contact_step_t, solve_contact_step, overlap_allowed
    use foundation_limits, only: why_too_stiff
    use step_search, only: shorten_step, step_work
@@ -134,8 +134,9 @@ contains
       type(control_t) :: control
       type(contact_step_t) :: step
       real(wp), allocatable :: spring(:)
-      real(wp) :: rhs, tolerance, sharper, at_length, best, travelled, last_residual, second_order, large
-      real(wp) :: correction                   ! of the displacements by the last step, squared, on the nodes of that step
+      real(wp) :: rhs, tolerance, sharper, at_length, best, last_residual, second_order, large
+      real(wp) :: travelled(2)                 ! by displacements and rotations, squared
+      real(wp) :: correction(2)                ! by the last step, on the nodes of that step
       real(wp) :: previous                     ! residual that the next step starts from
       logical :: refactor, settled, searching, seeking, told_again
       logical, allocatable :: given_up(:)
@@ -203,10 +204,11 @@ contains
          end if
          ! Where less is asked for than rounding allows the residual falls no more.
          ! A small residual after a large correction is luck, or softness: the next one still moves the point.
-         travelled = metric(problem, state%u - origin%u, state%u - origin%u)
+         travelled = moved(origin%u, state%u)
          if (iteration == 1) second_order = maxval(abs(state%u(3, :) - origin%u(3, :)))**2 / &
             & (minval(problem%compliance%axial + problem%compliance%give) * system%force_scale)
-         settled = correction <= (large**2) * travelled .or. report%residual <= 1.0e-3_wp * tolerance
+         settled = all(correction <= (large**2) * travelled) .or. &
+            & report%residual <= 1.0e-3_wp * tolerance * min(1.0_wp, sqrt(travelled(2) / max(travelled(1), tiny(tolerance))))
          if (.not. step%flipped .and. (settled .or. iteration > settling_iterations) .and. &
             & (report%residual <= max(sharper * tolerance, system%round_off) .or. (iteration > 1 .and. report%residual <= &
             & tolerance .and. report%residual > 0.1_wp * last_residual)) .and. &
@@ -279,7 +281,7 @@ contains
             if (max(system%force_residual, system%defect_residual) > far_worse * max(previous, far_from_balance)) &
                & call shorten_step(problem, origin, from, step%x, work, state, system, timers)
          end if
-         correction = metric(problem, state%u - from%u, state%u - from%u)
+         correction = moved(from%u, state%u)
          if (problem%moves_nodes()) then
             call move_touchdown_points(problem, from, state, travelled)
             ! Touchdown points that are far off get a tenth of the span nearer each time as long as it is much too long: its moment
@@ -291,6 +293,14 @@ contains
          if (.not. assembled) call assemble(problem, state, origin, system, timers)
          previous = max(system%force_residual, system%defect_residual)
       end subroutine take_step
+
+      !> How far displacements and rotations have gone, squared: where a rod is shortened by much more than it bends the one tells
+      !> nothing of the other.
+      pure function moved(from, to)
+         real(wp), intent(in) :: from(:, :), to(:, :) !! (3, nodes)
+         real(wp) :: moved(2)
+         moved = [metric(problem, to - from, to - from), turning(problem, to - from, to - from)]
+      end function moved
 
       !> Says when foundations too stiff are the reason.
       subroutine give_up(message)
