@@ -137,6 +137,7 @@ contains
       real(wp) :: rhs, tolerance, sharper, at_length, best, last_residual, second_order, large
       real(wp) :: travelled(2)                 ! by displacements and rotations, squared
       real(wp) :: correction(2)                ! by the last step, on the nodes of that step
+      real(wp) :: last_correction(2)           ! by the one before
       real(wp) :: previous                     ! residual that the next step starts from
       logical :: refactor, settled, searching, seeking, told_again
       logical, allocatable :: given_up(:)
@@ -168,6 +169,7 @@ contains
       at_length = max(tolerance, 1.0e-9_wp)
       if (problem%moves_nodes() .and. is_arc_length(given%method) .and. .not. given%whole > 0.0_wp) at_length = large_correction
       previous = 0.0_wp
+      last_correction = huge(1.0_wp)
       second_order = huge(1.0_wp)
       ! Foundations find out where they touch while Newton goes on; the limit counts from then on.
       newton: do iteration = 1, settling_grip * most
@@ -207,8 +209,11 @@ contains
          travelled = moved(origin%u, state%u)
          if (iteration == 1) second_order = maxval(abs(state%u(3, :) - origin%u(3, :)))**2 / &
             & (minval(problem%compliance%axial + problem%compliance%give) * system%force_scale)
-         settled = all(correction <= (large**2) * travelled) .or. &
-            & report%residual <= 1.0e-3_wp * tolerance * min(1.0_wp, sqrt(travelled(2) / max(travelled(1), tiny(tolerance))))
+         ! Little bending beside much shortening has little of the forces, too, unless it is rounding, which falls no more.
+         settled = all(correction <= (large**2) * travelled) .or. (report%residual <= 1.0e-3_wp * tolerance .and. &
+            & (report%residual <= 1.0e-3_wp * tolerance * sqrt(travelled(2) / max(travelled(1), tiny(tolerance))) .or. &
+            & correction(2) > 0.25_wp * last_correction(2)))
+         last_correction = correction
          if (.not. step%flipped .and. (settled .or. iteration > settling_iterations) .and. &
             & (report%residual <= max(sharper * tolerance, system%round_off) .or. (iteration > 1 .and. report%residual <= &
             & tolerance .and. report%residual > 0.1_wp * last_residual)) .and. &
