@@ -18,7 +18,7 @@ module element_shares
    use bordered_system, only: solve_effective
    use band_matrix, only: band_times
    use path_control, only: control_t, control_row
-   use null_directions, only: new_null_directions, leave_out
+   use null_directions, only: new_null_directions, leave_out, free_of
    use contact_totals, only: contact_sum, contact_sum_known, contact_sum_gradient
    use monitor_rows, only: monitor_row_t, monitor_row, watched_displacement
    use touch_places, only: place_gradients, moment_places
@@ -71,7 +71,7 @@ contains
       type(monitor_row_t) :: inside
       real(wp) :: by_unknown(system%n, size(ends)), by_load(size(ends)), way(size(ends))
       real(wp) :: force(6, problem%model%mesh%n_elements), w(system%n), of_load(system%n), tangent(system%n), &
-         & share(problem%model%mesh%n_elements), rhs, along, along_load, rest, change
+         & push(system%n), known(system%n), share(problem%model%mesh%n_elements), rhs, along, along_load, given, rest, change
       real(wp), allocatable :: direction(:, :)
       integer :: e, m, n, k
       n = 1 + size(problem%model%monitor) + size(ends)
@@ -84,10 +84,12 @@ contains
       shares%unfolding = sqrt(sum([(force_on(modes(:, m))**2, m=1, size(modes, 2))]))
       direction = new_null_directions(problem, system, modes, timers)
       call control_row(problem, control, state, state, system, rhs, timers)
-      call solve_effective(system, merge(0.0_wp, system%path_row, system%fixed), w, timers)
+      call solve_effective(system, free_force(system%path_row), w, timers)
       tangent = system%tangent
       call leave_out(problem, modes, direction, w)
       call leave_out(problem, modes, direction, tangent)
+      known = merge(system%rate, 0.0_wp, system%fixed)
+      push = path_load(system, known)
       along = dot_product(system%path_row, tangent) + system%path_corner
       if (.not. abs(along) > 0.0_wp) return
       of_load = w / along
@@ -112,11 +114,12 @@ contains
             call new_functional(problem, state, system, m - 1, functional)
          end if
          if (.not. functional%known) cycle
-         call solve_effective(system, merge(0.0_wp, functional%by_unknown, system%fixed), w, timers)
+         call solve_effective(system, free_force(functional%by_unknown), w, timers)
          call leave_out(problem, modes, direction, w)
          along_load = dot_product(functional%by_unknown, tangent) + functional%by_load
-         ! In one vector: at a limit point both parts are without bounds.
-         w = functional%by_force - w + along_load * of_load
+         given = functional%by_load + dot_product(functional%by_unknown, known)
+         call combine()
+         w = functional%by_force + w
          change = dot_product(w, merge(0.0_wp, system%residual, system%fixed)) + &
             & dot_product(functional%by_force, system%residual - system%raw)
          shares%rest(m) = change
@@ -161,6 +164,30 @@ contains
             & rounding_factor * (rounding_of(free) + epsilon(turned) * sqrt(turned))
          excess = max(excess, 0.0_wp)
       end function force_on
+
+      !> The part of forces that free unknowns answer, and not along null vectors.
+      function free_force(force) result(free)
+         real(wp), intent(in) :: force(:)
+         real(wp) :: free(size(force))
+         free = merge(0.0_wp, free_of(problem, modes, merge(0.0_wp, force, system%fixed)), system%fixed)
+      end function free_force
+
+      !> The dual displacements of a number, what is held included. At a limit point both parts are without bounds, and rounding
+      !> leaves little of their difference: there it is refined by what it leaves of the equations and of the load.
+      subroutine combine()
+         real(wp) :: lost, of_path, left(system%n), more(system%n)
+         lost = sqrt(epsilon(lost)) * maxval(abs(w))
+         w = along_load * of_load - w
+         of_path = along_load / along
+         w = w + (given - dot_product(push, w) - of_path * system%path_corner) * of_load
+         ! The band alone is not all of a stiffness that ground or rods without stretch add to.
+         if (maxval(abs(w)) > lost .or. system%rigidity%n > 0 .or. system%coupling%n > 0) return
+         call band_times(system%k, w, left)
+         left = free_force(of_path * system%path_row - functional%by_unknown - left)
+         call solve_effective(system, left, more, timers)
+         call leave_out(problem, modes, direction, more)
+         w = w + more + (given - dot_product(push, w + more) - of_path * system%path_corner) * of_load
+      end subroutine combine
 
       !> What the elements contribute, by the work of what is out of balance on a dual displacement.
       function shares_by(w) result(by)
@@ -218,24 +245,49 @@ contains
       end do
    end function eigenvalue_shares
 
-   !> Forces of an element on its nodes that are out of balance by what the finer element says of it. Node axes.
+   !> The forces on the free unknowns that go with a unit of the load factor, those of moving supports included.
+   function path_load(system, known) result(force)
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: known(:)           !! (n) what the fixed unknowns go by
+      real(wp) :: force(system%n)
+      force = 0.0_wp
+      if (any(abs(known) > 0.0_wp)) call band_times(system%k, known, force)
+      force = merge(0.0_wp, system%load - force, system%fixed)
+   end function path_load
+
+   !> Forces of an element on its nodes that are out of balance by what the finer element says of it. Node axes. Of either end the
+   !> same, so that it does not matter where an element begins.
    function unbalanced(problem, system, finer, e) result(force)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system, finer
       integer, intent(in) :: e
       real(wp) :: force(6)
-      real(wp) :: stiffness(3, 3), gap(3, 1), h
-      logical :: singular
-      force = finer%ef(:, e) - system%ef(:, e)
+      real(wp) :: difference(6), by_end(6, 2)
+      integer, parameter :: first(3) = [1, 2, 3], second(3) = [4, 5, 6]
+      logical :: singular(2)
+      difference = finer%ef(:, e) - system%ef(:, e)
+      force = difference
       if (.not. collocates(problem%model%mesh%family(e)) .or. problem%conforms(e) > 0) return
-      ! What the second end would have to move by: that gives the finer element its force at the first end.
-      stiffness = finer%ek(1:3, 4:6, e)
-      gap(:, 1) = force(1:3)
-      h = problem%size
-      call solve_small(3, stiffness, gap, singular, [h, h, 1.0_wp])
-      if (singular) return
-      force(1:3) = matmul(system%ek(1:3, 4:6, e), gap(:, 1))
-      force(4:6) = force(4:6) + matmul(system%ek(4:6, 4:6, e) - finer%ek(4:6, 4:6, e), gap(:, 1))
+      call by_displacement(first, second, by_end(:, 1), singular(1))
+      call by_displacement(second, first, by_end(:, 2), singular(2))
+      if (.not. any(singular)) force = 0.5_wp * sum(by_end, dim=2)
+
+   contains
+
+      !> What one end would have to move by, the other one held, gives the finer element its forces there.
+      subroutine by_displacement(held, moved, forces, singular)
+         integer, intent(in) :: held(3), moved(3)
+         real(wp), intent(out) :: forces(6)
+         logical, intent(out) :: singular
+         real(wp) :: stiffness(3, 3), gap(3, 1), h
+         stiffness = finer%ek(held, moved, e)
+         gap(:, 1) = difference(held)
+         h = problem%size
+         call solve_small(3, stiffness, gap, singular, [h, h, 1.0_wp])
+         if (singular) return
+         forces(held) = matmul(system%ek(held, moved, e), gap(:, 1))
+         forces(moved) = difference(moved) + matmul(system%ek(moved, moved, e) - finer%ek(moved, moved, e), gap(:, 1))
+      end subroutine by_displacement
    end function unbalanced
 
    !> A monitor: displacements of nodes, reactions of supports and springs.

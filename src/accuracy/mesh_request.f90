@@ -10,7 +10,7 @@ module mesh_request
    use rod_state, only: state_t
    use linear_system, only: system_t
    use span_problem, only: present_demand
-   use mesh_demand, only: demand_t, new_demands, with_smooth_density
+   use mesh_demand, only: demand_t, new_demands, with_smooth_density, in_whole_parts
    use ground_segments, only: is_cut
    use error_bar, only: error_bar_t, error_bars_t
    implicit none
@@ -218,7 +218,7 @@ contains
       do k = 1, size(demand)
          if (.not. problem%layout%stretch(k)%placed) cycle
          demand(k)%elements = wanted * g(problem%along(problem%element_first(k):problem%element_last(k)))
-         demand(k) = with_smooth_density(demand(k))
+         demand(k) = in_whole_parts(with_smooth_density(demand(k)))
       end do
    end function demand_of
 

@@ -13,7 +13,7 @@ module null_directions
    use timing, only: timers_t
    implicit none
    private
-   public :: new_null_directions, leave_out, likeness, times_metric
+   public :: new_null_directions, leave_out, free_of, likeness, times_metric
 
 contains
 
@@ -51,6 +51,20 @@ contains
       if (singular) return
       x = x - matmul(direction, b(:, 1))
    end subroutine leave_out
+
+   !> Forces less M v times their work on every null vector v: a solution has the same part across these directions, and no other
+   !> that would leave its rounding there.
+   pure function free_of(problem, modes, force) result(free)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: modes(:, :)        !! (unknowns, any number) null vectors, orthonormal in the metric
+      real(wp), intent(in) :: force(:)           !! (unknowns) node axes
+      real(wp) :: free(size(force))
+      integer :: k
+      free = force
+      do k = 1, size(modes, 2)
+         free = free - dot_product(modes(:, k), force) * times_metric(problem, modes(:, k))
+      end do
+   end function free_of
 
    !> M x.
    pure function times_metric(problem, x) result(weighted)

@@ -7,7 +7,7 @@ module mesh_demand
    use rod_layout, only: layout_t
    implicit none
    private
-   public :: demand_t, new_demands, between, equal_shares, with_smooth_density
+   public :: demand_t, new_demands, between, equal_shares, with_smooth_density, in_whole_parts
 
    !> Of one stretch.
    type :: demand_t
@@ -17,6 +17,7 @@ module mesh_demand
 
    real(wp), parameter :: first_elements = 2.0_wp !! of a stretch: the fewest that can tell of each other
    real(wp), parameter :: steepest = 4.0_wp       !! ratio of the lengths of neighbours
+   real(wp), parameter :: part = 1.0_wp / 64.0_wp !! of an element, the least that a demand tells apart; exact in any sum
 
 contains
 
@@ -104,4 +105,13 @@ contains
          smooth%elements(i) = max(smooth%elements(i), length(i) * smooth%elements(i + 1) / (steepest * length(i + 1)))
       end do
    end function with_smooth_density
+
+   !> The same in whole parts of an element. Pieces that are alike but for rounding want the same to the last bit: symmetric
+   !> structures keep symmetric meshes, where rounding would grow from mesh to mesh to an imperfection of its own.
+   elemental function in_whole_parts(demand) result(rounded)
+      type(demand_t), intent(in) :: demand
+      type(demand_t) :: rounded
+      rounded = demand
+      rounded%elements = part * anint(demand%elements / part)
+   end function in_whole_parts
 end module mesh_demand

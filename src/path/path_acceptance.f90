@@ -322,6 +322,8 @@ contains
       do i = 1, size(seen)
          if (seen(i)%event%kind == event_limit .and. seen(i)%located) limit = i
       end do
+      ! A branch may turn its load where it comes home, too.
+      if (limit == 0 .and. comes_home) limit = size(seen)
       if (limit == 0 .or. (size(step%stop) == 0 .and. size(step%locate) == 0)) return
       associate (place => seen(limit)%place, heading => seen(limit)%heading)
          call linearise(problem, place, place, run%system, timers)

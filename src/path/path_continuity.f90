@@ -16,7 +16,7 @@ module path_continuity
    use rod_state, only: state_t
    use state_transfer, only: move_nodes, displacements_at, field_at
    use linear_system, only: system_t
-   use path_control, only: control_t, is_arc_length, metric, path_length, set_tangent
+   use path_control, only: control_t, is_arc_length, metric, turning, path_length, set_tangent
    use force_law, only: segment_unknown
    implicit none
    private
@@ -37,6 +37,7 @@ module path_continuity
       real(wp) :: turn = 0.0_wp                 !! angle between the tangents
       real(wp) :: distance = 0.0_wp             !! |chord - mean of the tangents|, of the chord; 1/8 turn^2 on a circle
       real(wp) :: load = 0.0_wp                 !! how far the load's mean rate is from between its rates, of the faster one
+      real(wp) :: bending = 0.0_wp              !! the same of the rotations' rates, as vectors
    end type relation_t
 
    real(wp), parameter :: largest_turn = 0.5_wp !! of the tangent in one increment
@@ -91,7 +92,7 @@ contains
       !! held. The answer to a small load is proportional to it, so the chord itself stands for that tangent.
       type(relation_t) :: relation
       real(wp), dimension(3, size(from%u, 2)) :: chord, first, last
-      real(wp) :: length, rise, rates(2)
+      real(wp) :: length, rise, rates(2), faster
       chord = chord_between(problem, from, to)
       length = sqrt(metric(problem, chord, chord))
       if (length <= no_motion) return
@@ -113,6 +114,11 @@ contains
       relation%load = max(rise - maxval(rates), minval(rates) - rise) - &
          & problem%model%step(problem%step)%tolerance * max(abs(from%load_factor), abs(to%load_factor)) / length
       relation%load = max(relation%load, 0.0_wp) / max(maxval(abs(rates)), tiny(1.0_wp))
+      ! The chord has become its distance from the tangents' mean.
+      last = 0.5_wp * (last - first)
+      faster = sqrt(max(turning(problem, first, first), turning(problem, first + 2.0_wp * last, first + 2.0_wp * last)))
+      relation%bending = sqrt(turning(problem, chord, chord)) - sqrt(turning(problem, last, last)) - no_motion / length
+      relation%bending = max(relation%bending, 0.0_wp) / max(faster, tiny(1.0_wp))
 
    contains
 
@@ -135,7 +141,8 @@ contains
    pure logical function same_path(relation)
       type(relation_t), intent(in) :: relation
       same_path = .not. relation%told .or. (relation%turn <= largest_turn .and. relation%distance <= largest_distance .and. &
-         & relation%load <= largest_load)
+         & relation%load <= largest_load .and. &
+         & relation%bending <= largest_load)
    end function same_path
 
    !> True for a point much further away than its increment was to go. Strategies whose corrections are only normal to

@@ -28,8 +28,8 @@ module path_control
    use timing, only: timers_t
    implicit none
    private
-   public :: control_t, control_row, control_error, is_arc_length, set_tangent, path_length, metric, displacement_between, &
-      & follow_nodes
+   public :: control_t, control_row, control_error, is_arc_length, set_tangent, path_length, metric, turning, &
+      & displacement_between, follow_nodes
 
    type :: control_t
       integer :: method = method_load
@@ -75,6 +75,13 @@ contains
          metric = metric + problem%weight(i) * (a(1, i) * b(1, i) + a(2, i) * b(2, i))
       end do
    end function metric
+
+   !> The same of the rotation parts: bending, which displacements hardly tell where a rod is shortened by much more than it bends.
+   pure real(wp) function turning(problem, a, b)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: a(:, :), b(:, :)   !! (3, nodes)
+      turning = problem%size**2 * dot_product(problem%weight, a(3, :) * b(3, :))
+   end function turning
 
    !> Unit tangent at the start from the solved system, pointing along `direction`.
    subroutine set_tangent(problem, system, direction, direction_load, control)

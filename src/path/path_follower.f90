@@ -146,6 +146,8 @@ contains
          asked_at = run%step_points
          call linearise(problem, run%state, run%state, run%system, timers)
          call pass_doubt(problem, step, run, first_increment, recorder, changed, finished, outcome, timers)
+         ! They have been asked at the point where their set has been taken, too.
+         asked_at = run%step_points
          if (.not. changed) return
          run%control%increment = sign(first_increment, run%control%increment)
          if (allocated(run%stuck)) deallocate (run%stuck)

@@ -248,7 +248,10 @@ contains
          if (.not. step%error_bars) exit
          call add_buckling_bars(problem, run%state, buckling, timers)
          if (.not. allocated(buckling%bar) .or. .not. step%asked > 0.0_wp) exit
-         if (all(buckling%bar%bounded .and. buckling%bar%bar <= step%asked * abs(buckling%load_factor))) exit
+         ! Between nodes a mode is that of rods without the stresses, good to the fourth order only: what becomes an imperfection is
+         ! found at the deck's nodes.
+         if (all(buckling%bar%bounded .and. buckling%bar%bar <= step%asked * abs(buckling%load_factor)) .and. &
+            & (problem%model%mesh%n_elements >= problem%deck%mesh%n_elements .or. .not. bends_later())) exit
          ! The indicators of a path say nothing of modes.
          call ask_for_twice(problem, run, asked)
          if (.not. asked) exit
@@ -261,6 +264,14 @@ contains
       if (step%error_bars) call note_buckling_bars(buckling, step%widest_bar, outcome%accuracy)
       call recorder%buckling(buckling, timers, error)
       if (allocated(error)) outcome%why = error%message
+
+   contains
+
+      !> True where a later step takes modes of this one as imperfections.
+      pure logical function bends_later()
+         integer :: k
+         bends_later = any([(any(problem%model%step(k)%mode_offset%step == problem%step), k=1, size(problem%model%step))])
+      end function bends_later
    end subroutine find_modes
 
    !> The step's loads become constant; the load factor starts again from zero.
