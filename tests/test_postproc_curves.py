@@ -58,3 +58,13 @@ def test_rounding_stays_where_it_is():
     none = np.zeros(12, dtype=bool)
     _, y, _ = through(1e-17 * np.sin(40.0 * np.arange(12.0)**2), load, none, none, spans=(1.0, 15.0))
     assert np.all(np.diff(y) >= 0.0)
+
+
+def test_a_quantity_that_stands_still_turns_back_on_itself():
+    """As the angle of a symmetric contact's end over a load with a limit point."""
+    load = np.array([14.8, 23.6, 27.4, 27.8, 28.24, 28.25, 28.05, 26.5, 24.0])
+    angle = 180.0 + 1e-12 * np.array([3, -2, 5, 40, -4, 0, 2, -3, 1])
+    top = np.arange(9) == 5
+    x, y, _ = through(load, angle, np.zeros(9, bool), top, 0)
+    assert x.max() <= load.max() + 1e-3 and x.min() >= load.min()
+    assert np.ptp(y) < 1e-9

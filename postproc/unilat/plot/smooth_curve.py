@@ -13,6 +13,7 @@ import numpy as np
 BETWEEN = 12             # parts of the curve between two points
 SHARPEST = np.pi / 18    # a turn beyond this that neither neighbour announces is a corner
 ANNOUNCED = 0.25         # of the turn: what a neighbour on a smooth curve turns at least
+ROUNDING = 1e-9          # of a quantity's size: what changes by less stands still
 
 
 def through(x: np.ndarray, y: np.ndarray, corner: np.ndarray, smooth: np.ndarray,
@@ -26,6 +27,8 @@ def through(x: np.ndarray, y: np.ndarray, corner: np.ndarray, smooth: np.ndarray
     points = np.column_stack((x, y)).astype(float)
     known = np.all(np.isfinite(points), axis=1)
     scale = np.maximum(np.ptp(points[known], axis=0) if known.any() else np.ones(2), spans)
+    if known.any():
+        scale = np.maximum(scale, ROUNDING * np.max(np.abs(points[known]), axis=0))
     scaled = points / np.where(scale > 0.0, scale, 1.0)
     corner = corner | (_unannounced(scaled) & ~smooth)
     pieces, place, count = [], [0], 1
