@@ -19,9 +19,9 @@ module vanishing_span
    use conforming_span, only: conforming_forces
    use line_pressure, only: virtual_pressure
    use span_problem, only: new_span_problem, present_touches
-   use span_tests, only: span_test_t, run_span_tests, any_fails, another_fails, test_slack, test_pressure, shortest
+   use span_tests, only: span_test_t, run_span_tests, another_fails, test_slack, test_pressure, shortest
    use span_change, only: leg_t, next_t
-   use span_location, only: leads_to_next, reach_of
+   use span_location, only: turns, leads_to_next, reach_of
    use held_openings, only: find_flat_point, held_load
    use state_transfer, only: carried
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
@@ -32,11 +32,49 @@ module vanishing_span
    use timing, only: timers_t
    implicit none
    private
-   public :: lie_down, become_one, is_wave
+   public :: locate_vanishing
 
    integer, parameter :: max_tries = 12
 
 contains
+
+   !> The set without a span, and its equilibrium where it begins to hold, if the path leads there.
+   subroutine locate_vanishing(problem, run, leg, which, fails, next, found, wave, timers)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      type(leg_t), intent(in) :: leg
+      integer, intent(in) :: which               !! the test of the span
+      logical, intent(in) :: fails               !! another test does at the end of the leg, and may come first
+      type(next_t), intent(out) :: next
+      logical, intent(out) :: found
+      logical, intent(out) :: wave               !! what does not lie down is one between two points
+      type(timers_t), intent(inout) :: timers
+      call lie_down(problem, run, leg, which, next, found, timers)
+      if (found) found = comes_next()
+      wave = .false.
+      if (.not. found) wave = is_wave(problem, leg%to, leg%after(which))
+      if (.not. wave .or. turns(run, leg)) return
+      call become_one(problem, run, leg, which, next, found, timers)
+      if (found) found = leads_to_next(problem, run, next)
+      if (found) found = comes_next()
+
+   contains
+
+      !> True for an equilibrium that holds and lies as far ahead as something may be that is looked for.
+      logical function comes_next()
+         real(wp) :: scale
+         scale = max(next%system%force_scale, tiny(scale))
+         comes_next = path_length(next%problem, carried(problem, leg%to, next%problem), next%state) <= reach_of(leg) * &
+            & path_length(problem, leg%from, leg%to)
+         if (comes_next) call look_at_ends(next%problem, next%state, scale, comes_next)
+         if (comes_next) comes_next = .not. another_fails(run_span_tests(next%problem, next%state, scale), 0)
+         associate (load => next%state%load_factor, here => run%state%load_factor, from => leg%from%load_factor, &
+            & to => leg%to%load_factor)
+            comes_next = comes_next .and. (load - here) * (to - from) >= 0.0_wp .and. &
+               & (.not. fails .or. (load - here) * (load - to) <= 0.0_wp)
+         end associate
+      end function comes_next
+   end subroutine locate_vanishing
 
    !> The line in which a free span lies down, and its equilibrium where it begins to press.
    subroutine lie_down(problem, run, leg, which, next, lies, timers)
@@ -47,7 +85,7 @@ contains
       type(next_t), intent(out) :: next
       logical, intent(out) :: lies
       type(timers_t), intent(inout) :: timers
-      real(wp) :: left, come, scale
+      real(wp) :: left, come
       logical :: closed, gone
       associate (test => leg%after(which))
          left = test%value
@@ -65,11 +103,6 @@ contains
          if (.not. gone) lies = abs(next%rate) > 0.0_wp .and. abs(load * (come - left) - whole * come) <= &
             & largest_distance * abs(whole * (come - left))
       end associate
-      if (lies) lies = path_length(next%problem, carried(problem, leg%to, next%problem), next%state) <= reach_of(leg) * &
-         & path_length(problem, leg%from, leg%to)
-      scale = max(next%system%force_scale, tiny(scale))
-      if (lies) call look_at_ends(next%problem, next%state, scale, lies)
-      if (lies) lies = .not. another_fails(run_span_tests(next%problem, next%state, scale), 0)
    end subroutine lie_down
 
    !> Where a line ends at a breakpoint, or with its rod, nothing gives the couple that the obstacle's curvature may want: the
@@ -206,7 +239,6 @@ contains
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
-      type(state_t) :: from
       type(run_t) :: on
       integer :: k
       associate (beside => leg%after(which)%beside)
@@ -215,14 +247,11 @@ contains
       end associate
       on = run
       on%system = new_system(next%problem)
-      from = carried(problem, leg%to, next%problem)
-      next%state = from
+      next%state = carried(problem, leg%to, next%problem)
       call find_flat_point(next%problem, on, next%problem%touch(k)%candidate(1), next%state, found, timers)
-      if (found) found = path_length(next%problem, from, next%state) <= reach_of(leg) * path_length(problem, leg%from, leg%to)
       if (.not. found) return
       next%system = on%system
       call linearise(next%problem, next%state, next%state, next%system, timers)
       found = next%system%ok
-      if (found) found = .not. any_fails(run_span_tests(next%problem, next%state, max(next%system%force_scale, tiny(1.0_wp))))
    end subroutine become_one
 end module vanishing_span
