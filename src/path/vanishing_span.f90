@@ -60,16 +60,16 @@ contains
    contains
 
       !> True for an equilibrium that holds and lies as far ahead as something may be that is looked for.
-      logical function comes_next()
+      logical function comes_next() result(right)
          real(wp) :: scale
          scale = max(next%system%force_scale, tiny(scale))
-         comes_next = path_length(next%problem, carried(problem, leg%to, next%problem), next%state) <= reach_of(leg) * &
+         right = path_length(next%problem, carried(problem, leg%to, next%problem), next%state) <= reach_of(leg) * &
             & path_length(problem, leg%from, leg%to)
-         if (comes_next) call look_at_ends(next%problem, next%state, scale, comes_next)
-         if (comes_next) comes_next = .not. another_fails(run_span_tests(next%problem, next%state, scale), 0)
+         if (right) call look_at_ends(next%problem, next%state, scale, right)
+         if (right) right = .not. another_fails(run_span_tests(next%problem, next%state, scale), 0)
          associate (load => next%state%load_factor, here => run%state%load_factor, from => leg%from%load_factor, &
             & to => leg%to%load_factor)
-            comes_next = comes_next .and. (load - here) * (to - from) >= 0.0_wp .and. &
+            right = right .and. (load - here) * (to - from) >= 0.0_wp .and. &
                & (.not. fails .or. (load - here) * (load - to) <= 0.0_wp)
          end associate
       end function comes_next
