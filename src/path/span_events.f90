@@ -79,8 +79,8 @@ contains
             return
          end if
          ! What looks like the place where one of two points is flat is that where they are one.
-         if (wave .and. change%kind == change_by_rule .and. change%tests(change%which)%kind == test_curvature .and. &
-            & abs(leg%after(k)%value) <= test_slack(test_gap)) change%kind = merge(change_none, change_missed, &
+         if (.not. wave .or. change%kind /= change_by_rule .or. abs(leg%after(k)%value) > test_slack(test_gap)) cycle
+         if (change%tests(change%which)%kind == test_curvature) change%kind = merge(change_none, change_missed, &
             & change%where == place_ahead)
       end do
    end subroutine find_vanishing
