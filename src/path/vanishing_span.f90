@@ -161,6 +161,8 @@ contains
          if (ok .and. value < 0.0_wp) load = leg%from%load_factor
       end if
       do try = 1, max_tries
+         ! No load tells them apart.
+         if (.not. abs(load - loads(2)) > 0.0_wp) return
          call look_at(load, value)
          if (.not. ok) return
          next%rate = (value - goal - values(2)) / (load - loads(2))
@@ -177,8 +179,6 @@ contains
          loads(2) = load
          values(2) = value - goal
          load = loads(2) - values(2) * (loads(2) - loads(1)) / (values(2) - values(1))
-         ! No load tells them apart.
-         if (.not. abs(load - loads(2)) > 0.0_wp) return
       end do
 
    contains
