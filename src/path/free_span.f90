@@ -11,6 +11,7 @@ module free_span
       integer :: stretch = 0
       integer :: element(2) = 0             !! the first and the last
       integer :: touch(2) = 0               !! before and after it, indices into problem%touch; 0: a breakpoint without one
+      integer :: contact(2) = 0             !! of these, indices into model%contact
    end type free_span_t
 
 contains
@@ -38,7 +39,12 @@ contains
       pure subroutine add(last, after)
          integer, intent(in) :: last, after
          ! A touch at a breakpoint has none on its side.
-         if (last >= first) span = [span, free_span_t(j, [first, last], [before, after])]
+         if (last < first) return
+         span = [span, free_span_t(j, [first, last], [before, after])]
+         associate (new => span(size(span)))
+            if (before > 0) new%contact(1) = problem%touch(before)%contact
+            if (after > 0) new%contact(2) = problem%touch(after)%contact
+         end associate
       end subroutine add
    end function free_spans
 

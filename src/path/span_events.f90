@@ -3,15 +3,12 @@ module span_events
    use kinds, only: wp
    use model, only: step_t
    use problem, only: problem_t, rounding_gap
-   use rod_state, only: state_t
-   use bordered_system, only: linearise
    use free_span_gap, only: gap_at
-   use span_tests, only: span_test_t, run_span_tests, any_fails, another_fails, test_slack, test_gap, test_curvature, test_flat
+   use span_tests, only: span_test_t, any_fails, another_fails, test_slack, test_gap, test_curvature, test_flat
    use span_change, only: leg_t, change_t, next_t, change_none, change_missed, change_by_rule, change_vanishing, place_here, &
       & place_ahead
-   use span_location, only: locate, turns, arrival, leads_to, leads_to_next, reach_of
-   use vanishing_span, only: lie_down, become_one, is_wave
-   use held_openings, only: find_flat_point
+   use span_location, only: locate, locate_flat_point, turns, reach_of
+   use vanishing_span, only: locate_vanishing
    use path_run, only: run_t
    use timing, only: timers_t
    implicit none
@@ -74,14 +71,7 @@ contains
       do k = 1, size(leg%after)
          if (leg%after(k)%kind /= test_flat) cycle
          if (leg%after(k)%value > reach_of(leg) * (leg%before(k)%value - leg%after(k)%value)) cycle
-         call lie_down(problem, run, leg, k, next, found, timers)
-         wave = .false.
-         if (.not. found) wave = is_wave(problem, leg%to, leg%after(k))
-         if (wave .and. .not. turns(run, leg)) call become_one(problem, run, leg, k, next, found, timers)
-         if (wave .and. found) found = leads_to_next(problem, run, next)
-         if (found) found = (next%state%load_factor - run%state%load_factor) * (leg%to%load_factor - leg%from%load_factor) >= 0.0_wp
-         if (found .and. fails) found = (next%state%load_factor - run%state%load_factor) * &
-            & (next%state%load_factor - leg%to%load_factor) <= 0.0_wp
+         call locate_vanishing(problem, run, leg, k, fails, next, found, wave, timers)
          if (found) then
             change%kind = change_vanishing
             change%which = k
@@ -89,8 +79,8 @@ contains
             return
          end if
          ! What looks like the place where one of two points is flat is that where they are one.
-         if (wave .and. change%kind == change_by_rule .and. change%tests(change%which)%kind == test_curvature .and. &
-            & abs(leg%after(k)%value) <= test_slack(test_gap)) change%kind = merge(change_none, change_missed, &
+         if (.not. wave .or. change%kind /= change_by_rule .or. abs(leg%after(k)%value) > test_slack(test_gap)) cycle
+         if (change%tests(change%which)%kind == test_curvature) change%kind = merge(change_none, change_missed, &
             & change%where == place_ahead)
       end do
    end subroutine find_vanishing
@@ -102,10 +92,8 @@ contains
       type(leg_t), intent(in) :: leg
       type(change_t), intent(inout) :: change
       type(timers_t), intent(inout) :: timers
-      type(state_t) :: place
       integer :: k
       logical :: found
-      found = .false.
       do k = 1, size(leg%after)
          associate (before => leg%before(k), after => leg%after(k))
             if (after%kind /= test_curvature) cycle
@@ -114,21 +102,14 @@ contains
             if (any(leg%after%kind == test_flat .and. leg%after%value * problem%size <= rounding_gap(problem) .and. &
                & (leg%after%beside(1) == after%touch .or. leg%after%beside(2) == after%touch))) cycle
             if (after%value <= 0.0_wp .or. after%value > reach_of(leg) * (before%value - after%value)) cycle
-            place = leg%to
-            call find_flat_point(problem, run, after%candidate, place, found, timers)
          end associate
-         if (found) found = leads_to(problem, leg%to, leg%ahead, .false., place)
+         change%which = k
+         call locate_flat_point(problem, run, leg, change, found, timers)
          if (found) exit
       end do
-      if (.not. found) return
-      change%tests = run_span_tests(problem, place, leg%scale)
-      if (another_fails(change%tests, k)) return
-      change%kind = change_by_rule
-      change%where = place_ahead
-      change%which = k
-      change%place = place
-      call linearise(problem, place, run%state, run%system, timers)
-      change%heading = arrival(problem, run, place)
+      if (change%kind == change_by_rule) then
+         if (another_fails(change%tests, k)) change%kind = change_none
+      end if
    end subroutine look_ahead
 
    !> A span that is inside at the end may have been nearest somewhere else at the beginning, as where it has just left: where it

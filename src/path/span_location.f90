@@ -6,7 +6,8 @@ module span_location
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use span_tests, only: run_span_tests, test_curvature
-   use span_change, only: leg_t, change_t, next_t, change_by_rule, change_missed, place_within, place_here
+   use span_change, only: leg_t, change_t, next_t, change_by_rule, change_missed, place_within, place_here, &
+      & place_ahead
    use held_openings, only: find_flat_point
    use state_transfer, only: carried, carried_field
    use path_control, only: path_length, displacement_between
@@ -18,7 +19,7 @@ module span_location
    use timing, only: timers_t
    implicit none
    private
-   public :: locate, turns, arrival, leads_to, leads_to_next, reach_of
+   public :: locate, locate_flat_point, turns, leads_to_next, reach_of
 
    real(wp), parameter :: far = 2.0_wp            !! increments, over which a straight line tells what comes
    real(wp), parameter :: far_when_stuck = 20.0_wp !! and where no shorter one converges
@@ -69,21 +70,30 @@ contains
       turns = run%heading%load * leg%ahead%load < 0.0_wp
    end function turns
 
-   !> Where a point is as curved as its obstacle, by Newton's method.
+   !> Where a point is as curved as its obstacle, by Newton's method: on the increment, or beyond its end where it is not yet there.
    subroutine locate_flat_point(problem, run, leg, change, found, timers)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       type(leg_t), intent(in) :: leg
-      type(change_t), intent(inout) :: change     !! as it was where it is not found
+      type(change_t), intent(inout) :: change     !! as it was but for its test where it is not found
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
       type(state_t) :: place
-      place = run%state
-      if (leg%before(change%which)%value > -leg%after(change%which)%value) place = leg%to
-      call find_flat_point(problem, run, leg%after(change%which)%candidate, place, found, timers)
-      if (found) found = path_length(problem, run%state, place) <= path_length(problem, run%state, leg%to)
-      if (found) found = leads_to(problem, run%state, run%heading, run%fresh, place)
-      if (.not. found) return
+      associate (before => leg%before(change%which)%value, after => leg%after(change%which)%value)
+         place = run%state
+         if (before > -after) place = leg%to
+         call find_flat_point(problem, run, leg%after(change%which)%candidate, place, found, timers)
+         if (.not. found) return
+         if (after > 0.0_wp) then
+            found = leads_to(problem, leg%to, leg%ahead, .false., place)
+         else
+            found = path_length(problem, run%state, place) <= path_length(problem, run%state, leg%to) .and. &
+               & leads_to(problem, run%state, run%heading, run%fresh, place)
+         end if
+         if (.not. found) return
+         change%where = merge(place_ahead, place_within, after > 0.0_wp)
+      end associate
+      change%kind = change_by_rule
       change%place = place
       change%report = increment_t(converged=.true.)
       call linearise(problem, place, run%state, run%system, timers)

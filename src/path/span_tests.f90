@@ -150,7 +150,7 @@ contains
             call least_gap(problem, state, span(i)%element, k, touched, fails, test%value, test%at, largest)
             test%value = test%value / problem%size
             tests = [tests, test]
-            test%beside = beside(span(i)%touch, k)
+            test%beside = merge(span(i)%touch, 0, span(i)%contact == k)
             if (all(test%beside == 0)) cycle
             test%kind = test_flat
             test%value = largest / problem%size
@@ -163,17 +163,6 @@ contains
       end do
 
    contains
-
-      !> The touches of one contact among two.
-      pure function beside(touch, contact)
-         integer, intent(in) :: touch(2), contact
-         integer :: beside(2), side
-         beside = touch
-         do side = 1, 2
-            if (touch(side) == 0) cycle
-            if (problem%touch(touch(side))%contact /= contact) beside(side) = 0
-         end do
-      end function beside
 
       !> Nodes whose touch is no longer right.
       function failing(contact) result(fails)

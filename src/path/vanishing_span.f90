@@ -19,12 +19,11 @@ module vanishing_span
    use conforming_span, only: conforming_forces
    use line_pressure, only: virtual_pressure
    use span_problem, only: new_span_problem, present_touches
-   use span_tests, only: span_test_t, run_span_tests, any_fails, another_fails, test_slack, test_pressure, shortest
+   use span_tests, only: span_test_t, run_span_tests, another_fails, test_slack, test_pressure, shortest
    use span_change, only: leg_t, next_t
-   use span_location, only: leads_to_next, reach_of
+   use span_location, only: turns, leads_to_next, reach_of
    use held_openings, only: find_flat_point, held_load
    use state_transfer, only: carried
-   use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    use path_control, only: control_t, path_length
    use path_continuity, only: largest_distance
    use path_run, only: run_t
@@ -32,11 +31,49 @@ module vanishing_span
    use timing, only: timers_t
    implicit none
    private
-   public :: lie_down, become_one, is_wave
+   public :: locate_vanishing
 
-   integer, parameter :: max_tries = 12
+   integer, parameter :: max_tries = 30         !! loads at which a new line is looked at
 
 contains
+
+   !> The set without a span, and its equilibrium where it begins to hold, if the path leads there.
+   subroutine locate_vanishing(problem, run, leg, which, fails, next, found, wave, timers)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      type(leg_t), intent(in) :: leg
+      integer, intent(in) :: which               !! the test of the span
+      logical, intent(in) :: fails               !! another test does at the end of the leg, and may come first
+      type(next_t), intent(out) :: next
+      logical, intent(out) :: found
+      logical, intent(out) :: wave               !! what does not lie down is one between two points
+      type(timers_t), intent(inout) :: timers
+      call lie_down(problem, run, leg, which, next, found, timers)
+      if (found) found = comes_next()
+      wave = .false.
+      if (.not. found) wave = is_wave(problem, leg%to, leg%after(which))
+      if (.not. wave .or. turns(run, leg)) return
+      call become_one(problem, run, leg, which, next, found, timers)
+      if (found) found = leads_to_next(problem, run, next)
+      if (found) found = comes_next()
+
+   contains
+
+      !> True for an equilibrium that holds and lies as far ahead as something may be that is looked for.
+      logical function comes_next() result(right)
+         real(wp) :: scale
+         scale = max(next%system%force_scale, tiny(scale))
+         right = path_length(next%problem, carried(problem, leg%to, next%problem), next%state) <= reach_of(leg) * &
+            & path_length(problem, leg%from, leg%to)
+         if (right) call look_at_ends(next%problem, next%state, scale, right)
+         if (right) right = .not. another_fails(run_span_tests(next%problem, next%state, scale), 0)
+         associate (load => next%state%load_factor, here => run%state%load_factor, from => leg%from%load_factor, &
+            & to => leg%to%load_factor)
+            right = right .and. (load - here) * (to - from) >= 0.0_wp .and. &
+               & (.not. fails .or. (load - here) * (load - to) <= 0.0_wp)
+         end associate
+      end function comes_next
+   end subroutine locate_vanishing
 
    !> The line in which a free span lies down, and its equilibrium where it begins to press.
    subroutine lie_down(problem, run, leg, which, next, lies, timers)
@@ -47,7 +84,7 @@ contains
       type(next_t), intent(out) :: next
       logical, intent(out) :: lies
       type(timers_t), intent(inout) :: timers
-      real(wp) :: left, come, scale
+      real(wp) :: left, come
       logical :: closed, gone
       associate (test => leg%after(which))
          left = test%value
@@ -56,8 +93,7 @@ contains
          gone = closed .or. abs(left) * problem%size <= rounding_gap(problem)
          next%problem = new_span_problem(problem, laid_down(present_touches(problem, leg%to), test%beside, test%ends))
       end associate
-      call find_begin(problem, next%problem, leg%from%load_factor, leg%to, held_load(run), closed, next%state, next%system, &
-         & next%rate, lies, timers)
+      call find_begin(problem, leg, held_load(run), closed, next, lies, timers)
       if (.not. lies) return
       ! A straight obstacle presses a straight line at no load: then only a gap that is gone tells. Else not some other equilibrium:
       ! a gap that falls as it did is gone there, as far as paths are followed as straight.
@@ -65,11 +101,6 @@ contains
          if (.not. gone) lies = abs(next%rate) > 0.0_wp .and. abs(load * (come - left) - whole * come) <= &
             & largest_distance * abs(whole * (come - left))
       end associate
-      if (lies) lies = path_length(next%problem, carried(problem, leg%to, next%problem), next%state) <= reach_of(leg) * &
-         & path_length(problem, leg%from, leg%to)
-      scale = max(next%system%force_scale, tiny(scale))
-      if (lies) call look_at_ends(next%problem, next%state, scale, lies)
-      if (lies) lies = .not. another_fails(run_span_tests(next%problem, next%state, scale), 0)
    end subroutine lie_down
 
    !> Where a line ends at a breakpoint, or with its rod, nothing gives the couple that the obstacle's curvature may want: the
@@ -101,87 +132,74 @@ contains
       end do
    end subroutine look_at_ends
 
-   !> Where the new line begins to press: its least pressure is zero, or just above it.
-   subroutine find_begin(problem, next, earlier, trial, step, closed, state, system, rate, found, timers)
-      type(problem_t), intent(in) :: problem, next
-      real(wp), intent(in) :: earlier            !! load factor of the point of the path before
-      type(state_t), intent(in) :: trial         !! of `problem`
+   !> Where the new line begins to press: its least pressure is zero, or just above it. By secants, within a bracket once there is
+   !> one.
+   subroutine find_begin(problem, leg, step, closed, next, found, timers)
+      type(problem_t), intent(in) :: problem
+      type(leg_t), intent(in) :: leg
       real(wp), intent(in) :: step               !! of the load, to begin with
       logical, intent(in) :: closed              !! the line may press already: then that is the state
-      type(state_t), intent(out) :: state        !! of `next`
-      type(system_t), intent(out) :: system
-      real(wp), intent(out) :: rate              !! of the least pressure, per unit of load factor
+      type(next_t), intent(inout) :: next        !! its problem is given
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
-      real(wp), parameter :: slack = 1.0e-3_wp * test_slack(test_pressure)
-      type(bracket_t) :: bracket
-      type(state_t) :: there
-      real(wp) :: loads(2), pressure(2), part
+      real(wp), parameter :: slack = 1.0e-3_wp * test_slack(test_pressure), goal = 0.5_wp * slack
+      real(wp) :: load, loads(2), value, values(2)
       integer :: try
       logical :: ok
-      system = new_system(next)
-      state = carried(problem, trial, next)
-      rate = 0.0_wp
-      found = .false.
-      loads = trial%load_factor
-      call look_at(loads(2), pressure(2), ok)
-      if (.not. ok) return
-      found = closed .and. pressure(2) >= 0.0_wp
-      if (found) return
-      if (pressure(2) > slack .and. abs(earlier - trial%load_factor) > 0.0_wp) then
-         ! Where it is least may be elsewhere than where the line has closed, and have another slope.
-         there = state
-         call look_at(earlier, pressure(1), ok)
-         if (ok .and. pressure(1) < 0.0_wp) then
-            bracket = new_bracket(pressure(1) - 0.5_wp * slack, pressure(2) - 0.5_wp * slack)
-            do while (next_guess(bracket, epsilon(part), part))
-               loads(1) = earlier + part * (trial%load_factor - earlier)
-               call look_at(loads(1), pressure(1), ok)
-               if (.not. ok) exit
-               call take_value(bracket, part, pressure(1) - 0.5_wp * slack)
-               ! What the iteration leaves of forces makes pressures go to and fro.
-               found = pressure(1) >= 0.0_wp .and. (pressure(1) <= slack .or. (bracket%high - bracket%low <= sqrt(slack) .and. &
-                  & pressure(1) <= test_slack(test_pressure)))
-               if (found) exit
-            end do
-            rate = (bracket%f_high - bracket%f_low) / ((bracket%high - bracket%low) * (trial%load_factor - earlier))
-            if (found) return
-         end if
-         state = there
+      next%system = new_system(next%problem)
+      next%state = carried(problem, leg%to, next%problem)
+      next%rate = 0.0_wp
+      loads = leg%to%load_factor
+      call look_at(loads(2), value)
+      found = ok .and. closed .and. value >= 0.0_wp
+      if (found .or. .not. ok) return
+      values = value - goal
+      load = loads(2) + step
+      if (value > slack .and. abs(leg%from%load_factor - loads(2)) > 0.0_wp) then
+         ! It presses there already, and does not yet where the path came from.
+         call look_at(leg%from%load_factor, value)
+         if (ok .and. value < 0.0_wp) load = leg%from%load_factor
       end if
       do try = 1, max_tries
-         loads(1) = loads(2)
-         pressure(1) = pressure(2)
-         loads(2) = loads(2) + step
-         if (try > 1) loads(2) = loads(1) - (pressure(1) - 0.5_wp * slack) / rate
          ! No load tells them apart.
-         if (.not. abs(loads(2) - loads(1)) > 0.0_wp) return
-         call look_at(loads(2), pressure(2), ok)
+         if (.not. abs(load - loads(2)) > 0.0_wp) return
+         call look_at(load, value)
          if (.not. ok) return
-         rate = (pressure(2) - pressure(1)) / (loads(2) - loads(1))
-         found = pressure(2) >= 0.0_wp .and. pressure(2) <= slack
-         if (found .or. .not. abs(rate) > 0.0_wp) return
+         next%rate = (value - goal - values(2)) / (load - loads(2))
+         ! What the iteration leaves of forces makes pressures go to and fro.
+         found = value >= 0.0_wp .and. (value <= slack .or. (value <= test_slack(test_pressure) .and. &
+            & abs(load - loads(2)) <= sqrt(slack) * abs(leg%to%load_factor - leg%from%load_factor)))
+         if (found .or. .not. abs(next%rate) > 0.0_wp) return
+         if (values(1) * values(2) < 0.0_wp .and. (value - goal) * values(2) > 0.0_wp) then
+            values(1) = 0.5_wp * values(1)
+         else
+            loads(1) = loads(2)
+            values(1) = values(2)
+         end if
+         loads(2) = load
+         values(2) = value - goal
+         load = loads(2) - values(2) * (loads(2) - loads(1)) / (values(2) - values(1))
       end do
 
    contains
 
       !> The state at a load factor, and its least pressure.
-      subroutine look_at(load, least, converged)
+      subroutine look_at(load, least)
          real(wp), intent(in) :: load
          real(wp), intent(out) :: least
-         logical, intent(out) :: converged
          type(control_t) :: control
          type(increment_t) :: report
          type(state_t) :: start
          type(span_test_t), allocatable :: tests(:)
          control%method = method_load
-         control%increment = load - state%load_factor
-         start = state
-         call correct(next, start, control, .true., state, system, report, timers)
-         converged = report%converged
+         control%increment = load - next%state%load_factor
+         start = next%state
+         call correct(next%problem, start, control, .true., next%state, next%system, report, timers)
+         ok = report%converged
          least = 0.0_wp
-         if (.not. converged) return
-         tests = run_span_tests(next, state, max(system%force_scale, tiny(1.0_wp)))
+         if (.not. ok) next%state = start
+         if (.not. ok) return
+         tests = run_span_tests(next%problem, next%state, max(next%system%force_scale, tiny(1.0_wp)))
          least = minval(tests%value, mask=tests%kind == test_pressure)
       end subroutine look_at
    end subroutine find_begin
@@ -206,7 +224,6 @@ contains
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
-      type(state_t) :: from
       type(run_t) :: on
       integer :: k
       associate (beside => leg%after(which)%beside)
@@ -215,14 +232,11 @@ contains
       end associate
       on = run
       on%system = new_system(next%problem)
-      from = carried(problem, leg%to, next%problem)
-      next%state = from
+      next%state = carried(problem, leg%to, next%problem)
       call find_flat_point(next%problem, on, next%problem%touch(k)%candidate(1), next%state, found, timers)
-      if (found) found = path_length(next%problem, from, next%state) <= reach_of(leg) * path_length(problem, leg%from, leg%to)
       if (.not. found) return
       next%system = on%system
       call linearise(next%problem, next%state, next%state, next%system, timers)
       found = next%system%ok
-      if (found) found = .not. any_fails(run_span_tests(next%problem, next%state, max(next%system%force_scale, tiny(1.0_wp))))
    end subroutine become_one
 end module vanishing_span
