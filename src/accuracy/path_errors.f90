@@ -130,6 +130,7 @@ contains
          bars%too_coarse = .true.
          return
       end if
+      bars%unfolding = shares%unfolding
       bars%missed = unstable_difference(problem, state, system, path, first, max(1, size(modes, 2)), timers)
       call find_crossing(path, zero, reach, first, crossing, timers)
       if (allocated(crossing%why)) then

@@ -12,7 +12,7 @@ module path_acceptance
    use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode, deck_mode
    use weak_lines, only: release_lines, count_released, let_turn, line_opening
    use path_control, only: path_length
-   use path_continuity, only: heading_t
+   use path_continuity, only: heading_t, largest_turn
    use corrector, only: increment_t
    use path_run, only: run_t, probe_at, keep_landmark, leave_trail, rest_of_mesh
    use homecoming, only: is_home, see_home
@@ -50,7 +50,8 @@ module path_acceptance
    end type outcome_t
 
    integer, parameter :: most_null_vectors = 4
-   character(*), parameter :: passing = 'bifurcation, or two paths that pass each other closely,'
+   character(*), parameter :: passing = 'bifurcation, or two paths that pass each other closely,', &
+      & imperfect = ', but for an imperfection too small to tell here'
    real(wp), parameter :: most_sharp = 1.0e-5_wp !! part of a step's tolerance: beyond, all residuals are rounding
    integer, parameter :: most_meshes = 8         !! for the sake of one increment's errors
    real(wp), parameter :: loosest = 1.0e-4_wp    !! eigenvalues below this part of what they were count as zero
@@ -120,7 +121,7 @@ contains
          call bars_at_event(problem, step, run, trial, seen(i)%event, seen(i)%place, seen(i)%heading, seen(i)%bars, timers)
          if (present(tries)) call ask_for_mesh(problem, step, run, seen(i)%place, seen(i)%bars, .true., tries, outcome)
          if (wants_another(run)) return
-         call doubt_bifurcation(run, seen(i))
+         call doubt_bifurcation(seen(i))
          shorter = can_cut .and. .not. seen(i)%located
          if (shorter) return
       end do
@@ -192,21 +193,12 @@ contains
       call go_to(problem, run, trial, ahead, probe)
    end subroutine accept
 
-   !> What was located as a bifurcation may be two paths that pass each other. Where elements of a higher order do not bear out its
-   !> place it has to be found there from nearer, too.
-   pure subroutine doubt_bifurcation(run, sighting)
-      type(run_t), intent(inout) :: run
+   !> What was located as a bifurcation may be two paths that pass each other: no path goes through where the null vector feels a
+   !> force, and the points that the place was interpolated from lie on both.
+   pure subroutine doubt_bifurcation(sighting)
       type(sighting_t), intent(inout) :: sighting !! not located where it is none
-      real(wp) :: place(2)
-      logical :: again
       if (.not. allocated(sighting%bars) .or. sighting%event%kind /= event_bifurcation) return
-      associate (bar => sighting%bars%load)
-         if (.not. bar%told .or. bar%bounded) return
-         place = sighting%place%load_factor + bar%bar * [-1.0_wp, 1.0_wp]
-      end associate
-      again = place(1) <= run%doubted(2) .and. place(2) >= run%doubted(1)
-      run%doubted = place
-      sighting%located = again
+      sighting%located = sighting%bars%unfolding * sighting%swerve <= largest_turn
       if (.not. sighting%located) sighting%event%note = passing
    end subroutine doubt_bifurcation
 
@@ -422,6 +414,9 @@ contains
          select case (event%kind)
          case (event_bifurcation)
             call find_null_vectors(problem, step, run%system, place, event, critical, modes, timers)
+            if (allocated(bars)) then
+               if (bars%unfolding > 0.0_wp) critical%note = critical%note//imperfect
+            end if
             call keep_landmark(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, &
                & size(critical%null_vector, 3), event%scale, sighting%bars)
          case (event_release)

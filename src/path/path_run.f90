@@ -44,8 +44,6 @@ module path_run
       integer :: beginning_in = 0                !! the element that it begins in, or 0
       integer :: span_tries = 0                  !! increments with contact at nodes that could not be taken for contact spans
       logical :: on_bifurcation = .false.        !! the last point is one that was recorded: its pivots have the sign of rounding
-      real(wp) :: doubted(2) = [huge(1.0_wp), -huge(1.0_wp)] !! load factors between which a bifurcation was located last that
-      !! elements of a higher order did not bear out
       real(wp) :: motion(2) = 0.0_wp             !! largest displacement and rotation so far
       real(wp) :: excess = 0.0_wp                !! of the last trial that wanted another mesh: its error over what is allowed
       logical :: unsettled = .false.             !! the last trial wants smaller residuals, and nothing was recorded

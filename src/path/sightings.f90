@@ -18,6 +18,8 @@ module sightings
       real(wp) :: fraction = 1.0_wp            !! of the way to the trial
       type(error_bars_t), allocatable :: bars  !! not allocated where the deck does not want them
       logical :: located = .false.
+      real(wp) :: swerve = 0.0_wp              !! bifurcation: what a unit force on its null vector turns the tangent by at the
+      !! points that it was interpolated from
       logical :: later = .false.               !! bifurcation: it comes after the trial, whose pivots have the sign of rounding
    end type sighting_t
 end module sightings

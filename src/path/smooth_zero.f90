@@ -14,7 +14,7 @@ module smooth_zero
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
-   use path_control, only: metric, control_t
+   use path_control, only: metric, control_t, path_length
    use corrector, only: correct
    use state_transfer, only: displacements_at
    use path_continuity, only: heading_t, blend_geometry, normal_plane
@@ -114,6 +114,7 @@ contains
       ! The numbers that tell eigenvalues apart are rounding there.
       f = zero_eigenvalue(problem, run, sighting%event, sighting%place, timers, modes)
       sighting%located = minval(abs(modes%mu)) <= sqrt(step%locate_tolerance) * bracket%scale
+      sighting%swerve = swerve_per_force()
 
    contains
 
@@ -152,6 +153,17 @@ contains
             value = event_value(problem, sighting%event, here, probe_at(problem, run, here, heading))
          end if
       end function sampled
+
+      !> A force f on the null vector, of length 1, keeps a path away from the bifurcation: where its eigenvalue is mu it has moved
+      !> by f/mu along that vector, and mu grows by its slope.
+      real(wp) function swerve_per_force() result(turn)
+         real(wp) :: w(n_samples), d(n_samples), slope
+         call lagrange(at, centre, w, d)
+         slope = abs(dot_product(d, mu))
+         near = minval(abs(at - centre))
+         turn = slope * near**2 * path_length(problem, run%state, trial)
+         if (turn > 0.0_wp) turn = 1.0_wp / turn
+      end function swerve_per_force
 
       !> State and tangent by the cubic through the samples.
       subroutine place_there()
