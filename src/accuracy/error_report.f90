@@ -7,7 +7,7 @@ module error_report
    use state_transfer, only: find_point
    use path_control, only: control_t, path_length
    use path_continuity, only: heading_t, heading_at
-   use monitors, only: monitor_rate, monitor_values
+   use monitors, only: monitor_rate
    use linear_system, only: system_t
    use span_tests, only: span_test_t, run_span_tests, test_force
    use path_events, only: event_t, event_limit, event_contact, event_release, event_value_reached, event_stop
@@ -55,7 +55,6 @@ contains
          if (event%monitor > 0) control%method = method_displacement
          control%monitor = event%monitor
          call point_errors(problem, place, run%system, control, heading, bars, own, places=.true.)
-         call add_miss()
       else
          call new_zero(problem, event, place, run%system, zero, own)
          call event_errors(problem, place, run%system, zero, heading, path_length(problem, run%state, trial), &
@@ -65,27 +64,6 @@ contains
             & .not. any(problem%layout%stretch%placed)) bars = no_error_bars(size(problem%model%monitor), waves)
       end if
       call timing_stop(timers, phase_accuracy)
-
-   contains
-
-      !> The value asked for is met as well as it was located: the other numbers are those of one beside it.
-      subroutine add_miss()
-         real(wp) :: miss, value(size(problem%model%monitor))
-         integer :: m
-         miss = abs(place%load_factor - event%value)
-         if (event%monitor > 0) then
-            value = monitor_values(problem, place, run%system)
-            miss = abs(value(event%monitor) - event%value)
-            ! By load factor; where the value turns there is no telling.
-            miss = miss / max(abs(monitor_rate(problem, event%monitor, place, run%system)), tiny(miss))
-            if (.not. miss < abs(place%load_factor)) return
-            bars%load%bar = bars%load%bar + miss
-         end if
-         do m = 1, size(value)
-            if (m == event%monitor) cycle
-            bars%monitor(m)%bar = bars%monitor(m)%bar + miss * abs(monitor_rate(problem, m, place, run%system))
-         end do
-      end subroutine add_miss
    end subroutine bars_at_event
 
    !> True for the load factor, and for monitors that an increment can prescribe.
