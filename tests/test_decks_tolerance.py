@@ -233,3 +233,40 @@ def test_tubes_between_plates(flattening, asked):
     run = asked_deck("tube", asked, flattening=flattening)
     dr.assert_close(run.column("F")[-1], exact_value("tube", "F", flattening=flattening), relative=asked)
     assert counted(run, "elements at the most") <= (20 if asked > 1e-6 else 48)
+
+
+@pytest.mark.parametrize("largest", [0.006, 0.01])
+def test_symmetric_structures_keep_symmetric_meshes(largest):
+    """Both halves of the deep arch have the same elements: rounding that grew from mesh to mesh made an imperfection of its own, and
+    the path followed a branch of the first bifurcation, or of the second."""
+    run = asked_deck("arch-deep", 1e-3, largest=largest)
+    assert [c.label for c in run.results.critical] == ["BP", "LP", "BP", "LP", "EP"]
+    assert np.abs(run.column("u")).max() < 1e-6
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-8, 1e-9])
+def test_bending_beside_much_shortening(tolerance):
+    """A stocky column a millionth of its length from the wall: it bends by a thousandth of what it is shortened by. Where the path is
+    left beside its limit point that is told."""
+    text = (ROOT / "input" / "maps" / "column.inp").read_text(encoding="utf-8")
+    values = {"slenderness": 50.0, "gap": 1e-6, "length": 1.0, "force": 1.0, "kind": "GE8", "elements": 6, "first": 0.1,
+              "largest": 0.1, "tolerance": tolerance, "desired": 5, "locate": 1e-8}
+    for name, value in values.items():
+        text = "*PARAMETER\n" + f'{name} = {value!r}\n'.replace("'", '"') + text
+    run = dr.run_deck(text, code=None)
+    limits = [c for c in run.results.critical if c.label == "LP" and c.located]
+    assert run.code in (0, 2)
+    if run.code == 0:
+        exact = exact_value("column", "limit_load", slenderness=50.0, gap=1e-6)
+        assert abs(limits[0].load_factor - exact) <= max(limits[0].error, 1e-9)
+
+
+def test_modes_as_imperfections_do_not_hang_on_the_mesh():
+    """The limit load with a mode as imperfection, asked 1e-4 and 1e-6: each within its bar of the finer one. Between the nodes of a
+    coarse mesh modes were wrong by a thousandth."""
+    text = dr.example("arch-imperfect")
+    text = re.sub(r"\*LIMIT CURVE.*?(?=\*STOP)", "", text[:text.index("*STEP, NAME=PERFECT")] +
+                  text[text.index("*STEP, NAME=IMPERFECT"):], flags=re.DOTALL)
+    coarse, fine = (dr.run_deck(text.replace("TOLERANCE=1E-6", f"TOLERANCE={asked}")).labelled("LP")[0] for asked in ("1E-4", "1E-6"))
+    assert abs(coarse.load_factor - fine.load_factor) <= coarse.error + fine.error
+    assert abs(coarse.corrected - fine.corrected) <= 0.1 * coarse.error

@@ -145,26 +145,6 @@ contains
 
    contains
 
-      !> Force on a null vector. What finer elements make of it may err by all of their shares, and the directions of the
-      !> elements' forces are rounded.
-      real(wp) function force_on(mode) result(excess)
-         real(wp), intent(in) :: mode(:)
-         integer, parameter :: forces(4) = [1, 2, 4, 5], moments(2) = [3, 6]
-         real(wp) :: free(size(mode)), local(6), turned
-         integer :: e
-         free = merge(0.0_wp, mode, system%fixed)
-         share = shares_by(free)
-         turned = 0.0_wp
-         do e = 1, size(share)
-            local = nodal(free, e)
-            turned = turned + (norm2(local(forces)) * norm2(system%eraw(forces, e)) + &
-               & norm2(local(moments)) * norm2(system%eraw(moments, e)))**2
-         end do
-         excess = abs(dot_product(free, system%residual) + sum(share)) - sum(abs(share)) - &
-            & rounding_factor * (rounding_of(free) + epsilon(turned) * sqrt(turned))
-         excess = max(excess, 0.0_wp)
-      end function force_on
-
       !> The part of forces that free unknowns answer, and not along null vectors.
       function free_force(force) result(free)
          real(wp), intent(in) :: force(:)
@@ -188,6 +168,26 @@ contains
          call leave_out(problem, modes, direction, more)
          w = w + more + (given - dot_product(push, w + more) - of_path * system%path_corner) * of_load
       end subroutine combine
+
+      !> Force on a null vector. What finer elements make of it may err by all of their shares, and the directions of the
+      !> elements' forces are rounded.
+      real(wp) function force_on(mode) result(excess)
+         real(wp), intent(in) :: mode(:)
+         integer, parameter :: forces(4) = [1, 2, 4, 5], moments(2) = [3, 6]
+         real(wp) :: free(size(mode)), local(6), turned
+         integer :: e
+         free = merge(0.0_wp, mode, system%fixed)
+         share = shares_by(free)
+         turned = 0.0_wp
+         do e = 1, size(share)
+            local = nodal(free, e)
+            turned = turned + (norm2(local(forces)) * norm2(system%eraw(forces, e)) + &
+               & norm2(local(moments)) * norm2(system%eraw(moments, e)))**2
+         end do
+         excess = abs(dot_product(free, system%residual) + sum(share)) - sum(abs(share)) - &
+            & rounding_factor * (rounding_of(free) + epsilon(turned) * sqrt(turned))
+         excess = max(excess, 0.0_wp)
+      end function force_on
 
       !> What the elements contribute, by the work of what is out of balance on a dual displacement.
       function shares_by(w) result(by)

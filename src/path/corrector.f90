@@ -7,7 +7,7 @@ module corrector
    use rod_state, only: state_t, unknown_push
    use linear_system, only: system_t, assemble, contact_reaction
    use bordered_system, only: factor_system, linearise, apply_increment
-   use path_control, only: control_t, control_row, control_error, is_arc_length, metric, turning, follow_nodes
+   use path_control, only: control_t, control_row, control_error, is_arc_length, metric, follow_nodes
    use contact_set, only: contact_step_t, solve_contact_step, overlap_allowed
    use foundation_limits, only: why_too_stiff
    use step_search, only: shorten_step, step_work
@@ -134,10 +134,8 @@ contains
       type(control_t) :: control
       type(contact_step_t) :: step
       real(wp), allocatable :: spring(:)
-      real(wp) :: rhs, tolerance, sharper, at_length, best, last_residual, second_order, large
-      real(wp) :: travelled(2)                 ! by displacements and rotations, squared
-      real(wp) :: correction(2)                ! by the last step, on the nodes of that step
-      real(wp) :: last_correction(2)           ! by the one before
+      real(wp) :: rhs, tolerance, sharper, at_length, best, travelled, last_residual, second_order, large
+      real(wp) :: correction                   ! of the displacements by the last step, squared, on the nodes of that step
       real(wp) :: previous                     ! residual that the next step starts from
       logical :: refactor, settled, searching, seeking, told_again
       logical, allocatable :: given_up(:)
@@ -169,7 +167,6 @@ contains
       at_length = max(tolerance, 1.0e-9_wp)
       if (problem%moves_nodes() .and. is_arc_length(given%method) .and. .not. given%whole > 0.0_wp) at_length = large_correction
       previous = 0.0_wp
-      last_correction = huge(1.0_wp)
       second_order = huge(1.0_wp)
       ! Foundations find out where they touch while Newton goes on; the limit counts from then on.
       newton: do iteration = 1, settling_grip * most
@@ -206,14 +203,10 @@ contains
          end if
          ! Where less is asked for than rounding allows the residual falls no more.
          ! A small residual after a large correction is luck, or softness: the next one still moves the point.
-         travelled = moved(origin%u, state%u)
+         travelled = metric(problem, state%u - origin%u, state%u - origin%u)
          if (iteration == 1) second_order = maxval(abs(state%u(3, :) - origin%u(3, :)))**2 / &
             & (minval(problem%compliance%axial + problem%compliance%give) * system%force_scale)
-         ! Little bending beside much shortening has little of the forces, too, unless it is rounding, which falls no more.
-         settled = all(correction <= (large**2) * travelled) .or. (report%residual <= 1.0e-3_wp * tolerance .and. &
-            & (report%residual <= 1.0e-3_wp * tolerance * sqrt(travelled(2) / max(travelled(1), tiny(tolerance))) .or. &
-            & correction(2) > 0.25_wp * last_correction(2)))
-         last_correction = correction
+         settled = correction <= (large**2) * travelled .or. report%residual <= 1.0e-3_wp * tolerance
          if (.not. step%flipped .and. (settled .or. iteration > settling_iterations) .and. &
             & (report%residual <= max(sharper * tolerance, system%round_off) .or. (iteration > 1 .and. report%residual <= &
             & tolerance .and. report%residual > 0.1_wp * last_residual)) .and. &
@@ -286,7 +279,7 @@ contains
             if (max(system%force_residual, system%defect_residual) > far_worse * max(previous, far_from_balance)) &
                & call shorten_step(problem, origin, from, step%x, work, state, system, timers)
          end if
-         correction = moved(from%u, state%u)
+         correction = metric(problem, state%u - from%u, state%u - from%u)
          if (problem%moves_nodes()) then
             call move_touchdown_points(problem, from, state, travelled)
             ! Touchdown points that are far off get a tenth of the span nearer each time as long as it is much too long: its moment
@@ -298,14 +291,6 @@ contains
          if (.not. assembled) call assemble(problem, state, origin, system, timers)
          previous = max(system%force_residual, system%defect_residual)
       end subroutine take_step
-
-      !> How far displacements and rotations have gone, squared: where a rod is shortened by much more than it bends the one tells
-      !> nothing of the other.
-      pure function moved(from, to)
-         real(wp), intent(in) :: from(:, :), to(:, :) !! (3, nodes)
-         real(wp) :: moved(2)
-         moved = [metric(problem, to - from, to - from), turning(problem, to - from, to - from)]
-      end function moved
 
       !> Says when foundations too stiff are the reason.
       subroutine give_up(message)

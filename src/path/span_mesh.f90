@@ -207,8 +207,11 @@ contains
       ! What lines without pressure tell does not hang on the mesh.
       probe%weak = run%probe%weak
       probe%free_pivots = run%probe%free_pivots
-      ! Contact with a foundation that begins or ends between the two meshes is to be told.
+      ! What lies between the two meshes is to be told, and once: contact with a foundation that begins or ends, a bifurcation, a
+      ! limit point.
       probe%grounded = run%probe%grounded
+      if (.not. run%fresh) probe%negative_pivots = run%probe%negative_pivots
+      if (.not. run%fresh .and. probe%load_rate * run%probe%load_rate < 0.0_wp) probe%load_rate = run%probe%load_rate
       run%probe = probe
    end subroutine settle
 
