@@ -135,8 +135,8 @@ contains
                & watched_displacement(problem, state, m - 1)
             change = change + shares%inside(m)
          else if (problem%deck%monitor(m - 1)%quantity == quantity_contact) then
-            shares%inside(m) = contact_sum(finer, start, at_start, m - 1) - contact_sum(problem, state, system, m - 1)
-            change = change + shares%inside(m)
+            ! Ends of spans carry it: what nodes are known to, not polynomials between them.
+            change = change + contact_sum(finer, start, at_start, m - 1) - contact_sum(problem, state, system, m - 1)
          end if
          shares%sum(m) = sum(share) + change
          shares%size(m) = sum(abs(share)) + abs(change)
