@@ -90,7 +90,7 @@ contains
       integer, allocatable :: order(:)
       type(error_bars_t), allocatable :: shown_bars
       integer :: i, unseen, told_times
-      logical :: splits, set_changes, stops, comes_home
+      logical :: splits, set_changes, stops, comes_home, ends
 
       finished = .false.
       shorter = .false.
@@ -130,10 +130,12 @@ contains
       if (present(bars)) then
          if (allocated(bars)) shown_bars = bars
       end if
-      if (.not. allocated(shown_bars)) &
+      ! A trial behind the end of the step is no point of it.
+      ends = any(seen%located .and. seen%event%kind == event_stop .and. .not. told)
+      if (.not. (allocated(shown_bars) .or. ends)) &
          & call bars_at_point(problem, step, run, trial, ahead, label, stops, 0, shown_bars, timers, &
          & wanted=step%asked_of_path > 0.0_wp .and. any(problem%layout%stretch%placed))
-      if (allocated(shown_bars)) then
+      if (allocated(shown_bars) .and. .not. ends) then
          if (present(tries)) call ask_for_mesh(problem, step, run, trial, shown_bars, label /= '' .or. stops, tries, outcome)
          if (wants_another(run)) return
          if (.not. (label /= '' .or. stops)) call note_error(problem, step, shown_bars, sizes_there(problem, step, run, trial, &
