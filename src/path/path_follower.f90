@@ -48,8 +48,8 @@ contains
       type(heading_t) :: ahead
       type(relation_t) :: relation, before
       logical :: finished, scaled, shorter, astray, changed, entered, taken
-      integer :: cuts, searches, tries, tried_at, doubled_at, asked_at, asks
-      real(wp) :: first_increment, asked_from
+      integer :: cuts, searches, tries, tried_at, doubled_at, asked_at
+      real(wp) :: first_increment
 
       finished = .false.
       cuts = 0
@@ -58,8 +58,6 @@ contains
       tried_at = run%step_points
       doubled_at = -1
       asked_at = -1
-      asks = 0
-      asked_from = 0.0_wp
       first_increment = 0.0_wp
       taken = .false.
       changed = .false.
@@ -143,15 +141,13 @@ contains
 
       !> Where there is no way on with a set of contact spans, once at each point: what do nodes say?
       subroutine ask_nodes()
-         ! At one place every contact may change, and one begin: more would go to and fro.
-         if (run%arc_length > (1.0_wp + step%locate_tolerance) * asked_from) asks = 0
-         if (asks == 0) asked_from = run%arc_length
-         asks = asks + 1
-         changed = problem%has_spans() .and. asked_at /= run%step_points .and. asks <= size(problem%touch) + 1
+         changed = problem%has_spans() .and. asked_at /= run%step_points
          if (.not. changed) return
          asked_at = run%step_points
          call linearise(problem, run%state, run%state, run%system, timers)
          call pass_doubt(problem, step, run, first_increment, recorder, changed, finished, outcome, timers)
+         ! They have been asked at the point where their set has been taken, too.
+         asked_at = run%step_points
          if (.not. changed) return
          run%control%increment = sign(first_increment, run%control%increment)
          if (allocated(run%stuck)) deallocate (run%stuck)
