@@ -107,3 +107,13 @@ def test_a_mesh_too_coarse_for_waves_has_no_bar():
     """Elements of three times 1/lambda: what they tell of contact has no estimate, or a wide one."""
     text = dr.changed(dr.on_given_mesh("winkler-weight"), ("1, 2, 80", "1, 2, 4"))
     assert all(np.isnan(c.error) or c.error > 0.01 for c in dr.run_deck(text, code=2).labelled("C-"))
+
+
+@pytest.mark.parametrize("load", [1.1998, 1.2, 1.2002])
+def test_contact_that_splits_about_where_a_point_is(load):
+    """Points are at multiples of 0.02. On another mesh the split may lie before the last of them: it is looked for there. A long
+    heavy beam lifts off at the load factor EI^(1/4) where it is 1 for EI = 1 (Hetenyi 1946: w = q/k + P b/(2 k) e^(-b x)
+    (cos b x + sin b x), least at b x = pi)."""
+    text = dr.changed(dr.example("winkler-weight").replace("TOLERANCE=1E-6", "TOLERANCE=1E-4"), ("1e4, 1.,", f"1e4, {load**4!r},"))
+    split = dr.run_deck(text).only("C-")
+    assert abs(split.load_factor - load) < split.error < 1.1e-4 * load

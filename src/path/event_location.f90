@@ -37,6 +37,8 @@ contains
       sighting%heading = ahead
       sighting%fraction = 1.0_wp
       if (passed_by_mesh(sighting%event)) then
+         call look_behind(problem, step, run, trial, ahead, division, sighting, timers)
+         if (sighting%located) return
          ! Not where the last point was brought to this mesh without an equilibrium.
          call linearise(problem, run%state, run%state, run%system, timers)
          sighting%report%residual = max(run%system%force_residual, run%system%defect_residual)
@@ -72,6 +74,45 @@ contains
       there = merge(1.0_wp, -1.0_wp, event%label == 'C+')
       passed = min(there * event%before, there * event%after) > 0.0_wp
    end function passed_by_mesh
+
+   !> The event a little before the last point, on the mesh that this one has got since: where a straight line through the ends of
+   !> the increment has it there.
+   subroutine look_behind(problem, step, run, trial, ahead, division, sighting, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run            !! its system ends up at some point
+      type(state_t), intent(in) :: trial
+      type(heading_t), intent(in) :: ahead
+      type(division_t), intent(in) :: division     !! of the increment
+      type(sighting_t), intent(inout) :: sighting  !! as it was where it is not located
+      type(timers_t), intent(inout) :: timers
+      type(sighting_t) :: found
+      type(division_t) :: part
+      type(run_t) :: behind
+      real(wp) :: fall, fraction
+      fall = sighting%event%before - sighting%event%after
+      if (.not. sighting%event%before * fall < 0.0_wp) return
+      ! Twice as far, to have it between.
+      fraction = 2.0_wp * sighting%event%before / fall
+      if (fraction < -1.0_wp) return
+      behind = run
+      part = division
+      call point_within(problem, run, trial, ahead, part, fraction, .false., .false., behind%state, found%report, timers)
+      if (.not. found%report%converged) return
+      behind%heading = heading_of(problem, run, behind%state)
+      found%event = sighting%event
+      found%event%after = sighting%event%before
+      found%event%before = event_value(problem, found%event, behind%state, probe_at(problem, run, behind%state, behind%heading))
+      if (.not. found%event%before * found%event%after < 0.0_wp) return
+      behind%control%increment = -fraction * run%control%increment
+      part = new_division(problem, behind, run%state, run%heading, found%event%load_tells)
+      call bracket_zero(problem, step, behind, run%state, run%heading, part, found, timers)
+      if (.not. found%located) return
+      found%event%before = sighting%event%before
+      found%event%after = sighting%event%after
+      found%fraction = 0.0_wp
+      sighting = found
+   end subroutine look_behind
 
    !> The zero of the event's function by the Illinois rule.
    subroutine bracket_zero(problem, step, run, trial, ahead, division, sighting, timers)
