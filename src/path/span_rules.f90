@@ -7,7 +7,8 @@ module span_rules
    use touch_edits, only: begun, lost, spread_out, parted, shrunk, end_moved, moved, continued, numbered
    use line_pressure, only: virtual_pressure
    use past_breakpoints, only: beyond, across
-   use span_tests, only: span_test_t, test_gap, test_force, test_curvature, test_length, test_crossing, test_slope
+   use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_pressure, test_length, test_crossing, &
+      & test_slope
    use conforming_span, only: flat_excess, excess_curvature
    implicit none
    private
@@ -64,8 +65,11 @@ contains
          call cross(problem, test, k, line_share, answer)
       case (test_slope)
          call lie_down_from_end(problem, state, test, k, line_share, answer)
-      case default
+      case (test_pressure)
          answer%why = 'a line contact lifts off inside'
+      case default
+         ! Vanishing spans are located with the set that comes after (vanishing_span).
+         answer%why = trim(test_words(test%kind))
       end select
       answer%touch = numbered(answer%touch, last)
       answer%opens = numbers(answer%touch, answer%opens)
