@@ -39,6 +39,8 @@ import numpy as np
 from .file import ResultsError, dataset, one_line, open_file, scalar, text
 from .types import FIELD_NAMES, Branch, Buckling, Column, Contact, Critical, LimitCurve, Mesh, Obstacle, Results
 
+PROGRAMS = ("unilat", "opensees")       # that write such files, see unilat.opensees
+
 
 def read_results(filename: str | os.PathLike) -> Results:
     """Read a result file; ResultsError when it is missing, damaged or not of unilat."""
@@ -55,7 +57,7 @@ def read_results(filename: str | os.PathLike) -> Results:
 
 def _read(file: h5py.File, filename: str) -> Results:
     program = text(file.attrs.get("program", ""))
-    if program != "unilat" or not isinstance(file.get("path"), h5py.Group):
+    if program not in PROGRAMS or not isinstance(file.get("path"), h5py.Group):
         raise ResultsError(f"{filename}: not a result file of unilat")
     mesh = _mesh(file, filename)
     obstacles = {name: _obstacle(name, item) for name, item in file.get("obstacles", {}).items()}
