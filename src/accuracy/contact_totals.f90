@@ -2,8 +2,7 @@
 !>
 !> They are made of the forces in elements beside touchdown points and along lines, and of reactions at breakpoints of the rod:
 !> the derivatives are differences, taken with the touchdown points held, as they are in the equations. What acts along a line
-!> cancels but for the cuts at its ends: elements on the obstacle have no part of their own in the sum, free ones beside have
-!> that of their end there.
+!> cancels but for the cuts at its ends: of the forces of elements on their nodes those count in the sum.
 module contact_totals
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -43,7 +42,7 @@ contains
    end function contact_sum_defect
 
    !> Derivatives of the sum by the unknowns, the load factor, what is out of balance where contact holds a node, and the forces
-   !> of free elements on their nodes. Node axes.
+   !> of elements on their nodes, the unknowns held. Node axes.
    subroutine contact_sum_gradient(problem, state, system, m, by_unknown, by_load, by_force, by_element)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -85,7 +84,6 @@ contains
          step = size_step * max(abs(state%load_factor), 1.0_wp)
          by_load = (sum_after(problem, state, system, m, x, step) - base) / step
          ! Reactions where a breakpoint is held: what is out of balance on their own unknowns.
-         by_force = 0.0_wp
          none = 0.0_wp
          do c = 1, list%n
             if (list%touch(c) == 0 .or. system%unknown(c) == 0) cycle
