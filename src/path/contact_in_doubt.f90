@@ -5,7 +5,8 @@
 !> hold first.
 module contact_in_doubt
    use kinds, only: wp
-   use model, only: method_load, method_cylindrical
+   use text, only: to_text
+   use model, only: step_t, method_load, method_cylindrical
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
@@ -20,17 +21,17 @@ module contact_in_doubt
    use path_control, only: control_t, is_arc_length, set_tangent, displacement_between, path_length
    use path_continuity, only: heading_t, heading_at
    use path_run, only: run_t
+   use monitors, only: monitor_rate
+   use error_bar, only: new_error_bar, no_error_bars, moved_error_bar
    use corrector, only: increment_t, correct, take_increment
    use timing, only: timers_t
    implicit none
    private
-   public :: ask_nodes, differences_t
+   public :: ask_nodes
 
    !> How two sets differ: how often each.
    type :: differences_t
       integer :: lost = 0, gained = 0, divided = 0, merged = 0
-   contains
-      procedure :: all_together
    end type differences_t
 
    integer, parameter :: most_increments = 24   !! with contact at nodes
@@ -40,14 +41,12 @@ module contact_in_doubt
 contains
 
    !> The next set of contact spans and its equilibrium ahead of where the run stands, as near as the set holds.
-   subroutine ask_nodes(problem, run, reach, next, onward, since, differences, found, timers)
+   subroutine ask_nodes(problem, step, run, reach, next, found, timers)
       type(problem_t), intent(in) :: problem       !! of spans
+      type(step_t), intent(in) :: step
       type(run_t), intent(in) :: run               !! its system factored where it stands
       real(wp), intent(in) :: reach                !! of the increment that failed
       type(next_t), intent(out) :: next
-      type(heading_t), intent(out) :: onward       !! from there, on its mesh
-      real(wp), intent(out) :: since               !! load factor after which the set changes
-      type(differences_t), intent(out) :: differences !! from the set of the run
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
       type(problem_t) :: nodes
@@ -57,12 +56,14 @@ contains
       type(increment_t) :: report
       type(heading_t) :: heading
       character(:), allocatable :: why
+      real(wp), allocatable :: onward(:, :)
+      real(wp) :: since
       integer :: try
       found = .false.
       nodes = new_sampled_problem(problem)
       here = carried(problem, run%state, nodes)
       here%active = at_touches(nodes, here, present_touches(problem, run%state))
-      onward%u = carried_field(problem, run%state, run%heading%u, nodes, here)
+      onward = carried_field(problem, run%state, run%heading%u, nodes, here)
       system = new_system(nodes)
       control%method = method_load
       ahead = here
@@ -73,7 +74,7 @@ contains
       call correct(nodes, here, control, .false., ahead, system, report, timers)
       if (.not. report%converged) return
       here = ahead
-      heading = heading_at(nodes, system, onward%u, run%heading%load)
+      heading = heading_at(nodes, system, onward, run%heading%load)
       control%method = merge(method_cylindrical, run%control%method, is_arc_length(run%control%method))
       control%monitor = run%control%monitor
       control%increment = sign(reach, run%control%increment)
@@ -100,11 +101,41 @@ contains
       if (.not. found) return
       here = next%state
       if (path_length(next%problem, here, ahead) <= 0.0_wp) here = carried(problem, run%state, next%problem)
-      onward = heading_at(next%problem, next%system, displacement_between(next%problem, here, ahead), ahead%load_factor - &
-         & here%load_factor)
+      next%heading = heading_at(next%problem, next%system, displacement_between(next%problem, here, ahead), &
+         & ahead%load_factor - here%load_factor)
+      call tell_differences(problem, step, run, nodes, since, next)
+   end subroutine ask_nodes
+
+   !> What is lost or gained with the next set: told at its first point, it lies between that and where the set begins to hold.
+   subroutine tell_differences(problem, step, run, nodes, since, next)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(in) :: run
+      type(problem_t), intent(in) :: nodes         !! that have told
+      real(wp), intent(in) :: since                !! load factor after which the set changes
+      type(next_t), intent(inout) :: next
+      type(differences_t) :: differences
+      real(wp) :: left
+      integer :: k, begun, ended
       call compare_sets(present_touches(problem, run%state), run%touches, nodes, present_touches(next%problem, next%state), &
          & next%problem%touch, differences)
-   end subroutine ask_nodes
+      begun = differences%gained + differences%merged
+      ended = differences%lost + differences%divided
+      if (begun > 0) next%label = 'C+'
+      if (ended > 0) next%label = 'C-'
+      next%times = begun + ended
+      next%divides = differences%divided > 0 .and. differences%lost == 0
+      if (begun > 0 .and. ended > 0) next%trouble = 'between load factors '//to_text(since)//' and '// &
+         & to_text(next%state%load_factor)//' contact begins and ends, told as one'
+      if (.not. step%error_bars .or. begun + ended == 0) return
+      next%bars = no_error_bars(size(problem%model%monitor), '')
+      left = since - next%state%load_factor
+      next%bars%load = new_error_bar(left, 0.0_wp, abs(left), epsilon(left) * abs(since))
+      do k = 1, size(next%bars%monitor)
+         next%bars%monitor(k) = moved_error_bar(new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp), next%bars%load, &
+            & monitor_rate(next%problem, k, next%state, next%system))
+      end do
+   end subroutine tell_differences
 
    !> True for an equilibrium as near as the path goes over that change of the load: elsewhere lies another path.
    logical function is_near(problem, run, next) result(near)
@@ -185,11 +216,6 @@ contains
       apart = max(one%at(1) - other%at(2), other%at(1) - one%at(2))
       if (one%stretch /= other%stretch .or. one%contact /= other%contact) apart = huge(apart)
    end function apart
-
-   pure integer function all_together(self)
-      class(differences_t), intent(in) :: self
-      all_together = self%lost + self%gained + self%divided + self%merged
-   end function all_together
 
    !> Back towards where the run stands, as far as the next set holds: halves of what is left of the way. Where it holds all the way
    !> both sets have one equilibrium there, and the change lies further back.

@@ -37,13 +37,20 @@ module span_change
       type(span_test_t), allocatable :: before(:), after(:) !! tests at both ends
    end type leg_t
 
-   !> The equilibrium with another set, known before the run goes there.
+   !> The equilibrium with another set, known before the run goes there: its next point.
    type :: next_t
       type(problem_t) :: problem
       type(state_t) :: state
       type(system_t) :: system                    !! factored there
+      type(heading_t) :: heading                  !! of the path that arrives there; without displacements: the run's own way
       real(wp) :: rate = 0.0_wp                   !! of a line that has lain down: of its least pressure, per unit of load factor;
       !! 0: the path goes on as it came
+      type(increment_t) :: report = increment_t(converged=.true.)
+      character(2) :: label = '  '                !! what is told there: contact gained or lost
+      logical :: divides = .false.                !! of the contact that is lost a part stays on both sides
+      integer :: times = 1                        !! so often
+      type(error_bars_t), allocatable :: bars
+      character(:), allocatable :: trouble        !! what of it could not be told
    end type next_t
 
    type :: change_t

@@ -20,6 +20,7 @@ module vanishing_span
    use line_pressure, only: virtual_pressure
    use span_problem, only: new_span_problem, present_touches
    use span_tests, only: span_test_t, run_span_tests, another_fails, test_slack, test_pressure, shortest
+   use span_regions, only: find_span_regions
    use span_change, only: leg_t, next_t
    use span_location, only: turns, leads_to_next, reach_of
    use held_openings, only: find_flat_point, held_load
@@ -52,10 +53,13 @@ contains
       if (found) found = comes_next()
       wave = .false.
       if (.not. found) wave = is_wave(problem, leg%to, leg%after(which))
-      if (.not. wave .or. turns(run, leg)) return
-      call become_one(problem, run, leg, which, next, found, timers)
-      if (found) found = leads_to_next(problem, run, next)
-      if (found) found = comes_next()
+      if (wave .and. .not. turns(run, leg)) then
+         call become_one(problem, run, leg, which, next, found, timers)
+         if (found) found = leads_to_next(problem, run, next)
+         if (found) found = comes_next()
+      end if
+      if (.not. found) return
+      if (size(find_span_regions(next%problem, next%state)) < size(find_span_regions(problem, run%state))) next%label = 'C+'
 
    contains
 
