@@ -13,9 +13,9 @@ module contact_in_doubt
    use bordered_system, only: linearise
    use contact_touch, only: touch_t
    use span_problem, only: new_sampled_problem, present_touches
-   use span_tests, only: spans_hold
+   use span_tests, only: span_test_t, any_fails
    use nodes_to_spans, only: find_spans
-   use span_change, only: next_t
+   use span_change, only: next_t, go_to_load
    use span_location, only: leads_to_next
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t, is_arc_length, set_tangent, displacement_between, path_length
@@ -224,59 +224,40 @@ contains
       type(next_t), intent(inout) :: next
       real(wp), intent(out) :: since               !! load factor at which the next set begins to hold
       type(timers_t), intent(inout) :: timers
-      type(state_t) :: state
-      type(system_t) :: system
-      real(wp) :: fails, holding, part, whole
+      type(next_t) :: nearer
+      real(wp) :: fails, whole
       integer :: try
-      logical :: holds
-      whole = next%state%load_factor - run%state%load_factor
-      holding = 1.0_wp
-      part = 0.0_wp
-      call look_at(part)
-      if (holds) then
-         part = -0.5_wp**most_halvings
-         do try = 1, 2 * most_halvings
-            call look_at(part)
-            if (.not. holds) exit
-            part = 2.0_wp * part
-         end do
-      end if
-      fails = part
-      if (.not. holds) then
-         do try = 1, most_halvings
-            part = 0.5_wp * (fails + holding)
-            call look_at(part)
-            if (.not. holds) fails = part
-         end do
-      end if
-      since = run%state%load_factor + holding * whole
+      logical :: holds, beyond
+      nearer = next
+      since = next%state%load_factor
+      whole = since - run%state%load_factor
+      call look_at(run%state%load_factor)
+      beyond = holds
+      if (beyond) next = nearer
+      do try = most_halvings, -most_halvings, -1
+         if (.not. holds) exit
+         call look_at(run%state%load_factor - 0.5_wp**try * whole)
+      end do
+      if (holds) return
+      do try = 1, most_halvings
+         call look_at(0.5_wp * (fails + since))
+         if (holds .and. .not. beyond) next = nearer
+      end do
 
    contains
 
-      !> Whether the next set holds at a part of the way, which is then where it is known nearest.
-      subroutine look_at(part)
-         real(wp), intent(in) :: part
-         type(control_t) :: control
-         type(increment_t) :: report
-         type(state_t) :: start
-         control%method = method_load
-         if (holding >= 1.0_wp) then
-            state = next%state
-            system = next%system
-         end if
-         start = state
-         control%increment = run%state%load_factor + part * whole - start%load_factor
-         call correct(next%problem, start, control, .true., state, system, report, timers)
-         holds = report%converged
-         if (holds) holds = spans_hold(next%problem, state, system%force_scale)
-         if (.not. holds) then
-            state = start
-            return
-         end if
-         holding = part
-         if (part < 0.0_wp) return
-         next%state = state
-         next%system = system
+      !> Whether the next set holds at a load factor.
+      subroutine look_at(load)
+         real(wp), intent(in) :: load
+         type(span_test_t), allocatable :: tests(:)
+         type(next_t) :: there
+         there = nearer
+         call go_to_load(there, load, tests, timers)
+         holds = allocated(tests)
+         if (holds) holds = .not. any_fails(tests)
+         if (holds) nearer = there
+         if (holds) since = load
+         if (.not. holds) fails = load
       end subroutine look_at
    end subroutine go_back
 end module contact_in_doubt
