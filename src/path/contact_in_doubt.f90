@@ -10,31 +10,28 @@ module contact_in_doubt
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
-   use bordered_system, only: linearise
    use contact_touch, only: touch_t
    use span_problem, only: new_sampled_problem, present_touches
    use span_tests, only: span_test_t, any_fails
-   use nodes_to_spans, only: find_spans
+   use nodes_to_spans, only: find_spans_ahead
    use span_change, only: next_t, go_to_load
-   use span_location, only: leads_to_next
    use state_transfer, only: carried, carried_field
-   use path_control, only: control_t, is_arc_length, set_tangent, displacement_between, path_length
+   use path_control, only: control_t, is_arc_length, displacement_between, path_length
    use path_continuity, only: heading_t, heading_at
    use path_run, only: run_t
    use monitors, only: monitor_rate
    use error_bar, only: new_error_bar, no_error_bars, moved_error_bar
-   use corrector, only: increment_t, correct, take_increment
+   use corrector, only: increment_t, correct
    use timing, only: timers_t
    implicit none
    private
-   public :: ask_nodes
+   public :: ask_nodes, go_back
 
    !> How two sets differ: how often each.
    type :: differences_t
       integer :: lost = 0, gained = 0, divided = 0, merged = 0
    end type differences_t
 
-   integer, parameter :: most_increments = 24   !! with contact at nodes
    integer, parameter :: most_halvings = 20     !! of the way back
    real(wp), parameter :: turning = 2.0_wp      !! times its own rate that a path may move at where its contact changes
 
@@ -57,9 +54,7 @@ contains
       type(heading_t) :: heading
       character(:), allocatable :: why
       real(wp), allocatable :: onward(:, :)
-      real(wp) :: since
-      integer :: try
-      found = .false.
+      real(wp) :: since, first
       nodes = new_sampled_problem(problem)
       here = carried(problem, run%state, nodes)
       here%active = at_touches(nodes, here, present_touches(problem, run%state))
@@ -72,31 +67,17 @@ contains
       if (.not. report%converged) ahead = here
       here = ahead
       call correct(nodes, here, control, .false., ahead, system, report, timers)
-      if (.not. report%converged) return
+      found = report%converged
+      if (.not. found) return
       here = ahead
       heading = heading_at(nodes, system, onward, run%heading%load)
       control%method = merge(method_cylindrical, run%control%method, is_arc_length(run%control%method))
       control%monitor = run%control%monitor
       control%increment = sign(reach, run%control%increment)
-      do try = 1, most_increments
-         if (control%method == method_cylindrical) call set_tangent(nodes, system, heading%u, heading%load, control)
-         call take_increment(nodes, here, control, ahead, system, report, timers)
-         if (.not. report%converged) then
-            call linearise(nodes, here, here, system, timers)
-            control%increment = 0.5_wp * control%increment
-            cycle
-         end if
-         heading = heading_at(nodes, system, displacement_between(nodes, here, ahead), ahead%load_factor - here%load_factor)
-         call find_spans(nodes, ahead, next%problem, next%state, next%system, found, why, timers)
-         ! Near a dead end directions are noise: from further away they tell.
-         if (found) found = leads_to_next(problem, run, next)
-         if (found) exit
-         here = ahead
-         control%increment = 2.0_wp * control%increment
-      end do
+      call find_spans_ahead(problem, run, nodes, here, system, control, heading, next, first, found, report, why, timers)
       if (.not. found) return
       ahead = next%state
-      call go_back(run, next, since, timers)
+      call go_back(run%state%load_factor, next, since, timers)
       found = is_near(problem, run, next)
       if (.not. found) return
       here = next%state
@@ -217,10 +198,10 @@ contains
       if (one%stretch /= other%stretch .or. one%contact /= other%contact) apart = huge(apart)
    end function apart
 
-   !> Back towards where the run stands, as far as the next set holds: halves of what is left of the way. Where it holds all the way
-   !> both sets have one equilibrium there, and the change lies further back.
-   subroutine go_back(run, next, since, timers)
-      type(run_t), intent(in) :: run
+   !> Back towards a load factor, as far as the next set holds: halves of what is left of the way. Where it holds all the way both
+   !> sets have one equilibrium there, and the change lies further back.
+   subroutine go_back(to, next, since, timers)
+      real(wp), intent(in) :: to
       type(next_t), intent(inout) :: next
       real(wp), intent(out) :: since               !! load factor at which the next set begins to hold
       type(timers_t), intent(inout) :: timers
@@ -230,13 +211,13 @@ contains
       logical :: holds, beyond
       nearer = next
       since = next%state%load_factor
-      whole = since - run%state%load_factor
-      call look_at(run%state%load_factor)
+      whole = since - to
+      call look_at(to)
       beyond = holds
       if (beyond) next = nearer
       do try = most_halvings, -most_halvings, -1
          if (.not. holds) exit
-         call look_at(run%state%load_factor - 0.5_wp**try * whole)
+         call look_at(to - 0.5_wp**try * whole)
       end do
       if (holds) return
       do try = 1, most_halvings
