@@ -9,7 +9,7 @@ module contact_in_doubt
    use model, only: step_t, method_load, method_cylindrical
    use problem, only: problem_t
    use rod_state, only: state_t
-   use linear_system, only: system_t, new_system
+   use linear_system, only: new_system
    use contact_touch, only: touch_t
    use span_problem, only: new_sampled_problem, present_touches
    use span_tests, only: span_test_t, any_fails
@@ -17,7 +17,7 @@ module contact_in_doubt
    use span_change, only: next_t, go_to_load
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t, is_arc_length, displacement_between, path_length
-   use path_continuity, only: heading_t, heading_at
+   use path_continuity, only: heading_at
    use path_run, only: run_t
    use monitors, only: monitor_rate
    use error_bar, only: new_error_bar, no_error_bars, moved_error_bar
@@ -47,11 +47,10 @@ contains
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
       type(problem_t) :: nodes
+      type(run_t) :: on
       type(state_t) :: here, ahead
-      type(system_t) :: system
       type(control_t) :: control
       type(increment_t) :: report
-      type(heading_t) :: heading
       character(:), allocatable :: why
       real(wp), allocatable :: onward(:, :)
       real(wp) :: since, first
@@ -59,22 +58,21 @@ contains
       here = carried(problem, run%state, nodes)
       here%active = at_touches(nodes, here, present_touches(problem, run%state))
       onward = carried_field(problem, run%state, run%heading%u, nodes, here)
-      system = new_system(nodes)
       control%method = method_load
-      ahead = here
+      on%system = new_system(nodes)
+      on%state = here
       ! First with what touches now: its forces are not those of nodes.
-      call correct(nodes, here, control, .true., ahead, system, report, timers)
-      if (.not. report%converged) ahead = here
-      here = ahead
-      call correct(nodes, here, control, .false., ahead, system, report, timers)
+      call correct(nodes, here, control, .true., on%state, on%system, report, timers)
+      if (report%converged) here = on%state
+      on%state = here
+      call correct(nodes, here, control, .false., on%state, on%system, report, timers)
       found = report%converged
       if (.not. found) return
-      here = ahead
-      heading = heading_at(nodes, system, onward, run%heading%load)
-      control%method = merge(method_cylindrical, run%control%method, is_arc_length(run%control%method))
-      control%monitor = run%control%monitor
-      control%increment = sign(reach, run%control%increment)
-      call find_spans_ahead(problem, run, nodes, here, system, control, heading, next, first, found, report, why, timers)
+      on%heading = heading_at(nodes, on%system, onward, run%heading%load)
+      on%control%method = merge(method_cylindrical, run%control%method, is_arc_length(run%control%method))
+      on%control%monitor = run%control%monitor
+      on%control%increment = sign(reach, run%control%increment)
+      call find_spans_ahead(problem, run, nodes, on, next, first, found, report, why, timers)
       if (.not. found) return
       ahead = next%state
       call go_back(run%state%load_factor, next, since, timers)

@@ -15,7 +15,7 @@ module nodes_to_spans
    use span_change, only: next_t
    use span_location, only: leads_to_next
    use path_control, only: control_t, set_tangent, displacement_between
-   use path_continuity, only: heading_t, heading_at
+   use path_continuity, only: heading_at
    use path_run, only: run_t
    use corrector, only: increment_t, correct, take_increment
    use touchdown_points, only: with_held
@@ -30,47 +30,40 @@ module nodes_to_spans
 contains
 
    !> Increments with contact at nodes, longer and longer, until what they say turns into points and lines that hold.
-   subroutine find_spans_ahead(problem, run, nodes, from, system, control, heading, next, first, found, report, why, timers)
+   subroutine find_spans_ahead(problem, run, nodes, on, next, first, found, report, why, timers)
       type(problem_t), intent(in) :: problem     !! where the run stands
       type(run_t), intent(in) :: run
       type(problem_t), intent(in) :: nodes       !! sampled
-      type(state_t), intent(in) :: from          !! its equilibrium there
-      type(system_t), intent(inout) :: system    !! factored there; anywhere on return
-      type(control_t), intent(inout) :: control  !! of the first increment; that of the first one that converged on return
-      type(heading_t), intent(in) :: heading     !! for arc lengths: of the path there
+      type(run_t), intent(inout) :: on           !! the run with these, at the start of the last increment on return, its system
+      !! factored anywhere
       type(next_t), intent(out) :: next          !! its touches have the numbers 1, 2, ...
       real(wp), intent(out) :: first             !! load factor that the first increment led to
       logical, intent(out) :: found
       type(increment_t), intent(out) :: report   !! of the last increment
       character(:), allocatable, intent(out) :: why !! not found: the reason; not allocated where no increment converged
       type(timers_t), intent(inout) :: timers
-      type(state_t) :: here, ahead
-      type(control_t) :: onward
-      type(heading_t) :: direction
+      type(state_t) :: ahead
       integer :: try
-      here = from
-      direction = heading
-      onward = control
       found = .false.
-      first = from%load_factor
+      first = on%state%load_factor
       do try = 1, most_increments
-         if (onward%method == method_cylindrical) call set_tangent(nodes, system, direction%u, direction%load, onward)
-         call take_increment(nodes, here, onward, ahead, system, report, timers)
+         if (on%control%method == method_cylindrical) call set_tangent(nodes, on%system, on%heading%u, on%heading%load, on%control)
+         call take_increment(nodes, on%state, on%control, ahead, on%system, report, timers)
          if (.not. report%converged) then
-            if (report%hopeless) return
-            call linearise(nodes, here, here, system, timers)
-            onward%increment = 0.5_wp * onward%increment
-            if (.not. allocated(why)) control%increment = onward%increment
+            if (report%hopeless) exit
+            call linearise(nodes, on%state, on%state, on%system, timers)
+            on%control%increment = 0.5_wp * on%control%increment
             cycle
          end if
          if (.not. allocated(why)) first = ahead%load_factor
-         direction = heading_at(nodes, system, displacement_between(nodes, here, ahead), ahead%load_factor - here%load_factor)
+         on%heading = heading_at(nodes, on%system, displacement_between(nodes, on%state, ahead), ahead%load_factor - &
+            & on%state%load_factor)
          call find_spans(nodes, ahead, next, found, why, timers)
          ! Near a dead end directions are noise: from further away they tell.
          if (found) found = leads_to_next(problem, run, next)
-         if (found) return
-         here = ahead
-         onward%increment = 2.0_wp * onward%increment
+         if (found) exit
+         on%state = ahead
+         on%control%increment = 2.0_wp * on%control%increment
       end do
    end subroutine find_spans_ahead
 

@@ -10,7 +10,7 @@ module span_start
    use nodes_to_spans, only: find_spans_ahead
    use contact_in_doubt, only: go_back
    use state_transfer, only: carried
-   use path_control, only: control_t, displacement_between
+   use path_control, only: displacement_between
    use corrector, only: increment_t
    use path_run, only: run_t, forget_mesh
    use path_continuity, only: heading_at
@@ -99,14 +99,13 @@ contains
       type(increment_t), intent(out) :: report
       type(timers_t), intent(inout) :: timers
       type(next_t) :: next
-      type(control_t) :: control
+      type(run_t) :: on
       character(:), allocatable :: why
       real(wp) :: first, since
       logical :: found
-      control = run%control
-      call find_spans_ahead(problem, run, problem, run%state, run%system, control, run%heading, next, first, found, report, why, &
-         & timers)
-      run%control%increment = control%increment
+      on = run
+      call find_spans_ahead(problem, run, problem, on, next, first, found, report, why, timers)
+      run%control%increment = on%control%increment
       if (.not. found) then
          report%converged = .false.
          if (.not. allocated(why)) return
