@@ -53,7 +53,7 @@ contains
       type(increment_t) :: report
       character(:), allocatable :: why
       real(wp), allocatable :: onward(:, :)
-      real(wp) :: since, first
+      real(wp) :: since, first, apart
       nodes = new_sampled_problem(problem)
       here = carried(problem, run%state, nodes)
       here%active = at_touches(nodes, here, present_touches(problem, run%state))
@@ -63,6 +63,8 @@ contains
       on%state = here
       ! First with what touches now: its forces are not those of nodes.
       call correct(nodes, here, control, .true., on%state, on%system, report, timers)
+      apart = 0.0_wp
+      if (report%converged) apart = path_length(nodes, here, on%state)
       if (report%converged) here = on%state
       on%state = here
       call correct(nodes, here, control, .false., on%state, on%system, report, timers)
@@ -76,7 +78,7 @@ contains
       if (.not. found) return
       ahead = next%state
       call go_back(run%state%load_factor, next, since, timers)
-      found = is_near(problem, run, next)
+      found = is_near(problem, run, next, apart)
       if (.not. found) return
       here = next%state
       if (path_length(next%problem, here, ahead) <= 0.0_wp) here = carried(problem, run%state, next%problem)
@@ -116,15 +118,16 @@ contains
       end do
    end subroutine tell_differences
 
-   !> True for an equilibrium as near as the path goes over that change of the load: elsewhere lies another path.
-   logical function is_near(problem, run, next) result(near)
+   !> True for an equilibrium as near as the path goes over that change of the load, and meshes differ: elsewhere lies another path.
+   logical function is_near(problem, run, next, apart) result(near)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
       type(next_t), intent(in) :: next
+      real(wp), intent(in) :: apart                !! how far the run's equilibrium is from that of the same touches at nodes
       real(wp) :: rise, jump
       rise = next%state%load_factor - run%state%load_factor
       jump = path_length(next%problem, carried(problem, run%state, next%problem), next%state)
-      near = jump * abs(run%heading%load) <= turning * abs(rise) + sqrt(epsilon(rise)) * problem%size * abs(run%heading%load)
+      near = (jump - max(apart, sqrt(epsilon(rise)) * problem%size)) * abs(run%heading%load) <= turning * abs(rise)
    end function is_near
 
    !> Nodes on lines, and those next to points.
