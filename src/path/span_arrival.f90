@@ -31,14 +31,15 @@ contains
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
-      logical :: shorter
+      logical :: shorter, known
       run = bound_for(problem, run, next)
       problem = next%problem
       if (allocated(next%trouble)) call note_trouble(outcome, next%trouble)
-      if (.not. allocated(next%heading%u)) next%heading = heading_of(problem, run, next%state)
+      known = allocated(next%heading%u)
+      if (.not. known) next%heading = heading_of(problem, run, next%state)
       call accept(problem, step, run, next%state, next%heading, next%label, next%report, .false., recorder, shorter, finished, &
          & outcome, timers, divides=next%divides, bars=next%bars, times=next%times)
-      if (finished .or. allocated(outcome%why)) return
+      if (finished .or. allocated(outcome%why) .or. known) return
       ! The way up to here was one of another set.
       call forget_mesh(run)
       if (.not. abs(next%rate) > 0.0_wp) return
