@@ -14,9 +14,9 @@ module nodes_to_spans
    use bordered_system, only: linearise
    use span_change, only: next_t
    use span_location, only: leads_to_next
-   use path_control, only: control_t, set_tangent, displacement_between
-   use path_continuity, only: heading_at
-   use path_run, only: run_t
+   use path_control, only: control_t, set_tangent
+   use path_continuity, only: heading_t, relation_t, relate, same_path, too_far
+   use path_run, only: run_t, heading_of
    use corrector, only: increment_t, correct, take_increment
    use touchdown_points, only: with_held
    use timing, only: timers_t
@@ -43,12 +43,21 @@ contains
       character(:), allocatable, intent(out) :: why !! not found: the reason; not allocated where no increment converged
       type(timers_t), intent(inout) :: timers
       type(state_t) :: ahead
+      type(heading_t) :: onward
+      type(relation_t) :: relation
       integer :: try
       found = .false.
       first = on%state%load_factor
       do try = 1, most_increments
          if (on%control%method == method_cylindrical) call set_tangent(nodes, on%system, on%heading%u, on%heading%load, on%control)
          call take_increment(nodes, on%state, on%control, ahead, on%system, report, timers)
+         if (report%converged) then
+            onward = heading_of(nodes, on, ahead)
+            relation = relate(nodes, on%state, ahead, on%heading, onward, on%fresh)
+            ! From a start there is nothing that directions could be wrong about.
+            if (problem%is_sampled()) report%converged = same_path(relation) .and. .not. too_far(nodes, on%control, relation)
+            if (.not. report%converged) report%message = 'what equilibrium there is ahead lies on another path'
+         end if
          if (.not. report%converged) then
             if (report%hopeless) exit
             call linearise(nodes, on%state, on%state, on%system, timers)
@@ -56,13 +65,13 @@ contains
             cycle
          end if
          if (.not. allocated(why)) first = ahead%load_factor
-         on%heading = heading_at(nodes, on%system, displacement_between(nodes, on%state, ahead), ahead%load_factor - &
-            & on%state%load_factor)
          call find_spans(nodes, ahead, next, found, why, timers)
          ! Near a dead end directions are noise: from further away they tell.
          if (found) found = leads_to_next(problem, run, next)
          if (found) exit
          on%state = ahead
+         on%heading = onward
+         on%fresh = .false.
          on%control%increment = 2.0_wp * on%control%increment
       end do
    end subroutine find_spans_ahead

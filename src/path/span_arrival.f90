@@ -17,7 +17,7 @@ module span_arrival
    use timing, only: timers_t
    implicit none
    private
-   public :: take_next, come_nearer
+   public :: take_next, come_nearer, bound_for
 
 contains
 

@@ -7,14 +7,11 @@ module span_start
    use span_problem, only: new_span_problem, new_sampled_problem, chain_starts
    use nodal_touches, only: along
    use span_change, only: next_t
+   use span_arrival, only: bound_for
    use nodes_to_spans, only: find_spans_ahead
    use contact_in_doubt, only: go_back
-   use state_transfer, only: carried
-   use path_control, only: displacement_between
    use corrector, only: increment_t
-   use path_run, only: run_t, forget_mesh
-   use path_continuity, only: heading_at
-   use path_events, only: new_probe
+   use path_run, only: run_t
    use rod_geometry, only: geometry_t, new_geometry
    use obstacle_geometry, only: obstacle_gap
    use timing, only: timers_t
@@ -115,14 +112,8 @@ contains
       end if
       if (abs(next%state%load_factor - first) > 0.0_wp) call go_back(first, next, since, timers)
       next%problem%touch%number = run%touches + next%problem%touch%number
-      run%touches = run%touches + size(next%problem%touch)
-      run%state = carried(problem, run%state, next%problem)
-      run%system = next%system
+      run = bound_for(problem, run, next)
       problem = next%problem
       trial = next%state
-      call forget_mesh(run)
-      run%heading = heading_at(problem, run%system, displacement_between(problem, run%state, trial), &
-         & trial%load_factor - run%state%load_factor)
-      run%probe = new_probe(problem, run%state, run%system, run%heading%load)
    end subroutine begin_spans
 end module span_start
