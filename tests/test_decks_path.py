@@ -635,3 +635,44 @@ def test_a_line_contact_passes_a_node_with_a_monitor():
     loads = np.array([at_the_end(half) for half in (20, 40, 80)])
     assert 4.7 < loads[-1] < 4.804326
     dr.assert_order(np.diff(loads), 4.0, below=0.5)
+
+
+# Tangents ----------------------------------------------------------------------------------------------------------
+
+def slopes(run):
+    """Of every monitor over the load: those told, and those of the parabola through a point and its neighbours, away from corners."""
+    load, label = run.column("load_factor"), run.column("label")
+    smooth = np.flatnonzero((label[:-2] == "") & (label[1:-1] == "") & (label[2:] == "")) + 1
+    found = {}
+    for name, column in run.results.monitors.items():
+        told = column.rate / run.results.path["load_factor"].rate
+        step, slope = np.diff(load), np.diff(column.values) / np.diff(load)
+        between = (slope[smooth - 1] * step[smooth] + slope[smooth] * step[smooth - 1]) / (step[smooth - 1] + step[smooth])
+        found[name] = load[smooth], told[smooth], between
+    return found
+
+
+@pytest.mark.parametrize("name, static, first", [("cantilever", "1., 1E-3, 1.", 0.25), ("indenter", "0.04, 1e-6, 0.1", 0.01),
+                                                 ("winkler-weight", "0.02, 1e-6, 0.02", 0.02)])
+def test_the_rates_of_the_path_are_its_derivatives(name, static, first):
+    """Half the increments: differences come four times as near. Forces of contact, of foundations, displacements, rotations.
+
+    Tangents are those of the last iterate, which errs by the root of what the point does.
+    """
+    errors = []
+    for increment in (first, first / 2.0):
+        text = dr.changed(dr.on_given_mesh(name), (static, f"{increment}, 1E-6, {increment}"))
+        run = dr.run_deck(text.replace("*END STEP", "*CONTROLS, TOLERANCE=1E-13\n*END STEP"), code=None)
+        errors.append({monitor: np.max(np.abs(told - between)) / np.max(np.abs(told)) for monitor, (_, told, between) in slopes(run).items()})
+        assert len(run.results.monitors) >= 2
+    for monitor, error in errors[0].items():
+        assert error < 0.1 and errors[1][monitor] < 0.35 * error + 5e-4, f"{monitor}: {error}, {errors[1][monitor]}"
+
+
+def test_a_limit_point_has_a_level_tangent():
+    """The load stands still there, the monitor does not; where the path may go on in another direction nothing is told."""
+    run = dr.run_deck(dr.example("lee-frame"))
+    rate = run.results.path["load_factor"].rate
+    row = run.labelled("LP")[0].point - 1
+    assert abs(rate[row]) < 1e-6 * np.nanmax(np.abs(rate)) and abs(run.results.monitors["v"].rate[row]) > 0.1
+    assert np.isnan(rate[0]) and np.count_nonzero(np.isnan(rate)) == 1

@@ -92,3 +92,22 @@ def test_the_error_that_the_manual_shows():
     deck = re.search(r"```inp ruler.inp\n(.*?)```", text, re.DOTALL).group(1).replace("\n2, U2, -1\n", "\n20, U2, -1\n")
     shown = re.search(r"```\n(ruler\.inp:.*?)```", text, re.DOTALL).group(1)
     assert unilat("--check", stdin=deck).stderr.replace("<stdin>", "ruler.inp").startswith(shown)
+
+
+def test_what_is_quoted_of_the_ring_is_its_own(tmp_path):
+    """Critical load and bar on the first page, the row in the chapter on error bars: to the last digit but one, bars to a fifth."""
+    printed = subprocess.run([os.environ["UNILAT"], "-o", str(tmp_path / "ring.h5"), str(MANUAL.parent / "ring.inp")],
+                             capture_output=True, text=True, encoding="utf-8", timeout=60).stdout
+
+    def numbers(line):
+        return [float(word) for word in re.findall(r"(?<![\w.])\d+\.\d+(?:E[-+]\d+)?", line)]
+
+    own = numbers(re.findall(r"^ LP .*limit point of the load$", printed, re.MULTILINE)[0])
+    quoted = numbers(re.findall(r"^ LP .*limit point of the load$", MANUAL.read_text(encoding="utf-8"), re.MULTILINE)[0])
+    front = re.search(r"critical load ([\d.]+) \+- ([\d.E-]+), exact", (MANUAL.parent.parent / "README.md").read_text(encoding="utf-8"))
+    assert len(own) == len(quoted) == 6, f"{own} {quoted}"
+    for k in (0, 2, 3, 4):
+        assert abs(own[k] - quoted[k]) <= 1e-6 * abs(own[k])
+    assert abs(own[0] - float(front[1])) <= 2e-8 * own[0]
+    for k, bar in ((1, quoted[1]), (5, quoted[5]), (1, float(front[2]))):
+        assert 0.8 < own[k] / bar < 1.25, f"bar {own[k]}, quoted {bar}"

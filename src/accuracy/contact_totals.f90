@@ -1,18 +1,19 @@
 !> Sums of the forces that obstacles push contact spans with, as functions of the unknowns.
 !>
 !> They are made of the forces in elements beside touchdown points and along lines, and of reactions at breakpoints of the rod:
-!> the derivatives are differences, taken with the touchdown points held, as they are in the equations.
+!> the derivatives are differences, taken with the touchdown points held, as they are in the equations. What acts along a line
+!> cancels but for the cuts at its ends: of the forces of elements on their nodes those count in the sum.
 module contact_totals
    use kinds, only: wp
    use problem, only: problem_t, dof
-   use rod_state, only: state_t
-   use linear_system, only: system_t
+   use rod_state, only: state_t, candidate_gap
+   use linear_system, only: system_t, to_node
    use bordered_system, only: apply_increment
    use band_matrix, only: band_times
    use span_forces, only: span_totals
    implicit none
    private
-   public :: contact_sum, contact_sum_known, contact_sum_gradient
+   public :: contact_sum_known, contact_sum_defect, contact_sum_gradient
 
 contains
 
@@ -29,31 +30,33 @@ contains
       end associate
    end function contact_sum_known
 
-   !> The monitor's sum after the elements have closed their own defects.
-   function contact_sum(problem, state, system, m) result(value)
+   !> What the sum changes by when the elements close their own defects.
+   real(wp) function contact_sum_defect(problem, state, system, m) result(defect)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! assembled at `state`
       integer, intent(in) :: m
-      real(wp) :: value
       real(wp) :: none(system%n)
       none = 0.0_wp
-      value = sum_after(problem, state, system, m, none, 0.0_wp)
-   end function contact_sum
+      defect = sum_after(problem, state, system, m, none, 0.0_wp) - stored_sum(problem, state, m)
+   end function contact_sum_defect
 
-   !> Derivatives of the sum by the unknowns, the load factor and what is out of balance where contact holds a node. Node axes.
-   subroutine contact_sum_gradient(problem, state, system, m, by_unknown, by_load, by_force)
+   !> Derivatives of the sum by the unknowns, the load factor, what is out of balance where contact holds a node, and the forces
+   !> of elements on their nodes, the unknowns held. Node axes.
+   subroutine contact_sum_gradient(problem, state, system, m, by_unknown, by_load, by_force, by_element)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! assembled at `state`
       integer, intent(in) :: m
       real(wp), intent(out) :: by_unknown(:), by_force(:) !! (n)
+      real(wp), intent(out) :: by_element(:, :)  !! (6, elements)
       real(wp), intent(out) :: by_load
       type(state_t) :: pushed
-      real(wp) :: x(system%n), base, step, size_step
+      real(wp) :: x(system%n), none(system%n), base, step, size_step
       logical :: near(problem%model%mesh%n_nodes)
       integer :: c, side, e, node, i, d
-      base = contact_sum(problem, state, system, m)
+      x = 0.0_wp
+      base = sum_after(problem, state, system, m, x, 0.0_wp)
       near = .false.
       associate (list => problem%candidates)
          do c = 1, list%n
@@ -81,19 +84,78 @@ contains
          step = size_step * max(abs(state%load_factor), 1.0_wp)
          by_load = (sum_after(problem, state, system, m, x, step) - base) / step
          ! Reactions where a breakpoint is held: what is out of balance on their own unknowns.
+         none = 0.0_wp
          do c = 1, list%n
             if (list%touch(c) == 0 .or. system%unknown(c) == 0) cycle
             pushed = state
             step = max(system%force_scale, tiny(step))
             pushed%reaction(c) = pushed%reaction(c) + step
-            by_force(system%unknown(c)) = by_force(system%unknown(c)) + (contact_sum(problem, pushed, system, m) - base) / &
-               & (step * system%slope(c))
+            d = system%unknown(c)
+            by_force(d) = by_force(d) + (sum_after(problem, pushed, system, m, none, 0.0_wp) - base) / (step * system%slope(c))
          end do
       end associate
+      do e = 1, problem%model%mesh%n_elements
+         call set_own_part(e)
+      end do
       call band_times(system%k, by_force, x)
       by_unknown = by_unknown + x
       by_load = by_load - dot_product(by_force, system%load)
+
+   contains
+
+      !> What an element's forces on its nodes are of the sum, the unknowns held. Of cuts and lines all cancels but the cuts of free
+      !> elements beside touchdown points, and of conforming ones at other ends of their line.
+      subroutine set_own_part(e)
+         integer, intent(in) :: e
+         integer :: i, d, c
+         associate (list => problem%candidates, own => by_element(:, e))
+            own = 0.0_wp
+            do i = 1, 2
+               associate (node => problem%model%mesh%node(i, e), part => own(3 * i - 2:3 * i))
+                  d = dof(problem, node, 1)
+                  if (problem%conforms(e) == 0) part = by_force(d:d + 2)
+                  do c = 1, list%n
+                     if (list%touch(c) == 0 .or. list%node(c) /= node) cycle
+                     if (list%obstacle(c) /= problem%deck%monitor(m)%obstacle) cycle
+                     if (problem%conforms(e) == 0 .and. list%moves(c)) part = part + shift(c)
+                     if (problem%conforms(e) > 0 .and. .not. list%moves(c)) part = part - shift(c)
+                  end do
+               end associate
+            end do
+         end associate
+      end subroutine set_own_part
+
+      !> The shift of a touched node whose work is the monitor's share of a force on it. Node axes: it does not turn the node.
+      function shift(c) result(along)
+         integer, intent(in) :: c
+         real(wp) :: along(3), normal(2), gap, bend
+         along = 0.0_wp
+         associate (monitor => problem%deck%monitor(m), node => problem%candidates%node(c))
+            if (monitor%component < 3) then
+               along(monitor%component) = monitor%factor
+            else
+               ! Densities along a line are not those of cuts.
+               if (.not. problem%candidates%moves(c)) return
+               call candidate_gap(problem, state, c, gap, normal, bend)
+               along(1:2) = monitor%factor * normal
+            end if
+            call to_node(system, node, along)
+            if (system%turned(node)) along(3) = -system%roll(node) * along(1)
+         end associate
+      end function shift
    end subroutine contact_sum_gradient
+
+   !> The monitor's sum as the state has it.
+   real(wp) function stored_sum(problem, state, m) result(value)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: m
+      real(wp) :: pushed(3, size(problem%model%contact)), moment
+      call span_totals(problem, state, [0.0_wp, 0.0_wp], pushed, moment)
+      associate (monitor => problem%deck%monitor(m))
+         value = monitor%factor * sum(pushed(monitor%component, :), mask=problem%model%contact%obstacle == monitor%obstacle)
+      end associate
+   end function stored_sum
 
    !> The monitor's sum after an increment of the unknowns and of the load factor.
    function sum_after(problem, state, system, m, x, y) result(value)
@@ -104,12 +166,8 @@ contains
       real(wp), intent(in) :: x(:), y
       real(wp) :: value
       type(state_t) :: moved
-      real(wp) :: pushed(3, size(problem%model%contact)), moment
       moved = state
       call apply_increment(problem, system, x, y, moved)
-      call span_totals(problem, moved, [0.0_wp, 0.0_wp], pushed, moment)
-      associate (monitor => problem%deck%monitor(m))
-         value = monitor%factor * sum(pushed(monitor%component, :), mask=problem%model%contact%obstacle == monitor%obstacle)
-      end associate
+      value = stored_sum(problem, moved, m)
    end function sum_after
 end module contact_totals

@@ -19,7 +19,7 @@ module element_shares
    use band_matrix, only: band_times
    use path_control, only: control_t, control_row
    use null_directions, only: new_null_directions, leave_out, free_of
-   use contact_totals, only: contact_sum, contact_sum_known, contact_sum_gradient
+   use contact_totals, only: contact_sum_known, contact_sum_defect, contact_sum_gradient
    use monitor_rows, only: monitor_row_t, monitor_row, watched_displacement
    use touch_places, only: place_gradients, moment_places
    use small_dense, only: solve_small
@@ -46,6 +46,7 @@ module element_shares
       real(wp), allocatable :: by_unknown(:)     !! (n)
       real(wp) :: by_load = 0.0_wp
       real(wp), allocatable :: by_force(:)       !! (n) of what is out of balance: reactions
+      real(wp), allocatable :: by_element(:, :)  !! (6, elements) of the forces of each on its nodes
    end type functional_t
 
    !> Of true rounding errors the root of the sum of squares below was 0.26 to 148 times in runs of a prototype.
@@ -70,7 +71,8 @@ contains
       type(functional_t) :: functional
       type(monitor_row_t) :: inside
       real(wp) :: by_unknown(system%n, size(ends)), by_load(size(ends)), way(size(ends))
-      real(wp) :: force(6, problem%model%mesh%n_elements), w(system%n), of_load(system%n), tangent(system%n), &
+      real(wp), dimension(6, problem%model%mesh%n_elements) :: force, dual
+      real(wp) :: w(system%n), of_load(system%n), tangent(system%n), &
          & push(system%n), known(system%n), share(problem%model%mesh%n_elements), rhs, along, along_load, given, rest, change
       real(wp), allocatable :: direction(:, :)
       integer :: e, m, n, k
@@ -93,7 +95,8 @@ contains
       along = dot_product(system%path_row, tangent) + system%path_corner
       if (.not. abs(along) > 0.0_wp) return
       of_load = w / along
-      share = shares_by(of_load)
+      dual = nodal_all(of_load)
+      share = shares_by(dual)
       shares%known(1) = .true.
       shares%element(1, :) = abs(share)
       ! What Newton's method has left is not the elements'.
@@ -101,7 +104,7 @@ contains
       shares%rest(1) = rest
       shares%sum(1) = sum(share) + rest
       shares%size(1) = sum(abs(share)) + abs(rest)
-      shares%rounding(1) = rounding_factor * rounding_of(of_load)
+      shares%rounding(1) = rounding_factor * rounding_of(dual)
       if (size(ends) > 0) then
          call place_gradients(problem, state, system, ends, by_unknown, by_load)
          way = moment_places(problem, state, force, ends)
@@ -109,7 +112,7 @@ contains
       do m = 2, n
          k = m - n + size(ends)
          if (k > 0) then
-            functional = functional_t(.true., by_unknown(:, k), by_load(k), 0.0_wp * by_unknown(:, k))
+            functional = functional_t(.true., by_unknown(:, k), by_load(k), 0.0_wp * by_unknown(:, k), 0.0_wp * force)
          else
             call new_functional(problem, state, system, m - 1, functional)
          end if
@@ -119,11 +122,12 @@ contains
          along_load = dot_product(functional%by_unknown, tangent) + functional%by_load
          given = functional%by_load + dot_product(functional%by_unknown, known)
          call combine()
+         dual = nodal_all(w) + functional%by_element
          w = functional%by_force + w
-         change = dot_product(w, merge(0.0_wp, system%residual, system%fixed)) + &
+         rest = dot_product(w, merge(0.0_wp, system%residual, system%fixed)) + &
             & dot_product(functional%by_force, system%residual - system%raw)
-         shares%rest(m) = change
-         share = shares_by(w)
+         change = 0.0_wp
+         share = shares_by(dual)
          shares%known(m) = .true.
          shares%element(m, :) = abs(share)
          if (k > 0) then
@@ -136,11 +140,12 @@ contains
             change = change + shares%inside(m)
          else if (problem%deck%monitor(m - 1)%quantity == quantity_contact) then
             ! Ends of spans carry it: what nodes are known to, not polynomials between them.
-            change = change + contact_sum(finer, start, at_start, m - 1) - contact_sum(problem, state, system, m - 1)
+            rest = rest + contact_sum_defect(problem, state, system, m - 1)
          end if
-         shares%sum(m) = sum(share) + change
-         shares%size(m) = sum(abs(share)) + abs(change)
-         shares%rounding(m) = rounding_factor * rounding_of(w)
+         shares%rest(m) = rest
+         shares%sum(m) = sum(share) + rest + change
+         shares%size(m) = sum(abs(share)) + abs(rest + change)
+         shares%rounding(m) = rounding_factor * rounding_of(dual)
       end do
 
    contains
@@ -177,45 +182,44 @@ contains
          real(wp) :: free(size(mode)), local(6), turned
          integer :: e
          free = merge(0.0_wp, mode, system%fixed)
-         share = shares_by(free)
+         dual = nodal_all(free)
+         share = shares_by(dual)
          turned = 0.0_wp
          do e = 1, size(share)
-            local = nodal(free, e)
+            local = dual(:, e)
             turned = turned + (norm2(local(forces)) * norm2(system%eraw(forces, e)) + &
                & norm2(local(moments)) * norm2(system%eraw(moments, e)))**2
          end do
          excess = abs(dot_product(free, system%residual) + sum(share)) - sum(abs(share)) - &
-            & rounding_factor * (rounding_of(free) + epsilon(turned) * sqrt(turned))
+            & rounding_factor * (rounding_of(dual) + epsilon(turned) * sqrt(turned))
          excess = max(excess, 0.0_wp)
       end function force_on
 
-      !> What the elements contribute, by the work of what is out of balance on a dual displacement.
-      function shares_by(w) result(by)
-         real(wp), intent(in) :: w(:)
+      !> What the elements contribute, by the work of what is out of balance on their nodes' dual displacements.
+      function shares_by(dual) result(by)
+         real(wp), intent(in) :: dual(:, :)       !! (6, elements)
          real(wp) :: by(problem%model%mesh%n_elements)
-         integer :: e
-         by = [(dot_product(nodal(w, e), force(:, e)), e=1, size(by))]
+         by = sum(dual * force, dim=1)
       end function shares_by
 
-      !> The unknowns of an element's nodes.
-      pure function nodal(x, e) result(local)
+      !> The unknowns of all elements' nodes.
+      function nodal_all(x) result(local)
          real(wp), intent(in) :: x(:)
-         integer, intent(in) :: e
-         real(wp) :: local(6)
-         integer :: i
-         do i = 1, 2
-            local(3 * i - 2:3 * i) = node_unknowns(problem, system%tie_block, problem%model%mesh%node(i, e), x)
+         real(wp) :: local(6, problem%model%mesh%n_elements)
+         integer :: e
+         do e = 1, size(local, 2)
+            local(:, e) = nodal(problem, system, x, e)
          end do
-      end function nodal
+      end function nodal_all
 
       !> Rounding of displacements, chords and resultants of all elements, weighed as their errors are.
-      real(wp) function rounding_of(w)
-         real(wp), intent(in) :: w(:)
+      real(wp) function rounding_of(dual)
+         real(wp), intent(in) :: dual(:, :)       !! (6, elements)
          real(wp) :: local(6), resultant(3), u(2)
          integer :: e
          rounding_of = 0.0_wp
          do e = 1, problem%model%mesh%n_elements
-            local = nodal(w, e)
+            local = dual(:, e)
             resultant = matmul(system%ek(4:6, :, e), local)
             associate (node => problem%model%mesh%node(:, e), g => state%geometry%element(e))
                u = norm2(g%chord) + [maxval(abs(state%u(1:2, node))), 0.0_wp]
@@ -226,6 +230,19 @@ contains
          rounding_of = epsilon(rounding_of) * sqrt(rounding_of)
       end function rounding_of
    end subroutine find_shares
+
+   !> The unknowns of an element's nodes.
+   pure function nodal(problem, system, x, e) result(local)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: x(:)
+      integer, intent(in) :: e
+      real(wp) :: local(6)
+      integer :: i
+      do i = 1, 2
+         local(3 * i - 2:3 * i) = node_unknowns(problem, system%tie_block, problem%model%mesh%node(i, e), x)
+      end do
+   end function nodal
 
    !> Sizes of what the elements contribute to the error of an eigenvalue, the state held: what the finer ones make of its modes'
    !> deformations. How they compare is what counts; of order 2 and 4 they are too large, see above.
@@ -299,13 +316,15 @@ contains
       type(functional_t), intent(out) :: functional
       type(monitor_row_t) :: row
       real(wp) :: along(3), spring(system%n)
-      integer :: i, d, node
+      integer :: i, d, e, node
       allocate (functional%by_unknown(system%n), functional%by_force(system%n), source=0.0_wp)
+      allocate (functional%by_element(6, problem%model%mesh%n_elements), source=0.0_wp)
       associate (monitor => problem%deck%monitor(m), g => functional%by_unknown)
          functional%known = monitor%quantity /= quantity_contact
          if (.not. functional%known) then
             functional%known = contact_sum_known(problem, state, m)
-            if (functional%known) call contact_sum_gradient(problem, state, system, m, g, functional%by_load, functional%by_force)
+            if (.not. functional%known) return
+            call contact_sum_gradient(problem, state, system, m, g, functional%by_load, functional%by_force, functional%by_element)
             return
          end if
          if (monitor%quantity == quantity_displacement) then
@@ -336,6 +355,9 @@ contains
          call band_times(system%k, functional%by_force, g)
          g = g + spring
          functional%by_load = -dot_product(functional%by_force, system%load)
+         do e = 1, problem%model%mesh%n_elements
+            functional%by_element(:, e) = nodal(problem, system, functional%by_force, e)
+         end do
       end associate
    end subroutine new_functional
 end module element_shares

@@ -32,8 +32,10 @@ contains
          call candidate_gap(problem, state, c, gap, normal, bend)
          x = node_position(state, problem%candidates%node(c)) - middle
          associate (sums => total(:, problem%candidates%contact(c)))
-            sums = sums + push * [normal, 1.0_wp]
-            moment = moment + push * (x(1) * normal(2) - x(2) * normal(1))
+            force = push * [normal, 1.0_wp]
+            if (problem%candidates%moves(c)) force(1:2) = cut_force(problem, state, c)
+            sums = sums + force
+            moment = moment + (x(1) * force(2) - x(2) * force(1))
             e = problem%candidates%element(2, c)
             if (e == 0) cycle
             if (problem%conforms(e) == 0) cycle
@@ -136,6 +138,24 @@ contains
       force = 0.0_wp
       if (.not. inside) force = held_force(problem, state, candidate)
    end function end_force
+
+   !> What the cuts on both sides of a touchdown point leave over, in x and y. In equilibrium it is normal to the obstacle. While
+   !> the point moves along a rod whose nodes are held it is what is pushed between both places, too, so that sums of forces
+   !> have their derivatives.
+   function cut_force(problem, state, candidate) result(force)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      real(wp) :: force(2), ends(3, 2)
+      integer :: side, e
+      force = 0.0_wp
+      do side = 1, 2
+         e = problem%candidates%element(side, candidate)
+         if (e == 0) cycle
+         call end_forces(problem, state, e, ends(:, 1), ends(:, 2))
+         force = force + merge(1.0_wp, -1.0_wp, side == 1) * ends(1:2, 3 - side)
+      end do
+   end function cut_force
 
    !> Force of the obstacle on a conforming element, in x, in y, and the integral of the density; its moment about a place. Force
    !> and moment are what the ends and the loads leave over: densities are derivatives of what is solved for, less exact.

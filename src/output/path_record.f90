@@ -33,6 +33,8 @@ module path_record
       integer :: lcp_size = 0, lcp_pivots = 0 !! largest LCP and all pivots of this increment
       character(:), allocatable :: warning    !! something begins here that makes the answer doubtful: one sentence
       real(wp), allocatable :: monitor(:)
+      real(wp), allocatable :: rate(:)        !! (1 + monitors) d(load factor), d(monitors) / d(arc length); not allocated: the
+      !! path may have a corner there
       type(error_bars_t), allocatable :: bars !! of the discretisation; not allocated: not asked for
       type(region_t), allocatable :: region(:)        !! allocated only when the model has contacts
       real(wp), allocatable :: reaction_total(:)      !! (n_contacts) sum of the normal reactions

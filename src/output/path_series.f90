@@ -27,6 +27,8 @@ module path_series
       integer :: load_factor = 0, arc_length = 0, step = 0, iterations = 0, residual = 0, negative_pivots = 0, free_pivots = 0
       integer :: active_contacts = 0, lcp_size = 0, lcp_pivots = 0, label = 0
       integer, allocatable :: monitor(:)
+      integer :: load_rate = 0
+      integer, allocatable :: monitor_rate(:)
       type(bar_series_t) :: bars
    end type point_series_t
 
@@ -95,12 +97,28 @@ contains
          do i = 1, size(id%monitor)
             call series_append(set, id%monitor(i), point%monitor(i))
          end do
+         call append_rates(set, id, point)
          call append_bars(set, id%bars, point%load_factor, point%monitor, point%bars)
       end associate
       if (series%contact%count > 0) call append_contact(set, series%contact, point)
       if (allocated(point%displacement) .or. allocated(point%section_forces) .or. allocated(point%reaction) &
          & .or. allocated(point%gap)) call append_fields(set, series%field, point, series%n_points)
    end subroutine append_point
+
+   !> What the load factor and the monitors change by per arc length; NaN where that is not known.
+   subroutine append_rates(set, id, point)
+      type(series_set_t), intent(inout) :: set
+      type(point_series_t), intent(in) :: id
+      type(point_t), intent(in) :: point
+      real(wp) :: rate(1 + size(point%monitor))
+      integer :: i
+      rate = ieee_value(rate, ieee_quiet_nan)
+      if (allocated(point%rate)) rate = point%rate
+      call series_append(set, id%load_rate, rate(1))
+      do i = 1, size(id%monitor_rate)
+         call series_append(set, id%monitor_rate(i), rate(1 + i))
+      end do
+   end subroutine append_rates
 
    !> Adds one critical point, but for its null vectors.
    subroutine append_critical(series, set, critical)
@@ -220,6 +238,9 @@ contains
          & 'pivots of all LCPs of the increment')
       call series_text(set, file, id%label, group//'/label', 2, '1', 'blank, or '//label_words)
       call open_monitor_series(id%monitor, set, file, model, group//'/monitor', few=.false.)
+      call series_real(set, file, id%load_rate, group//'/load_rate', number, '1', &
+         & 'd(load factor)/d(arc length); NaN where the path may have a corner')
+      call open_monitor_series(id%monitor_rate, set, file, model, group//'/monitor_rate', few=.false.)
       if (any(model%step%error_bars .and. model%step%n_modes == 0)) &
          & call open_bars(id%bars, set, file, model, group, few=.false.)
    end subroutine open_points

@@ -108,11 +108,17 @@ contains
          integer, intent(in) :: component, obstacle
          type(state_t) :: ahead, here
          real(wp) :: totals(3, size(problem%model%contact), 2), moment, step
+         integer :: c
          step = sqrt(epsilon(step)) * problem%size / max(maxval(abs(system%tangent)), tiny(step))
          here = state
          ahead = state
          call apply_increment(problem, system, 0.0_wp * system%tangent, 0.0_wp, here)
          call apply_increment(problem, system, step * system%tangent, step, ahead)
+         ! What holds a node at a breakpoint is an unknown of its own.
+         do c = 1, problem%candidates%n
+            if (problem%candidates%touch(c) == 0 .or. system%unknown(c) == 0) cycle
+            ahead%reaction(c) = ahead%reaction(c) + step * reaction_rate(problem, system, c)
+         end do
          call span_totals(problem, here, [0.0_wp, 0.0_wp], totals(:, :, 1), moment)
          call span_totals(problem, ahead, [0.0_wp, 0.0_wp], totals(:, :, 2), moment)
          rate = sum(totals(component, :, 2) - totals(component, :, 1), mask=problem%model%contact%obstacle == obstacle) / step

@@ -11,8 +11,9 @@ module path_acceptance
    use bordered_system, only: linearise
    use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode, deck_mode
    use weak_lines, only: release_lines, count_released, let_turn, line_opening
-   use path_control, only: path_length
-   use path_continuity, only: heading_t, largest_turn
+   use path_control, only: path_length, metric
+   use monitors, only: monitor_rate
+   use path_continuity, only: heading_t, heading_at, largest_turn
    use corrector, only: increment_t
    use path_run, only: run_t, probe_at, keep_landmark, leave_trail, rest_of_mesh
    use homecoming, only: is_home, see_home
@@ -53,6 +54,7 @@ module path_acceptance
    integer, parameter :: most_null_vectors = 4
    character(*), parameter :: passing = 'bifurcation, or two paths that pass each other closely,', &
       & imperfect = ', but for an imperfection too small to tell here'
+   character(2), parameter :: has_corner(3) = ['C+', 'C-', 'BP'] !! paths may go on in another direction
    real(wp), parameter :: most_sharp = 1.0e-5_wp !! part of a step's tolerance: beyond, all residuals are rounding
    integer, parameter :: most_meshes = 8         !! for the sake of one increment's errors
    real(wp), parameter :: loosest = 1.0e-4_wp    !! eigenvalues below this part of what they were count as zero
@@ -161,7 +163,7 @@ contains
       end if
       finished = stops
       call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers, touching, &
-         & shown_bars)
+         & shown_bars, ahead)
       if (allocated(outcome%why)) return
       do i = 1, size(seen)
          if (told(i) .or. seen(i)%located) cycle
@@ -413,7 +415,7 @@ contains
          critical = new_critical(event%label, event%note, bars)
          if (any(event%kind == [event_bifurcation, event_limit])) run%system%negative_pivots = pivots
          call record(problem, run, place, event%label, sighting%report, recorder, outcome, timers, first_touch(problem, event, &
-            & place), bars)
+            & place), bars, sighting%heading)
          if (allocated(outcome%why)) return
          call count_up(timers, counter_located)
          probe = new_probe(problem, place, run%system, sighting%heading%load)
@@ -544,7 +546,7 @@ contains
    end function new_critical
 
    !> Hands a converged point to the recorder and to the independent measures.
-   subroutine record(problem, run, state, label, report, recorder, outcome, timers, touching, bars)
+   subroutine record(problem, run, state, label, report, recorder, outcome, timers, touching, bars, heading)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       type(state_t), intent(in) :: state
@@ -555,15 +557,24 @@ contains
       type(timers_t), intent(inout) :: timers
       logical, intent(in), optional :: touching(:) !! (candidates) shown as contact, though without force yet
       type(error_bars_t), allocatable, intent(in), optional :: bars
+      type(heading_t), intent(in), optional :: heading !! not there: no tangent is known
       type(point_t) :: point
       type(state_t) :: shown
       type(error_t), allocatable :: error
+      type(heading_t) :: tangent
+      integer :: m
       logical :: weak
       shown = state
       if (present(touching)) shown%active = state%active .or. touching
       point = report_point(problem, shown, run%system, run%points, label)
       if (present(bars)) then
          if (allocated(bars)) point%bars = bars
+      end if
+      if (present(heading) .and. .not. any(label == has_corner)) then
+         ! At a limit point the tangent per load is as long as rounding lets it be: its own length has to go with it.
+         tangent = heading_at(problem, run%system, heading%u, heading%load)
+         if (metric(problem, tangent%u, tangent%u) > 0.0_wp) point%rate = tangent%load * &
+            & [1.0_wp, (monitor_rate(problem, m, state, run%system), m=1, size(point%monitor))]
       end if
       point%iterations = report%iterations
       point%residual = max(report%residual, run%system%force_residual)

@@ -182,7 +182,7 @@ def stages(column: Results) -> dict[str, int]:
 
 
 def curve(axes, results: Results, x: str, number: int):
-    path_curves.draw_path(axes, results, results.column(x).values, results.column("load_factor").values, style.look(number), load=1)
+    path_curves.draw_path(axes, results, results.column(x), results.column("load_factor"), style.look(number))
 
 
 def without_order(look: dict) -> dict:

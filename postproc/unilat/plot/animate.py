@@ -99,8 +99,7 @@ class Film:
         shares = {} if beside else {"height_ratios": (args.width * tall / wide, below)}
         self.left, right = self.figure.subplots(1, 2) if beside else self.figure.subplots(2, 1, gridspec_kw=shares)
         self.x, self.y = (options.numbers(path, name) for name in (args.x or next(iter(path.monitors), "point"), args.y))
-        path_curves.draw_path(right, path, self.x.values, self.y.values, style.look(0),
-                              path_curves.load_axis(self.x, self.y))
+        path_curves.draw_path(right, path, self.x, self.y, style.look(0))
         path_curves.draw_marks(right, path, ["LP", "BP"], lambda critical: tuple(
             path_curves.critical_value(path, critical, column) for column in (self.x, self.y)), style.COLOURS[0])
         right.set_xlabel(captions.column_label(self.x))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from matplotlib.lines import Line2D
 
@@ -60,18 +62,19 @@ def main(argv=None) -> int:
     for k, (results, name) in enumerate(zip(everything, style.names(args, everything))):
         against = options.numbers(results, args.against)
         label = label or captions.column_label(against, args.x_scale)
-        x = args.x_scale * against.values
+        shown = path_curves.scaled(against, args.x_scale)
+        x = shown.values
         step = path_curves.step_number(results, args.step)
         drawn = [line for line in lines[k] if line.side in sides and np.any(np.isfinite(curve(line, angle)))]
         looks = {line: style.look(k) for line in lines[k]} if len(everything) > 1 else end_looks(drawn)
         if len(everything) == 1 and not angle and len(sides) == 2:
             for history in found[0]:
-                tint(axes, results, history, x, args.y_scale, looks, step, path_curves.load_axis(against))
+                tint(axes, results, history, shown, args.y_scale, looks, step)
         for line in without_twins(drawn):
             rows = line.points - 1
             y = args.y_scale * curve(line, angle)
-            unstable |= path_curves.draw_path(axes, results, x[rows], y, looks[line], path_curves.load_axis(against),
-                                              first=rows[0], step=step)
+            unstable |= path_curves.draw_path(axes, results, at_rows(shown, rows), Column("contact", y), looks[line], first=rows[0],
+                                              step=step)
 
             def place(critical, rows=rows, y=y):
                 at = critical.point - 1 - rows[0]
@@ -140,11 +143,17 @@ def without_twins(drawn: list[End]) -> list[End]:
     return [line for line in drawn if line.side == "start" or (line.contact, line.points[0], tuple(line.arc)) not in starts]
 
 
-def tint(axes, results, history, x, scale, looks, wanted, load):
+def at_rows(column: Column, rows: np.ndarray) -> Column:
+    """The quantity at some points."""
+    return replace(column, values=column.values[rows], rate=None if column.rate is None else column.rate[rows])
+
+
+def tint(axes, results, history, shown, scale, looks, wanted):
     """The region itself, when it is drawn over something that only grows or falls in a step.
 
-    Of steps that go over the same values the last one, when none is `wanted`. `load`: see load_axis.
+    Of steps that go over the same values the last one, when none is `wanted`.
     """
+    x = shown.values
     steps = results.path["step"].values if "step" in results.path else np.ones(results.n_points, dtype=int)
     colour = next((look["color"] for line, look in looks.items() if line.contact == history.contact
                    and line.line == history.start_line and line.side == "start"), style.COLOURS[0])
@@ -157,7 +166,7 @@ def tint(axes, results, history, x, scale, looks, wanted, load):
             inside = np.flatnonzero(part & (end >= start))
             for run in np.split(inside, np.flatnonzero(np.diff(inside) > 1) + 1):
                 rows = points[run] - 1
-                lower, upper = (path_curves.smoothed(results, x[rows], scale * side[run], load, rows[0])
+                lower, upper = (path_curves.smoothed(results, at_rows(shown, rows), Column("contact", scale * side[run]), rows[0])
                                 for side in (start, end))
                 axes.fill(np.append(lower[0], upper[0][::-1]), np.append(lower[1], upper[1][::-1]), color=colour,
                           alpha=0.10, linewidth=0, zorder=1)

@@ -16,8 +16,8 @@ the load factor over the first monitor when nothing else is asked. Branches are 
 bifurcation diagram. Stable parts (no negative pivot of the tangent) are solid, unstable ones dashed; critical points
 are marked by their labels, LP and BP with their load factor: LP limit point, BP bifurcation, TP turning point of a
 monitor, C+ contact gained, C- contact lost, UZ user value, EP end. Error bars of the discretisation are drawn where the
-file has them, between neighbouring points as a band. Between computed points the curve is smooth but for kinks: contact
-events, bifurcations, new steps, sudden turns; --points shows what was computed."""
+file has them, between neighbouring points as a band. Between computed points the curve follows the tangents of the
+path; it has kinks at contact events, bifurcations, new steps, sudden turns. --points shows what was computed."""
 
 EXAMPLES = """\
 examples:
@@ -108,8 +108,8 @@ class Diagram:
             if 0 <= row < parent.n_points and x.name != "point" and y.name != "point":
                 root = tuple(scale * options.numbers(parent, name).values[row]
                              for scale, name in ((args.x_scale, x_name), (args.y_scale, args.y)))
-        self.unstable |= path_curves.draw_path(self.axes, path, args.x_scale * x.values, args.y_scale * y.values, look,
-                                               path_curves.load_axis(x, y), root=root, step=step, spans=spans)
+        self.unstable |= path_curves.draw_path(self.axes, path, path_curves.scaled(x, args.x_scale), path_curves.scaled(y, args.y_scale),
+                                               look, root=root, step=step, spans=spans)
         if args.points:
             own = path_curves.rows_of_step(path, step)
             self.axes.plot(args.x_scale * x.values[own], args.y_scale * y.values[own], ".", color=look["color"], markersize=2.6,

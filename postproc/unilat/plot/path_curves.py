@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..options import LABELS, Parser, mark_list
@@ -35,12 +37,6 @@ def rows_of_step(results: Path, step: int | None) -> np.ndarray:
     if step is None or "step" not in results.path:
         return np.full(results.n_points, step in (None, 1))
     return results.path["step"].values[:results.n_points] == step
-
-
-def load_axis(*columns: Column) -> int | None:
-    """Along which axis the load factor is drawn, 0: x, 1: y; None: along none."""
-    names = [column.name for column in columns]
-    return names.index("load_factor") if "load_factor" in names else None
 
 
 def critical_value(results: Path, critical: Critical, column: Column) -> float:
@@ -77,19 +73,23 @@ def stretches(results: Path, breaks: bool) -> list[tuple[np.ndarray, bool]]:
     return [(np.array(rows), stable) for rows, stable in pieces]
 
 
-def draw_path(axes, results: Path, x: np.ndarray, y: np.ndarray, line: dict, load: int | None, first: int = 0,
+def scaled(column: Column, factor: float) -> Column:
+    """A quantity as it is drawn."""
+    return replace(column, values=factor * column.values, rate=None if column.rate is None else factor * column.rate)
+
+
+def draw_path(axes, results: Path, x: Column, y: Column, line: dict, first: int = 0,
               root: tuple[float, float] | None = None, step: int | None = None,
               spans: tuple[float, float] = (0.0, 0.0)) -> bool:
     """A curve along the path, stable parts solid, unstable ones dashed; True when there is an unstable part.
 
-    `line` says how it is drawn otherwise (see look), `load` where the load factor is (see load_axis). `first` is the
-    row of x[0]: the curve may be there for a part of the path only. `root` is where a branch leaves the other path;
-    what joins it to x[0] is as stable as the first part of the branch. `step`: only the part of this step. `spans`: see
-    smooth_curve.
+    `line` says how it is drawn otherwise (see look). `first` is the row of the first value: the curve may be there for a
+    part of the path only. `root` is where a branch leaves the other path; what joins it to the first point is as stable
+    as the first part of the branch. `step`: only the part of this step. `spans`: see smooth_curve.
     """
-    last, unstable = first + len(x) - 1, False
-    curve_x, curve_y, place = smoothed(results, x, y, load, first, root, spans)
-    own, pieces = rows_of_step(results, step), stretches(results, load is not None)
+    last, unstable = first + len(x.values) - 1, False
+    curve_x, curve_y, place = smoothed(results, x, y, first, root, spans)
+    own, pieces = rows_of_step(results, step), stretches(results, "load_factor" in (x.name, y.name))
     if root is not None:
         stable = pieces[0][1] if pieces else "negative_pivots" not in results.path or \
             not results.path["negative_pivots"].values[0] > 0
@@ -107,22 +107,27 @@ def draw_path(axes, results: Path, x: np.ndarray, y: np.ndarray, line: dict, loa
         unstable = unstable or not stable
         axes.plot(curve_x[part], curve_y[part], linestyle="-" if stable else UNSTABLE, zorder=3, **line,
                   solid_capstyle="round", dash_capstyle="butt")
-    if len(x) == 1 and root is None:
-        axes.plot(x, y, marker=".", zorder=3, **line)
+    if len(x.values) == 1 and root is None:
+        axes.plot(x.values, y.values, marker=".", zorder=3, **line)
     return unstable
 
 
-def smoothed(results: Path, x: np.ndarray, y: np.ndarray, load: int | None, first: int = 0,
-             root: tuple[float, float] | None = None, spans: tuple[float, float] = (0.0, 0.0)) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def smoothed(results: Path, x: Column, y: Column, first: int = 0, root: tuple[float, float] | None = None,
+             spans: tuple[float, float] = (0.0, 0.0)) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The curve drawn through points of the path, from row `first` on, and where on it they are; see smooth_curve.
 
     A `root` is a point before them.
     """
-    corner, smooth = (bend[first:first + len(x)] for bend in bends(results))
+    part = slice(first, first + len(x.values))
+    corner, smooth = (bend[part] for bend in bends(results))
+    length = results.path["arc_length"].values[part] if "arc_length" in results.path else None
+    values, rates = [x.values, y.values], [x.rate, y.rate]
     if root is not None:
-        x, y = np.insert(x, 0, root[0]), np.insert(y, 0, root[1])
+        values = [np.insert(each, 0, start) for each, start in zip(values, root)]
+        rates = [None if each is None else np.insert(each, 0, np.nan) for each in rates]
         corner, smooth = np.insert(corner, 0, False), np.insert(smooth, 0, False)
-    return smooth_curve.through(x, y, corner, smooth, load, spans)
+        length = None
+    return smooth_curve.through(*values, corner, smooth, length, tuple(rates), spans)
 
 
 def bends(results: Path) -> tuple[np.ndarray, np.ndarray]:

@@ -16,7 +16,7 @@ import numpy as np
 
 SAME_END = 1e-3     # of a region's length
 SHARED = 0.5        # of the shorter region's length
-NO_FORCE = 1e-7     # of the largest force of the contact: rounding of stiff foundations
+NO_FORCE = 1e-6     # of the largest force of the contact: what elements make of a rod that fits its ground, rounding
 
 
 @dataclass(frozen=True)

@@ -39,6 +39,8 @@ import numpy as np
 from .file import ResultsError, dataset, one_line, open_file, scalar, text
 from .types import FIELD_NAMES, Branch, Buckling, Column, Contact, Critical, LimitCurve, Mesh, Obstacle, Results
 
+PROGRAMS = ("unilat", "opensees")       # that write such files, see unilat.opensees
+
 
 def read_results(filename: str | os.PathLike) -> Results:
     """Read a result file; ResultsError when it is missing, damaged or not of unilat."""
@@ -55,7 +57,7 @@ def read_results(filename: str | os.PathLike) -> Results:
 
 def _read(file: h5py.File, filename: str) -> Results:
     program = text(file.attrs.get("program", ""))
-    if program != "unilat" or not isinstance(file.get("path"), h5py.Group):
+    if program not in PROGRAMS or not isinstance(file.get("path"), h5py.Group):
         raise ResultsError(f"{filename}: not a result file of unilat")
     mesh = _mesh(file, filename)
     obstacles = {name: _obstacle(name, item) for name, item in file.get("obstacles", {}).items()}
@@ -88,12 +90,18 @@ def _path(group: h5py.Group, filename: str, mesh: Mesh, obstacles: dict[str, Obs
     path = {name: _column(item) for name, item in group["path"].items() if isinstance(item, h5py.Dataset)}
     monitors = {name: _column(item) for name, item in group.get("path/monitor", {}).items()}
     errors = {name: _column(item) for name, item in group.get("path/monitor_error", {}).items()}
+    rates = {name: item[()] for name, item in group.get("path/monitor_rate", {}).items()}
+    monitors = {name: replace(column, rate=rates.get(name)) for name, column in monitors.items()}
     if "error" in path:
         errors["load_factor"] = path["error"]
     if "load_factor" not in path:
         raise ResultsError(f"{filename}: {group.name.rstrip('/')}/path/load_factor is missing")
+    if "load_rate" in path:
+        rates["load_factor"] = path["load_rate"].values
+        path["load_factor"] = replace(path["load_factor"], rate=rates["load_factor"])
     contact, n_contact = _contact(group, filename, mesh)
-    n_points = min([len(c.values) for c in (*path.values(), *monitors.values(), *errors.values())] + n_contact)
+    n_points = min([len(c.values) for c in (*path.values(), *monitors.values(), *errors.values())]
+                   + [len(rate) for rate in rates.values()] + n_contact)
     path, monitors, errors = (_shortened(columns, n_points) for columns in (path, monitors, errors))
     if contact is not None:
         contact = _cut(contact, n_points)
@@ -128,7 +136,7 @@ def _limit_curve(name: str, group: h5py.Group, filename: str) -> LimitCurve:
 
 
 def _shortened(columns: dict[str, Column], n: int) -> dict[str, Column]:
-    return {name: Column(c.name, c.values[:n], c.units, c.description) for name, c in columns.items()}
+    return {name: replace(c, values=c.values[:n], rate=None if c.rate is None else c.rate[:n]) for name, c in columns.items()}
 
 
 def _mesh(file: h5py.File, filename: str) -> Mesh:

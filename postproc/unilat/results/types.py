@@ -21,6 +21,7 @@ class Column:
     values: np.ndarray        # (points)
     units: str = "1"          # in words: "length", "force", "moment", "radian", "degree", "1", "second"
     description: str = ""
+    rate: np.ndarray | None = None       # (points) d/d(arc length), NaN where it is not known; None: the file has none
 
 
 @dataclass(frozen=True)

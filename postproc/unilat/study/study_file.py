@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from ..results import ResultsError
 from ..sweep.run_deck import RunDeck, read_decks
 from ..sweep.sweep_file import read_text, read_toml, settings_of
+from .peer import SETTINGS
 from .verdict import Check, read_checks
 
 KNOWN = {"title", "deck", "repeats", "timeout", "fixed", "check", "curve"}
@@ -20,11 +21,14 @@ class Study:
     repeats: int
     timeout: float
     checks: list[Check]
-    runs: list[tuple[str, dict, RunDeck]]       # name of the curve, parameters, deck
+    runs: list[tuple[str, dict, RunDeck, dict | None]]  # name of the curve, parameters, deck, settings of OpenSees or None: unilat
 
 
 def read_study(filename: str, program: str) -> Study:
-    """`program` reads the decks. [fixed]: parameters of all runs; [[curve]]: name, and parameters of its own, lists of which make its runs, side by side."""
+    """`program` reads the decks. [fixed]: parameters of all runs; [[curve]]: name, and parameters of its own, lists of which make its runs, side by side.
+
+    A curve with program = "opensees" is one of OpenSees; `control`, `increment` and `penalty` are its options then (unilat.opensees).
+    """
     content = read_toml(read_text(filename), filename)
     if set(content) - KNOWN:
         raise ResultsError(f"{filename}: '{min(set(content) - KNOWN)}' is not known (known: {', '.join(sorted(KNOWN))})")
@@ -35,6 +39,10 @@ def read_study(filename: str, program: str) -> Study:
     for curve in content["curve"]:
         values = {**content.get("fixed", {}), **curve}
         name = str(values.pop("name", f"curve {len(runs) + 1}"))
+        other = values.pop("program", "unilat")
+        if other not in ("unilat", "opensees"):
+            raise ResultsError(f"{filename}: {name}: program = \"{other}\" is neither unilat nor opensees")
+        settings = {key: values.pop(key) for key in SETTINGS if key in values} if other == "opensees" else None
         lengths = {len(value) for value in values.values() if isinstance(value, list)}
         if len(lengths) > 1:
             raise ResultsError(f"{filename}: {name}: lists must have the same length")
@@ -44,6 +52,6 @@ def read_study(filename: str, program: str) -> Study:
             decks = read_decks(program, deck_name, [settings_of(each) for each in chosen])
         except ResultsError as problem:
             raise ResultsError(f"{filename}: {name}: {problem}") from None
-        runs += [(name, each, deck) for each, deck in zip(chosen, decks)]
+        runs += [(name, each, deck, settings) for each, deck in zip(chosen, decks)]
     return Study(os.path.splitext(os.path.basename(filename))[0], content.get("title", ""), int(content.get("repeats", 3)),
                  float(content.get("timeout", 60.0)), read_checks(content.get("check", []), filename), runs)

@@ -11,6 +11,7 @@ from ..plot import style
 from ..results import read_results
 from ..sweep.pool import Progress
 from ..sweep.run_folder import RunFolder
+from . import peer
 from .study_file import Study
 from .timed_run import Timed, timed
 from .verdict import Finding, finding
@@ -19,12 +20,16 @@ LEAST = 1e-14       # errors below are drawn there
 
 
 def make_study(study: Study, folder: RunFolder) -> list[tuple[str, dict, Timed, list[Finding]]]:
-    """Rows: curve, parameters, what the run took, its findings."""
+    """Rows: curve, parameters, what the run took, its findings. Without openseespy its curves are left out, and that is said."""
     rows = []
-    progress = Progress(len(study.runs))
-    for curve, values, deck in study.runs:
-        took = timed(folder, deck, study.repeats, study.timeout)
-        name = folder.results(folder.key(deck))
+    runs = [run for run in study.runs if run[3] is None or peer.is_there()]
+    for curve in dict.fromkeys(run[0] for run in study.runs if run not in runs):
+        print(f"left out: {curve}: openseespy is not installed (pip install openseespy)")
+    progress = Progress(len(runs))
+    for curve, values, deck, settings in runs:
+        place = folder if settings is None else peer.PeerFolder(folder, settings)
+        took = timed(place, deck, study.repeats, study.timeout)
+        name = place.results(place.key(deck))
         results = read_results(name) if took.code in (0, 2) and os.path.exists(name) else None
         rows.append((curve, values, took, [finding(check, values, took.code, results, study.name) for check in study.checks]))
         progress.add(took.code)

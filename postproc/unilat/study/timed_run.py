@@ -50,7 +50,7 @@ def _once(folder: RunFolder, key: str, deck: RunDeck, timeout: float) -> Timed:
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
     with open(f"{stem}.err", "w+", encoding="utf-8") as errors:
         start = time.perf_counter()
-        process = subprocess.Popen([folder.program, "-o", folder.results(key), *deck.options, f"{stem}.inp"], stdout=subprocess.DEVNULL, stderr=errors,
+        process = subprocess.Popen([*folder.command, "-o", folder.results(key), *deck.options, f"{stem}.inp"], stdout=subprocess.DEVNULL, stderr=errors,
                                    env=environment)
         code, used = _wait(process, start + timeout)
         wall = time.perf_counter() - start

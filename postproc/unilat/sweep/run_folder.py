@@ -32,6 +32,7 @@ class RunFolder:
     def __init__(self, folder: str, program: str):
         self.folder, self.runs = folder, os.path.join(folder, "runs")
         self.program = os.path.abspath(program)
+        self.command = [self.program]
         try:
             os.makedirs(self.runs, exist_ok=True)
             with open(self.program, "rb") as file:
@@ -69,7 +70,7 @@ class RunFolder:
         start = time.perf_counter()
         environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
         try:
-            done = subprocess.run([self.program, "-o", part, *deck.options], input=deck.text, capture_output=True,
+            done = subprocess.run([*self.command, "-o", part, *deck.options], input=deck.text, capture_output=True,
                                   encoding="utf-8", errors="replace", timeout=timeout, env=environment, check=False)
             code, said, wrong = done.returncode, done.stdout, done.stderr
         except subprocess.TimeoutExpired:
