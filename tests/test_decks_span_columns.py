@@ -241,6 +241,17 @@ def test_weight_over_an_edge(edge, labels):
     dr.assert_close(loads[1:], [loads[0], loads[0]], relative=1e-7)
 
 
+def test_the_first_point_over_an_edge():
+    """Nodes, however near, are not where the arc begins: the first point has contact spans already, and is that of a beam clamped at
+    its end and propped there."""
+    propped = 0.5 - 0.5 * np.tan(0.5 * np.arctan2(0.1, 0.6))
+    over = 1.0 - propped
+    tip = (0.5 * over**2 * propped / 4.0 - propped**3 / 48.0) * over + over**4 / 8.0
+    first = 1e-6
+    run = over_table("0.5, 0.\n1.1, -0.1", "*DLOAD\nS, GRAV, 10., 0., -1.", first, first)
+    dr.assert_close(run.column("down")[-1], 10.0 * first * tip, relative=1e-6)
+
+
 def test_a_tip_that_touches_the_flank():
     """The span before it keeps its gap: it is straight there, as the flank is, but does not lie on it."""
     run = over_table("0.6, 0.\n1.2, -1.", "*CLOAD\n2, 2, -1.", 40.0, 0.1)

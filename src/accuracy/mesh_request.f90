@@ -53,7 +53,7 @@ contains
       free = problem%layout%stretch(problem%stretch)%placed
       now = count(free)
       unsettled = .false.
-      if (now == 0 .or. problem%is_sampled()) return
+      if (now == 0) return
       call indicate(bars, sizes, counted, asked, critical, critical .and. tries < most_unbounded, can_settle, indicator, ratio, &
          & known, bounded, unsettled)
       if (known .and. .not. allocated(bars%share)) then
@@ -111,7 +111,7 @@ contains
       real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio
       logical :: free(problem%model%mesh%n_elements), known, bounded, unsettled
       free = problem%layout%stretch(problem%stretch)%placed
-      if (.not. any(free) .or. problem%is_sampled() .or. .not. allocated(bars%share)) return
+      if (.not. any(free) .or. .not. allocated(bars%share)) return
       call indicate(bars, sizes, counted, asked, .false., .true., .false., indicator, ratio, known, bounded, unsettled)
       if (.not. (known .and. bounded) .or. ratio > 1.0_wp) return
       g = elements_share(problem, free, indicator)

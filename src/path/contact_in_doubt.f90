@@ -5,116 +5,129 @@
 !> hold first.
 module contact_in_doubt
    use kinds, only: wp
-   use model, only: method_load, method_cylindrical
+   use text, only: to_text
+   use model, only: step_t, method_load, method_cylindrical
    use problem, only: problem_t
    use rod_state, only: state_t
-   use linear_system, only: system_t, new_system
-   use bordered_system, only: linearise
+   use linear_system, only: new_system
    use contact_touch, only: touch_t
    use span_problem, only: new_sampled_problem, present_touches
-   use span_tests, only: spans_hold
-   use nodes_to_spans, only: find_spans
-   use span_change, only: next_t
-   use span_location, only: leads_to_next
+   use span_tests, only: span_test_t, any_fails
+   use nodes_to_spans, only: find_spans_ahead
+   use span_change, only: next_t, go_to_load
    use state_transfer, only: carried, carried_field
-   use path_control, only: control_t, is_arc_length, set_tangent, displacement_between, path_length
-   use path_continuity, only: heading_t, heading_at
+   use path_control, only: control_t, is_arc_length, displacement_between, path_length
+   use path_continuity, only: heading_at
    use path_run, only: run_t
-   use corrector, only: increment_t, correct, take_increment
+   use monitors, only: monitor_rate
+   use error_bar, only: new_error_bar, no_error_bars, moved_error_bar
+   use corrector, only: increment_t, correct
    use timing, only: timers_t
    implicit none
    private
-   public :: ask_nodes, differences_t
+   public :: ask_nodes, go_back
 
    !> How two sets differ: how often each.
    type :: differences_t
       integer :: lost = 0, gained = 0, divided = 0, merged = 0
-   contains
-      procedure :: all_together
    end type differences_t
 
-   integer, parameter :: most_increments = 24   !! with contact at nodes
    integer, parameter :: most_halvings = 20     !! of the way back
    real(wp), parameter :: turning = 2.0_wp      !! times its own rate that a path may move at where its contact changes
 
 contains
 
    !> The next set of contact spans and its equilibrium ahead of where the run stands, as near as the set holds.
-   subroutine ask_nodes(problem, run, reach, next, onward, since, differences, found, timers)
+   subroutine ask_nodes(problem, step, run, reach, next, found, timers)
       type(problem_t), intent(in) :: problem       !! of spans
+      type(step_t), intent(in) :: step
       type(run_t), intent(in) :: run               !! its system factored where it stands
       real(wp), intent(in) :: reach                !! of the increment that failed
       type(next_t), intent(out) :: next
-      type(heading_t), intent(out) :: onward       !! from there, on its mesh
-      real(wp), intent(out) :: since               !! load factor after which the set changes
-      type(differences_t), intent(out) :: differences !! from the set of the run
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
       type(problem_t) :: nodes
+      type(run_t) :: on
       type(state_t) :: here, ahead
-      type(system_t) :: system
       type(control_t) :: control
       type(increment_t) :: report
-      type(heading_t) :: heading
       character(:), allocatable :: why
-      integer :: try
-      found = .false.
+      real(wp), allocatable :: onward(:, :)
+      real(wp) :: since, first, apart
       nodes = new_sampled_problem(problem)
       here = carried(problem, run%state, nodes)
       here%active = at_touches(nodes, here, present_touches(problem, run%state))
-      onward%u = carried_field(problem, run%state, run%heading%u, nodes, here)
-      system = new_system(nodes)
+      onward = carried_field(problem, run%state, run%heading%u, nodes, here)
       control%method = method_load
-      ahead = here
+      on%system = new_system(nodes)
+      on%state = here
       ! First with what touches now: its forces are not those of nodes.
-      call correct(nodes, here, control, .true., ahead, system, report, timers)
-      if (.not. report%converged) ahead = here
-      here = ahead
-      call correct(nodes, here, control, .false., ahead, system, report, timers)
-      if (.not. report%converged) return
-      here = ahead
-      heading = heading_at(nodes, system, onward%u, run%heading%load)
-      control%method = merge(method_cylindrical, run%control%method, is_arc_length(run%control%method))
-      control%monitor = run%control%monitor
-      control%increment = sign(reach, run%control%increment)
-      do try = 1, most_increments
-         if (control%method == method_cylindrical) call set_tangent(nodes, system, heading%u, heading%load, control)
-         call take_increment(nodes, here, control, ahead, system, report, timers)
-         if (.not. report%converged) then
-            call linearise(nodes, here, here, system, timers)
-            control%increment = 0.5_wp * control%increment
-            cycle
-         end if
-         heading = heading_at(nodes, system, displacement_between(nodes, here, ahead), ahead%load_factor - here%load_factor)
-         call find_spans(nodes, ahead, next%problem, next%state, next%system, found, why, timers)
-         ! Near a dead end directions are noise: from further away they tell.
-         if (found) found = leads_to_next(problem, run, next)
-         if (found) exit
-         here = ahead
-         control%increment = 2.0_wp * control%increment
-      end do
+      call correct(nodes, here, control, .true., on%state, on%system, report, timers)
+      apart = 0.0_wp
+      if (report%converged) apart = path_length(nodes, here, on%state)
+      if (report%converged) here = on%state
+      on%state = here
+      call correct(nodes, here, control, .false., on%state, on%system, report, timers)
+      found = report%converged
+      if (.not. found) return
+      on%heading = heading_at(nodes, on%system, onward, run%heading%load)
+      on%control%method = merge(method_cylindrical, run%control%method, is_arc_length(run%control%method))
+      on%control%monitor = run%control%monitor
+      on%control%increment = sign(reach, run%control%increment)
+      call find_spans_ahead(problem, run, nodes, on, next, first, found, report, why, timers)
       if (.not. found) return
       ahead = next%state
-      call go_back(run, next, since, timers)
-      found = is_near(problem, run, next)
+      call go_back(run%state%load_factor, next, since, timers)
+      found = is_near(problem, run, next, apart)
       if (.not. found) return
       here = next%state
       if (path_length(next%problem, here, ahead) <= 0.0_wp) here = carried(problem, run%state, next%problem)
-      onward = heading_at(next%problem, next%system, displacement_between(next%problem, here, ahead), ahead%load_factor - &
-         & here%load_factor)
-      call compare_sets(present_touches(problem, run%state), run%touches, nodes, present_touches(next%problem, next%state), &
-         & next%problem%touch, differences)
+      next%heading = heading_at(next%problem, next%system, displacement_between(next%problem, here, ahead), &
+         & ahead%load_factor - here%load_factor)
+      call tell_differences(problem, step, run, nodes, since, next)
    end subroutine ask_nodes
 
-   !> True for an equilibrium as near as the path goes over that change of the load: elsewhere lies another path.
-   logical function is_near(problem, run, next) result(near)
+   !> What is lost or gained with the next set: told at its first point, it lies between that and where the set begins to hold.
+   subroutine tell_differences(problem, step, run, nodes, since, next)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(in) :: run
+      type(problem_t), intent(in) :: nodes         !! that have told
+      real(wp), intent(in) :: since                !! load factor after which the set changes
+      type(next_t), intent(inout) :: next
+      type(differences_t) :: differences
+      real(wp) :: left
+      integer :: k, begun, ended
+      call compare_sets(present_touches(problem, run%state), run%touches, nodes, present_touches(next%problem, next%state), &
+         & next%problem%touch, differences)
+      begun = differences%gained + differences%merged
+      ended = differences%lost + differences%divided
+      if (begun > 0) next%label = 'C+'
+      if (ended > 0) next%label = 'C-'
+      next%times = begun + ended
+      next%divides = differences%divided > 0 .and. differences%lost == 0
+      if (begun > 0 .and. ended > 0) next%trouble = 'between load factors '//to_text(since)//' and '// &
+         & to_text(next%state%load_factor)//' contact begins and ends, told as one'
+      if (.not. step%error_bars .or. begun + ended == 0) return
+      next%bars = no_error_bars(size(problem%model%monitor), '')
+      left = since - next%state%load_factor
+      next%bars%load = new_error_bar(left, 0.0_wp, abs(left), epsilon(left) * abs(since))
+      do k = 1, size(next%bars%monitor)
+         next%bars%monitor(k) = moved_error_bar(new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp), next%bars%load, &
+            & monitor_rate(next%problem, k, next%state, next%system))
+      end do
+   end subroutine tell_differences
+
+   !> True for an equilibrium as near as the path goes over that change of the load, and meshes differ: elsewhere lies another path.
+   logical function is_near(problem, run, next, apart) result(near)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
       type(next_t), intent(in) :: next
+      real(wp), intent(in) :: apart                !! how far the run's equilibrium is from that of the same touches at nodes
       real(wp) :: rise, jump
       rise = next%state%load_factor - run%state%load_factor
       jump = path_length(next%problem, carried(problem, run%state, next%problem), next%state)
-      near = jump * abs(run%heading%load) <= turning * abs(rise) + sqrt(epsilon(rise)) * problem%size * abs(run%heading%load)
+      near = (jump - max(apart, sqrt(epsilon(rise)) * problem%size)) * abs(run%heading%load) <= turning * abs(rise)
    end function is_near
 
    !> Nodes on lines, and those next to points.
@@ -186,71 +199,47 @@ contains
       if (one%stretch /= other%stretch .or. one%contact /= other%contact) apart = huge(apart)
    end function apart
 
-   pure integer function all_together(self)
-      class(differences_t), intent(in) :: self
-      all_together = self%lost + self%gained + self%divided + self%merged
-   end function all_together
-
-   !> Back towards where the run stands, as far as the next set holds: halves of what is left of the way. Where it holds all the way
-   !> both sets have one equilibrium there, and the change lies further back.
-   subroutine go_back(run, next, since, timers)
-      type(run_t), intent(in) :: run
+   !> Back towards a load factor, as far as the next set holds: halves of what is left of the way. Where it holds all the way both
+   !> sets have one equilibrium there, and the change lies further back.
+   subroutine go_back(to, next, since, timers)
+      real(wp), intent(in) :: to
       type(next_t), intent(inout) :: next
       real(wp), intent(out) :: since               !! load factor at which the next set begins to hold
       type(timers_t), intent(inout) :: timers
-      type(state_t) :: state
-      type(system_t) :: system
-      real(wp) :: fails, holding, part, whole
+      type(next_t) :: nearer
+      real(wp) :: fails, whole
       integer :: try
-      logical :: holds
-      whole = next%state%load_factor - run%state%load_factor
-      holding = 1.0_wp
-      part = 0.0_wp
-      call look_at(part)
-      if (holds) then
-         part = -0.5_wp**most_halvings
-         do try = 1, 2 * most_halvings
-            call look_at(part)
-            if (.not. holds) exit
-            part = 2.0_wp * part
-         end do
-      end if
-      fails = part
-      if (.not. holds) then
-         do try = 1, most_halvings
-            part = 0.5_wp * (fails + holding)
-            call look_at(part)
-            if (.not. holds) fails = part
-         end do
-      end if
-      since = run%state%load_factor + holding * whole
+      logical :: holds, beyond
+      nearer = next
+      since = next%state%load_factor
+      whole = since - to
+      call look_at(to)
+      beyond = holds
+      if (beyond) next = nearer
+      do try = most_halvings, -most_halvings, -1
+         if (.not. holds) exit
+         call look_at(to - 0.5_wp**try * whole)
+      end do
+      if (holds) return
+      do try = 1, most_halvings
+         call look_at(0.5_wp * (fails + since))
+         if (holds .and. .not. beyond) next = nearer
+      end do
 
    contains
 
-      !> Whether the next set holds at a part of the way, which is then where it is known nearest.
-      subroutine look_at(part)
-         real(wp), intent(in) :: part
-         type(control_t) :: control
-         type(increment_t) :: report
-         type(state_t) :: start
-         control%method = method_load
-         if (holding >= 1.0_wp) then
-            state = next%state
-            system = next%system
-         end if
-         start = state
-         control%increment = run%state%load_factor + part * whole - start%load_factor
-         call correct(next%problem, start, control, .true., state, system, report, timers)
-         holds = report%converged
-         if (holds) holds = spans_hold(next%problem, state, system%force_scale)
-         if (.not. holds) then
-            state = start
-            return
-         end if
-         holding = part
-         if (part < 0.0_wp) return
-         next%state = state
-         next%system = system
+      !> Whether the next set holds at a load factor.
+      subroutine look_at(load)
+         real(wp), intent(in) :: load
+         type(span_test_t), allocatable :: tests(:)
+         type(next_t) :: there
+         there = nearer
+         call go_to_load(there, load, tests, timers)
+         holds = allocated(tests)
+         if (holds) holds = .not. any_fails(tests)
+         if (holds) nearer = there
+         if (holds) since = load
+         if (.not. holds) fails = load
       end subroutine look_at
    end subroutine go_back
 end module contact_in_doubt

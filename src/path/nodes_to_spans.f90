@@ -1,7 +1,7 @@
 !> From contact at many nodes, where the complementarity problem finds what touches, to points and lines along the rod.
 module nodes_to_spans
    use kinds, only: wp
-   use model, only: method_load
+   use model, only: method_load, method_cylindrical
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
@@ -11,26 +11,77 @@ module nodes_to_spans
    use span_tests, only: span_test_t, run_span_tests, spans_hold, test_slack, test_flat
    use nodal_touches, only: touches_at_nodes
    use state_transfer, only: carried
-   use path_control, only: control_t
-   use corrector, only: increment_t, correct
+   use bordered_system, only: linearise
+   use span_change, only: next_t
+   use span_location, only: leads_to_next
+   use path_control, only: control_t, set_tangent
+   use path_continuity, only: heading_t, relation_t, relate, same_path, too_far
+   use path_run, only: run_t, heading_of
+   use corrector, only: increment_t, correct, take_increment
    use touchdown_points, only: with_held
    use timing, only: timers_t
    implicit none
    private
-   public :: find_spans
+   public :: find_spans_ahead
 
    integer, parameter :: open_nodes(3) = [1, 4, 16]
+   integer, parameter :: most_increments = 24   !! with contact at nodes
 
 contains
 
-   !> The problem of contact spans that a converged state of contact at nodes means, and its equilibrium at the same load. Not found
-   !> where their tests do not hold: then nodes say more a little further on.
-   subroutine find_spans(problem, trial, next, state, system, found, why, timers)
+   !> Increments with contact at nodes, longer and longer, until what they say turns into points and lines that hold.
+   subroutine find_spans_ahead(problem, run, nodes, on, next, first, found, report, why, timers)
+      type(problem_t), intent(in) :: problem     !! where the run stands
+      type(run_t), intent(in) :: run
+      type(problem_t), intent(in) :: nodes       !! sampled
+      type(run_t), intent(inout) :: on           !! the run with these, at the start of the last increment on return, its system
+      !! factored anywhere
+      type(next_t), intent(out) :: next          !! its touches have the numbers 1, 2, ...
+      real(wp), intent(out) :: first             !! load factor that the first increment led to
+      logical, intent(out) :: found
+      type(increment_t), intent(out) :: report   !! of the last increment
+      character(:), allocatable, intent(out) :: why !! not found: the reason; not allocated where no increment converged
+      type(timers_t), intent(inout) :: timers
+      type(state_t) :: ahead
+      type(heading_t) :: onward
+      type(relation_t) :: relation
+      integer :: try
+      found = .false.
+      first = on%state%load_factor
+      do try = 1, most_increments
+         if (on%control%method == method_cylindrical) call set_tangent(nodes, on%system, on%heading%u, on%heading%load, on%control)
+         call take_increment(nodes, on%state, on%control, ahead, on%system, report, timers)
+         if (report%converged) then
+            onward = heading_of(nodes, on, ahead)
+            relation = relate(nodes, on%state, ahead, on%heading, onward, on%fresh)
+            ! From a start there is nothing that directions could be wrong about.
+            if (problem%is_sampled()) report%converged = same_path(relation) .and. .not. too_far(nodes, on%control, relation)
+            if (.not. report%converged) report%message = 'what equilibrium there is ahead lies on another path'
+         end if
+         if (.not. report%converged) then
+            if (report%hopeless) exit
+            call linearise(nodes, on%state, on%state, on%system, timers)
+            on%control%increment = 0.5_wp * on%control%increment
+            cycle
+         end if
+         if (.not. allocated(why)) first = ahead%load_factor
+         call find_spans(nodes, ahead, next, found, why, timers)
+         ! Near a dead end directions are noise: from further away they tell.
+         if (found) found = leads_to_next(problem, run, next)
+         if (found) exit
+         on%state = ahead
+         on%heading = onward
+         on%fresh = .false.
+         on%control%increment = 2.0_wp * on%control%increment
+      end do
+   end subroutine find_spans_ahead
+
+   !> The contact spans that a converged state of contact at nodes means, and their equilibrium at the same load. Not found where
+   !> their tests do not hold: then nodes say more a little further on.
+   subroutine find_spans(problem, trial, next, found, why, timers)
       type(problem_t), intent(in) :: problem     !! sampled
       type(state_t), intent(in) :: trial
-      type(problem_t), intent(out) :: next       !! its touches have the numbers 1, 2, ...
-      type(state_t), intent(out) :: state
-      type(system_t), intent(out) :: system      !! factored there
+      type(next_t), intent(out) :: next          !! its touches have the numbers 1, 2, ...
       logical, intent(out) :: found
       character(:), allocatable, intent(out) :: why !! not found: the reason
       type(timers_t), intent(inout) :: timers
@@ -57,27 +108,21 @@ contains
       !> A free span that as good as lies on the obstacle does so where the line holds, too: its ends carry nothing, and would be
       !> anywhere.
       subroutine lay_flat_spans()
-         type(problem_t) :: kept
-         type(system_t) :: kept_system
-         type(state_t) :: kept_state
+         type(next_t) :: kept
          type(span_test_t), allocatable :: tests(:)
-         tests = run_span_tests(next, state, system%force_scale)
+         tests = run_span_tests(next%problem, next%state, next%system%force_scale)
          k = 1
          do while (k <= size(tests))
             if (tests(k)%kind == test_flat .and. abs(tests(k)%value) <= test_slack(test_flat)) then
                kept = next
-               kept_state = state
-               kept_system = system
-               touch = laid_down(present_touches(next, state), tests(k)%beside, tests(k)%ends)
+               touch = laid_down(present_touches(next%problem, next%state), tests(k)%beside, tests(k)%ends)
                call settle()
-               if (found .and. count(next%conforms == 0) < count(kept%conforms == 0)) then
-                  tests = run_span_tests(next, state, system%force_scale)
+               if (found .and. count(next%problem%conforms == 0) < count(kept%problem%conforms == 0)) then
+                  tests = run_span_tests(next%problem, next%state, next%system%force_scale)
                   k = 0
                else
                   found = .true.
                   next = kept
-                  state = kept_state
-                  system = kept_system
                end if
             end if
             k = k + 1
@@ -88,16 +133,18 @@ contains
       subroutine settle()
          found = .false.
          touch%number = [(c, c=1, size(touch))]
-         next = new_span_problem(problem, touch)
-         state = carried(problem, trial, next)
-         system = new_system(next)
+         next%problem = new_span_problem(problem, touch)
+         next%state = carried(problem, trial, next%problem)
+         next%system = new_system(next%problem)
          ! Touchdown points move where they are told by forces in equilibrium.
-         call correct(with_held(next, [(c, c=1, next%candidates%n)]), state, here, .true., state, system, report, timers)
-         if (report%converged) call correct(next, state, here, .true., state, system, report, timers, far_off=.true.)
+         call correct(with_held(next%problem, [(c, c=1, next%problem%candidates%n)]), next%state, here, .true., next%state, &
+            & next%system, report, timers)
+         if (report%converged) call correct(next%problem, next%state, here, .true., next%state, next%system, report, timers, &
+            & far_off=.true.)
          why = 'equilibrium was not found'
          if (.not. report%converged) return
-         found = spans_hold(next, state, system%force_scale)
-         if (.not. found) why = 'contact did not settle'
+         why = 'contact did not settle'
+         found = spans_hold(next%problem, next%state, next%system%force_scale)
       end subroutine settle
    end subroutine find_spans
 end module nodes_to_spans

@@ -16,7 +16,7 @@ module path_follower
    use contact_regions, only: find_regions
    use span_changes, only: pass_change, pass_doubt
    use span_mesh, only: renew_mesh, refine_mesh, coarsen_mesh, ask_for_twice
-   use span_start, only: enter_spans
+   use span_start, only: begin_spans
    use stiff_start, only: is_stiff_start, take_stiff_start
    use dead_end, only: why_stuck
    use path_record, only: recorder_t
@@ -47,7 +47,7 @@ contains
       type(increment_t) :: report
       type(heading_t) :: ahead
       type(relation_t) :: relation, before
-      logical :: finished, scaled, shorter, astray, changed, entered, taken
+      logical :: finished, scaled, shorter, astray, changed, begins, taken
       integer :: cuts, searches, tries, tried_at, doubled_at, asked_at
       real(wp) :: first_increment
 
@@ -73,8 +73,12 @@ contains
          if (is_arc_length(run%control%method)) &
             & call set_tangent(problem, run%system, run%heading%u, run%heading%load, run%control)
          call shorten_to_stop(step, run)
+         begins = .false.
          if (.not. taken) then
-            if (is_stiff_start(problem, run)) then
+            if (problem%is_sampled()) then
+               call begin_spans(problem, run, trial, report, timers)
+               begins = report%converged
+            else if (is_stiff_start(problem, run)) then
                call take_stiff_start(problem, run, trial, report, taken, timers)
             else
                call take_increment(problem, run%state, run%control, trial, run%system, report, timers)
@@ -90,14 +94,7 @@ contains
             cycle points
          end if
          cuts = 0
-         entered = .false.
-         if (problem%is_sampled()) then
-            call enter_spans(problem, run, trial, entered, timers)
-            if (entered) ahead = heading_of(problem, run, trial)
-         end if
-         if (entered .or. allocated(run%stuck)) then
-            continue
-         else if (problem%has_spans()) then
+         if (problem%has_spans() .and. .not. begins) then
             call pass_change(problem, step, run, trial, ahead, .false., tries, recorder, changed, finished, outcome, timers)
             if (finished .or. allocated(outcome%why)) return
             if (wants_another(run)) then

@@ -80,8 +80,6 @@ contains
          run%home => found
          run%left_at = run%arc_length
          call follow_points(problem, step, run, recorder, outcome, timers)
-         if (problem%is_sampled() .and. .not. allocated(outcome%why)) outcome%why = &
-            & 'contact at nodes did not turn into points and lines along the rod before the end of the step'
          if (allocated(outcome%why)) exit steps
          call follow_branches(step, found, n_branches, recorder, outcome, timers)
          if (allocated(outcome%why)) exit steps

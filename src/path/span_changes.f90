@@ -13,8 +13,9 @@ module span_changes
       & change_opening, change_vanishing, place_here, place_ahead
    use span_events, only: find_change
    use span_beyond, only: look_beyond
-   use span_arrival, only: take_set, take_known, take_opened, take_told
-   use contact_in_doubt, only: ask_nodes, differences_t
+   use span_set, only: take_set
+   use span_arrival, only: take_next, come_nearer
+   use contact_in_doubt, only: ask_nodes
    use touchdown_points, only: stands
    use path_continuity, only: heading_t
    use path_run, only: run_t
@@ -57,7 +58,7 @@ contains
          return
       end if
       if (change%kind == change_vanishing) then
-         call take_known(problem, step, run, change%next, recorder, finished, outcome, timers)
+         call take_next(problem, step, run, change%next, recorder, finished, outcome, timers)
          return
       end if
       if (changed) then
@@ -74,7 +75,8 @@ contains
       if (change%kind == change_by_rule) then
          call take_set(problem, run, change%tests(change%which), timers)
       else
-         call take_opened(problem, step, run, leg, change, recorder, finished, outcome, timers)
+         call come_nearer(problem, step, run, leg, change, timers)
+         call take_next(problem, step, run, change%next, recorder, finished, outcome, timers)
       end if
    end subroutine pass_change
 
@@ -90,13 +92,10 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
       type(next_t) :: next
-      type(heading_t) :: onward
-      real(wp) :: since
-      type(differences_t) :: differences
       finished = .false.
-      call ask_nodes(problem, run, reach, next, onward, since, differences, changed, timers)
+      call ask_nodes(problem, step, run, reach, next, changed, timers)
       if (changed) then
-         call take_told(problem, step, run, next, onward, since, differences, recorder, finished, outcome, timers)
+         call take_next(problem, step, run, next, recorder, finished, outcome, timers)
       else
          call linearise(problem, run%state, run%state, run%system, timers)
       end if

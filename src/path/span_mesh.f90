@@ -46,7 +46,6 @@ contains
       logical :: done
       type(cut_t), allocatable :: cut(:)
       if (any(problem%layout%stretch%placed)) problem%demand = present_demand(problem, run%state)
-      if (problem%is_sampled()) return
       cut = find_cuts(problem, run%state)
       if (.not. (problem%has_spans() .or. size(cut) > 0 .or. size(problem%mark) > 0)) return
       if (marked(problem, run%state, cut)) then

@@ -48,6 +48,7 @@ contains
          answer%touch = begun(set, test%contact, test%stretch, test%at)
       case (test_force)
          if (set(k)%line) then
+            ! Without a force the moments do not tell where the end goes; many nodes do (contact_in_doubt).
             answer%why = 'a line contact lifts off at its end'
          else
             answer%touch = lost(set, k)

@@ -12,7 +12,8 @@ module span_set
    use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, shortest
    use span_rules, only: answer_t, answer_to
    use span_mesh, only: take_touches
-   use held_openings, only: open_span, rest_held, find_flat_point, too_flat, small_load, spreading_rate
+   use held_openings, only: open_span, rest_held, find_flat_point, too_flat, small_load, spreading_rate, first_length, &
+      & longest_length
    use path_control, only: control_t, is_arc_length
    use path_continuity, only: heading_at
    use path_events, only: new_probe
@@ -22,9 +23,37 @@ module span_set
    use timing, only: timers_t
    implicit none
    private
-   public :: change_set, begin_touch, touched_at
+   public :: take_set, begin_touch, touched_at
 
 contains
+
+   !> Goes on with the set that a test's rule tells. A span that opens gets as long as it takes to tell its ends.
+   subroutine take_set(problem, run, test, timers)
+      type(problem_t), intent(inout) :: problem
+      type(run_t), intent(inout) :: run          !! at the place where the test is zero; stuck where there is no way on
+      type(span_test_t), intent(in) :: test      !! there
+      type(timers_t), intent(inout) :: timers
+      type(problem_t) :: next
+      type(run_t) :: on
+      real(wp) :: length
+      logical :: shallow
+      length = first_length
+      do
+         next = problem
+         on = run
+         call change_set(next, on, test, length, shallow, timers)
+         if (allocated(on%stuck) .or. .not. shallow .or. length > longest_length) exit
+         length = 4.0_wp * length
+      end do
+      if (allocated(on%stuck)) then
+         run%stuck = on%stuck
+         return
+      end if
+      ! A point that a line has shrunk to may leave a span neutral there; the line's pivots are definite.
+      if (test%kind == test_length) on%probe%negative_pivots = run%probe%negative_pivots
+      problem = next
+      run = on
+   end subroutine take_set
 
    !> Changes the set at a place where a test is zero, and turns the run where what is new grows.
    subroutine change_set(problem, run, test, share, shallow, timers)

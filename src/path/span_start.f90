@@ -3,25 +3,21 @@ module span_start
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
-   use linear_system, only: system_t
-   use bordered_system, only: linearise
    use contact_touch, only: touch_t, covers
    use span_problem, only: new_span_problem, new_sampled_problem, chain_starts
    use nodal_touches, only: along
-   use nodes_to_spans, only: find_spans
-   use state_transfer, only: carried
-   use path_control, only: displacement_between, is_arc_length, set_tangent
-   use path_run, only: run_t, forget_mesh
-   use path_continuity, only: heading_at
-   use path_events, only: new_probe
+   use span_change, only: next_t
+   use span_arrival, only: bound_for
+   use nodes_to_spans, only: find_spans_ahead
+   use contact_in_doubt, only: go_back
+   use corrector, only: increment_t
+   use path_run, only: run_t
    use rod_geometry, only: geometry_t, new_geometry
    use obstacle_geometry, only: obstacle_gap
    use timing, only: timers_t
    implicit none
    private
-   public :: prepare_spans, enter_spans
-
-   integer, parameter :: max_tries = 30  !! increments with contact at nodes
+   public :: prepare_spans, begin_spans
 
 contains
 
@@ -92,40 +88,32 @@ contains
       if (problem%beside(1, node) > 0) touch%at = problem%layout%stretch(touch%stretch)%length
    end function touch_at_end
 
-   !> Takes a converged state of contact at nodes for one of contact spans, and the run with it. Where that fails the run goes on
-   !> with contact at nodes, and tries again later.
-   subroutine enter_spans(problem, run, trial, entered, timers)
-      type(problem_t), intent(inout) :: problem  !! sampled on entry
-      type(run_t), intent(inout) :: run
-      type(state_t), intent(inout) :: trial
-      logical, intent(out) :: entered
+   !> The first point of a path on which something touches from the start; the run goes from contact at nodes to contact spans.
+   subroutine begin_spans(problem, run, trial, report, timers)
+      type(problem_t), intent(inout) :: problem  !! sampled on entry, of contact spans where the path begins
+      type(run_t), intent(inout) :: run          !! at its start
+      type(state_t), intent(out) :: trial
+      type(increment_t), intent(out) :: report
       type(timers_t), intent(inout) :: timers
-      type(problem_t) :: next
-      type(system_t) :: system
-      type(state_t) :: state
+      type(next_t) :: next
+      type(run_t) :: on
       character(:), allocatable :: why
-      integer :: k
-      call find_spans(problem, trial, next, state, system, entered, why, timers)
-      if (.not. entered) then
-         run%span_tries = run%span_tries + 1
-         if (run%span_tries > max_tries) run%stuck = 'contact at nodes did not turn into points and lines along the rod: '//why
-         call linearise(problem, trial, run%state, run%system, timers)
+      real(wp) :: first, since
+      logical :: found
+      on = run
+      call find_spans_ahead(problem, run, problem, on, next, first, found, report, why, timers)
+      run%control%increment = on%control%increment
+      if (.not. found) then
+         report%converged = .false.
+         if (.not. allocated(why)) return
+         report%message = 'contact at nodes did not turn into points and lines along the rod: '//why
+         report%hopeless = .true.
          return
       end if
-      run%span_tries = 0
-      do k = 1, size(next%touch)
-         next%touch(k)%number = run%touches + k
-      end do
-      run%touches = run%touches + size(next%touch)
-      run%state = carried(problem, run%state, next)
-      run%system = system
-      problem = next
-      trial = state
-      call forget_mesh(run)
-      run%heading = heading_at(problem, run%system, displacement_between(problem, run%state, trial), &
-         & trial%load_factor - run%state%load_factor)
-      if (is_arc_length(run%control%method)) &
-         & call set_tangent(problem, run%system, run%heading%u, run%heading%load, run%control)
-      run%probe = new_probe(problem, run%state, run%system, run%heading%load)
-   end subroutine enter_spans
+      if (abs(next%state%load_factor - first) > 0.0_wp) call go_back(first, next, since, timers)
+      next%problem%touch%number = run%touches + next%problem%touch%number
+      run = bound_for(problem, run, next)
+      problem = next%problem
+      trial = next%state
+   end subroutine begin_spans
 end module span_start

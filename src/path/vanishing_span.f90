@@ -8,7 +8,6 @@
 !> obstacle, the way back of a point that divides.
 module vanishing_span
    use kinds, only: wp
-   use model, only: method_load
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
@@ -20,14 +19,14 @@ module vanishing_span
    use line_pressure, only: virtual_pressure
    use span_problem, only: new_span_problem, present_touches
    use span_tests, only: span_test_t, run_span_tests, another_fails, test_slack, test_pressure, shortest
-   use span_change, only: leg_t, next_t
+   use span_regions, only: find_span_regions
+   use span_change, only: leg_t, next_t, go_to_load
    use span_location, only: turns, leads_to_next, reach_of
    use held_openings, only: find_flat_point, held_load
    use state_transfer, only: carried
-   use path_control, only: control_t, path_length
+   use path_control, only: path_length
    use path_continuity, only: largest_distance
    use path_run, only: run_t
-   use corrector, only: increment_t, correct
    use timing, only: timers_t
    implicit none
    private
@@ -52,10 +51,13 @@ contains
       if (found) found = comes_next()
       wave = .false.
       if (.not. found) wave = is_wave(problem, leg%to, leg%after(which))
-      if (.not. wave .or. turns(run, leg)) return
-      call become_one(problem, run, leg, which, next, found, timers)
-      if (found) found = leads_to_next(problem, run, next)
-      if (found) found = comes_next()
+      if (wave .and. .not. turns(run, leg)) then
+         call become_one(problem, run, leg, which, next, found, timers)
+         if (found) found = leads_to_next(problem, run, next)
+         if (found) found = comes_next()
+      end if
+      if (.not. found) return
+      if (size(find_span_regions(next%problem, next%state)) < size(find_span_regions(problem, run%state))) next%label = 'C+'
 
    contains
 
@@ -183,24 +185,15 @@ contains
 
    contains
 
-      !> The state at a load factor, and its least pressure.
+      !> The least pressure at a load factor.
       subroutine look_at(load, least)
          real(wp), intent(in) :: load
          real(wp), intent(out) :: least
-         type(control_t) :: control
-         type(increment_t) :: report
-         type(state_t) :: start
          type(span_test_t), allocatable :: tests(:)
-         control%method = method_load
-         control%increment = load - next%state%load_factor
-         start = next%state
-         call correct(next%problem, start, control, .true., next%state, next%system, report, timers)
-         ok = report%converged
+         call go_to_load(next, load, tests, timers)
+         ok = allocated(tests)
          least = 0.0_wp
-         if (.not. ok) next%state = start
-         if (.not. ok) return
-         tests = run_span_tests(next%problem, next%state, max(next%system%force_scale, tiny(1.0_wp)))
-         least = minval(tests%value, mask=tests%kind == test_pressure)
+         if (ok) least = minval(tests%value, mask=tests%kind == test_pressure)
       end subroutine look_at
    end subroutine find_begin
 
