@@ -36,6 +36,7 @@ module element_shares
       real(wp), allocatable :: inside(:)         !! (rows) of the sum, what a monitor inside an element errs there
       real(wp), allocatable :: rest(:)           !! (rows) of the sum, what Newton's method has left
       real(wp), allocatable :: element(:, :)     !! (rows, elements) sizes of the shares
+      real(wp), allocatable :: watched(:)        !! (elements) the same of a watched displacement
       logical, allocatable :: known(:)           !! (rows) false: not a number that this knows of
       real(wp) :: unfolding = 0.0_wp             !! force on the null vectors of a bifurcation, beyond what it may err by
    end type shares_t
@@ -55,7 +56,8 @@ module element_shares
 contains
 
    !> Shares of all elements at a point.
-   subroutine find_shares(problem, state, system, finer, start, at_start, control, ends, modes, shares, timers)
+   subroutine find_shares(problem, state, system, finer, start, at_start, control, ends, modes, shares, timers, &
+      & watched)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system    !! factored there; its path row changes
@@ -68,6 +70,7 @@ contains
       !! is along them, but rounding over a vanishing eigenvalue
       type(shares_t), intent(out) :: shares
       type(timers_t), intent(inout) :: timers
+      real(wp), allocatable, intent(in), optional :: watched(:, :) !! (3, nodes) another displacement's derivatives, global axes
       type(functional_t) :: functional
       type(monitor_row_t) :: inside
       real(wp) :: by_unknown(system%n, size(ends)), by_load(size(ends)), way(size(ends))
@@ -117,11 +120,7 @@ contains
             call new_functional(problem, state, system, m - 1, functional)
          end if
          if (.not. functional%known) cycle
-         call solve_effective(system, free_force(functional%by_unknown), w, timers)
-         call leave_out(problem, modes, direction, w)
-         along_load = dot_product(functional%by_unknown, tangent) + functional%by_load
-         given = functional%by_load + dot_product(functional%by_unknown, known)
-         call combine()
+         call answer()
          dual = nodal_all(w) + functional%by_element
          w = functional%by_force + w
          rest = dot_product(w, merge(0.0_wp, system%residual, system%fixed)) + &
@@ -147,8 +146,23 @@ contains
          shares%size(m) = sum(abs(share)) + abs(rest + change)
          shares%rounding(m) = rounding_factor * rounding_of(dual)
       end do
+      if (.not. present(watched)) return
+      if (.not. allocated(watched)) return
+      functional%by_unknown = unknowns_of(problem, system, watched)
+      functional%by_load = 0.0_wp
+      call answer()
+      shares%watched = abs(shares_by(nodal_all(w)))
 
    contains
+
+      !> The dual displacements w of the functional.
+      subroutine answer()
+         call solve_effective(system, free_force(functional%by_unknown), w, timers)
+         call leave_out(problem, modes, direction, w)
+         along_load = dot_product(functional%by_unknown, tangent) + functional%by_load
+         given = functional%by_load + dot_product(functional%by_unknown, known)
+         call combine()
+      end subroutine answer
 
       !> The part of forces that free unknowns answer, and not along null vectors.
       function free_force(force) result(free)
@@ -330,11 +344,7 @@ contains
          if (monitor%quantity == quantity_displacement) then
             call monitor_row(problem, state, system, m, row)
             functional%by_load = row%load
-            do node = 1, size(row%node, 2)
-               along = row%node(:, node)
-               call to_node(system, node, along)
-               call spread_force(problem, system%tie_block, node, along, g)
-            end do
+            g = unknowns_of(problem, system, row%node)
             return
          end if
          ! The reaction of a support is what is out of balance there; that of a spring is its displacement's.
@@ -360,4 +370,20 @@ contains
          end do
       end associate
    end subroutine new_functional
+
+   !> Derivatives by the displacements of the nodes as those by the unknowns.
+   function unknowns_of(problem, system, by_node) result(by_unknown)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: by_node(:, :)      !! (3, nodes) global axes
+      real(wp) :: by_unknown(system%n)
+      real(wp) :: along(3)
+      integer :: node
+      by_unknown = 0.0_wp
+      do node = 1, size(by_node, 2)
+         along = by_node(:, node)
+         call to_node(system, node, along)
+         call spread_force(problem, system%tie_block, node, along, by_unknown)
+      end do
+   end function unknowns_of
 end module element_shares

@@ -10,7 +10,10 @@ module located_zero
    use path_events, only: event_t, new_probe, event_value, event_bifurcation
    use span_tests, only: span_test_t, run_span_tests
    use ground_events, only: ground_event_place, ground_event_value
-   use element_gap, only: element_gap_t, ground_gap, gap_value
+   use ground_segments, only: told_gap
+   use element_gap, only: element_gap_t, gap_value, gap_look
+   use rod_profile, only: profile_error
+   use deck_nodes, only: node_gradient_t, place_gradient
    use tangent_modes, only: modes_t, lowest_modes, apply_tangent, mode_tolerance
    use axial_rigidity, only: shrinking_forces
    use bordered_system, only: solve_effective
@@ -18,7 +21,7 @@ module located_zero
    use timing, only: timers_t
    implicit none
    private
-   public :: zero_t, new_zero, zero_value, between_nodes, located_gap, mode_rounding
+   public :: zero_t, new_zero, zero_value, watched_gap, between_nodes, located_gap, mode_rounding
 
    !> One event. Either an event of the path or a test of contact spans.
    type :: zero_t
@@ -74,9 +77,31 @@ contains
       end if
    end function zero_value
 
+   !> Where contact with a foundation begins or ends, how the event's function changes with the displacements of the nodes.
+   subroutine watched_gap(problem, zero, state, system, row)
+      type(problem_t), intent(in) :: problem
+      type(zero_t), intent(in) :: zero
+      type(state_t), intent(in) :: state         !! where it was located
+      type(system_t), intent(in) :: system       !! assembled there
+      real(wp), allocatable, intent(out) :: row(:, :) !! (3, nodes) global axes; not allocated at other events
+      type(node_gradient_t) :: gradient
+      real(wp) :: tau, x(2), gap, normal(2), bend
+      integer :: candidate, k
+      if (.not. is_on_ground(zero)) return
+      call ground_event_place(problem, state, zero%event%ground, candidate, tau)
+      if (candidate == 0) return
+      call gap_look(problem, told_gap(problem, state, candidate), tau, x, gap, normal, bend)
+      call place_gradient(problem, state, system, problem%ground%chain%element(2, candidate), tau, gradient)
+      allocate (row(3, problem%model%mesh%n_nodes), source=0.0_wp)
+      do k = 1, 2
+         row(:, gradient%node(k)) = matmul(normal, gradient%ends(1:2, :, k)) / zero%event%gap_scale
+      end do
+   end subroutine watched_gap
+
    !> Of what an event's function is on the finer problem and is not here, the part that the nodes do not tell: a gap's least
    !> value is inside an element, known as well as its polynomials. Zero for all events but those on foundations.
-   subroutine between_nodes(problem, zero, state, system, load_rate, finer, there, value, element, part, most, timers)
+   subroutine between_nodes(problem, zero, state, system, load_rate, finer, there, value, element, part, most, doubt, &
+      & timers)
       type(problem_t), intent(in) :: problem, finer
       type(zero_t), intent(in) :: zero
       type(state_t), intent(in) :: state         !! where it was located
@@ -87,6 +112,8 @@ contains
       integer, intent(out) :: element            !! the one concerned; 0: none
       real(wp), intent(out) :: part
       real(wp), intent(out) :: most              !! what it may be at a place as far from the nodes
+      real(wp), intent(out) :: doubt             !! what both problems' profiles may err by there
+      type(element_gap_t) :: gap(2)
       type(timers_t), intent(inout) :: timers
       real(wp) :: tau
       integer :: j
@@ -94,14 +121,18 @@ contains
       element = 0
       part = 0.0_wp
       most = 0.0_wp
+      doubt = 0.0_wp
       if (.not. is_on_ground(zero)) return
       call ground_event_place(finer, there, zero%event%ground, candidate, tau)
       if (candidate == 0) return
       element = problem%ground%chain%element(2, candidate)
+      gap = [told_gap(problem, state, candidate), told_gap(finer, there, candidate)]
       part = value - zero_value(problem, zero, state, system, load_rate, timers) + along(tau) / zero%event%gap_scale
       ! Nothing is unknown at the nodes.
       most = 4.0_wp * tau * (1.0_wp - tau) * maxval([(abs(gap_change(0.125_wp * j) - along(0.125_wp * j)), j=1, 7)]) / &
          & zero%event%gap_scale
+      if (gap(1)%profile%mended) doubt = (4.0_wp * tau * (1.0_wp - tau))**4 * &
+         & max(profile_error(gap(1)%profile), profile_error(gap(2)%profile)) / zero%event%gap_scale
 
    contains
 
@@ -113,8 +144,7 @@ contains
 
       real(wp) function gap_change(tau)
          real(wp), intent(in) :: tau
-         gap_change = gap_value(finer, ground_gap(finer, there, candidate), tau) - &
-            & gap_value(problem, ground_gap(problem, state, candidate), tau)
+         gap_change = gap_value(finer, gap(2), tau) - gap_value(problem, gap(1), tau)
       end function gap_change
    end subroutine between_nodes
 

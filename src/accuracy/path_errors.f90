@@ -19,7 +19,7 @@ module path_errors
    use element_shares, only: shares_t, find_shares, eigenvalue_shares
    use touch_places, only: moving_ends, places_at, named_place
    use missed_modes, only: unstable_difference
-   use located_zero, only: zero_t, zero_value, between_nodes, located_gap, mode_rounding
+   use located_zero, only: zero_t, zero_value, watched_gap, between_nodes, located_gap, mode_rounding
    use timing, only: timers_t
    implicit none
    private
@@ -102,8 +102,8 @@ contains
       type(crossing_t) :: crossing
       type(shares_t) :: shares
       type(system_t) :: start                    ! of the finer problem at the point
-      real(wp), allocatable :: modes(:, :), value(:), final(:), unseen(:), sizes(:), rounding(:)
-      real(wp) :: reach, local, most, noise
+      real(wp), allocatable :: modes(:, :), value(:), final(:), unseen(:), sizes(:), rounding(:), watched(:, :)
+      real(wp) :: reach, local, most, doubt, noise
       integer, allocatable :: ends(:)
       integer :: e
       bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state, located_gap(problem, zero, state)))
@@ -124,7 +124,8 @@ contains
       if (control%method == method_linearised) reach = sqrt(metric(problem, control%tangent, control%tangent)) * length + &
          & control%load_scale**2 * abs(control%tangent_load * rise)
       ends = moving_ends(problem)
-      call begin(problem, state, system, control, heading, ends, modes, path, first, shares, value, timers)
+      call watched_gap(problem, zero, state, system, watched)
+      call begin(problem, state, system, control, heading, ends, modes, path, first, shares, value, timers, watched)
       start = first%system
       if (first%ok) call next_point(path, 0.0_wp, first, timers)
       if (.not. first%ok) then
@@ -147,14 +148,15 @@ contains
       rounding = shares%rounding + abs(crossing%rate) * noise / abs(crossing%slope)
       if (zero_is(zero, event_limit)) rounding(1) = shares%rounding(1) + 0.5_wp * noise**2 / abs(crossing%slope)
       call between_nodes(problem, zero, state, system, heading%load, path%problem, first%state, crossing%f, e, local, &
-         & most, timers)
+         & most, doubt, timers)
       call share_way()
       call set_bars(problem, ends, shares, value, final - value, unseen, sizes, rounding, bars)
 
    contains
 
-      !> What the event's place errs by is the elements', too: of a bifurcation by what they err in its eigenvalue, of others as
-      !> they do in the load; and what the nodes do not tell of it is its element's own.
+      !> What the event's place errs by is the elements', too: of a bifurcation by what they err in its eigenvalue, where contact
+      !> with a foundation begins or ends by what they err in the gap, of others as they do in the load; and what the nodes do not
+      !> tell of it is its element's own.
       subroutine share_way()
          real(wp) :: part(size(shares%element, 2)), moved, own
          integer :: m
@@ -163,9 +165,14 @@ contains
          do m = 1, size(shares%element, 1)
             moved = abs(final(m) - first%value(m))
             own = min(abs(local * crossing%rate(m) / crossing%slope), moved)
-            if (sum(part) > 0.0_wp) shares%element(m, :) = shares%element(m, :) + (moved - own) * part / sum(part)
+            if (allocated(shares%watched)) then
+               shares%element(m, :) = shares%element(m, :) + shares%watched * abs(crossing%rate(m) / crossing%slope)
+            else if (sum(part) > 0.0_wp) then
+               shares%element(m, :) = shares%element(m, :) + (moved - own) * part / sum(part)
+            end if
             if (e == 0) cycle
-            own = max(own, next_order * most * abs(crossing%rate(m) / crossing%slope))
+            own = max(own, next_order * most * abs(crossing%rate(m) / crossing%slope)) + &
+               & doubt * abs(crossing%rate(m) / crossing%slope)
             shares%element(m, e) = shares%element(m, e) + own
             shares%inside(m) = abs(shares%inside(m)) + own
          end do
@@ -274,7 +281,8 @@ contains
    end function holding
 
    !> The finer problem linearised at the point, and the elements' shares of the errors there.
-   subroutine begin(problem, state, system, control, heading, ends, modes, path, point, shares, value, timers)
+   subroutine begin(problem, state, system, control, heading, ends, modes, path, point, shares, value, timers, &
+      & watched)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
@@ -287,13 +295,15 @@ contains
       type(shares_t), intent(out) :: shares
       real(wp), allocatable, intent(out) :: value(:) !! load factor, monitors, places
       type(timers_t), intent(inout) :: timers
+      real(wp), allocatable, intent(in), optional :: watched(:, :) !! (3, nodes) a displacement that the event hangs on
       type(system_t) :: here
       path = new_finer_path(problem, state, control, heading, ends)
       path%modes = modes
       call start_point(path, point, timers)
       value = [state%load_factor, monitor_values(problem, state, system), places_at(problem, state, ends)]
       here = system
-      call find_shares(problem, state, here, path%problem, point%state, point%system, control, ends, modes, shares, timers)
+      call find_shares(problem, state, here, path%problem, point%state, point%system, control, ends, modes, shares, timers, &
+         & watched)
    end subroutine begin
 
    !> Bars from estimates. What is taken from the polynomial inside an element errs by one order more in the finer one only, not

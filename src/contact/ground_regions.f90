@@ -3,7 +3,7 @@ module ground_regions
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, obstacle_shift, chain_gap, element_displacement, element_load
+   use rod_state, only: state_t, rounding_steps, obstacle_shift, chain_gap, element_displacement, element_load
    use linear_system, only: system_t, to_global
    use bordered_system, only: resultant_rates
    use ge_element, only: ge_direction_rates
@@ -13,7 +13,8 @@ module ground_regions
    use rod_layout, only: stretch_element
    use element_foundation, only: foundation_forces
    use rod_profile, only: profile_place, profile_angle
-   use element_gap, only: element_gap_t, ground_gap, gap_parts, gap_value, gap_extreme, most_parts, most_samples
+   use ground_segments, only: told_gap
+   use element_gap, only: element_gap_t, gap_parts, gap_value, gap_extreme, most_parts, most_samples
    use reference_curve, only: curve_length
    use inner_forces, only: inner_forces_t
    use path_record, only: region_t
@@ -55,7 +56,7 @@ contains
                open_end = .false.
             end if
             h = state%geometry%element(e)%length
-            gap = ground_gap(problem, state, c)
+            gap = told_gap(problem, state, c)
             call gap_parts(problem, gap, n, part)
             if (n == 0) open_end = .false.
             do i = 1, n
@@ -131,7 +132,7 @@ contains
       do round = 0, rounds(problem, contact)
          do c = 1, problem%ground%chain%n
             if (.not. part_of_stretch(problem, state, contact, c, round, from, to, range)) cycle
-            call gap_extreme(problem, ground_gap(problem, state, c), .false., range(1), range(2), &
+            call gap_extreme(problem, told_gap(problem, state, c), .false., range(1), range(2), &
                & value, tau)
             if (value >= least) cycle
             least = value
@@ -154,7 +155,7 @@ contains
       type(element_gap_t) :: between
       real(wp), allocatable :: gap(:), peak(:), tau(:)
       integer, allocatable :: after(:)           ! which candidate
-      real(wp) :: range(2), ends(2)
+      real(wp) :: range(2), ends(2), rounding
       integer :: c, i, n, round, first_contact, last_contact, found
       allocate (gap((most_samples + 1) * (1 + rounds(problem, contact)) * problem%ground%chain%n))
       allocate (peak(size(gap)), tau(size(gap)), after(size(gap)))
@@ -162,7 +163,7 @@ contains
       do round = 0, rounds(problem, contact)
          do c = 1, problem%ground%chain%n
             if (.not. part_of_stretch(problem, state, contact, c, round, from, to, range)) cycle
-            between = ground_gap(problem, state, c)
+            between = told_gap(problem, state, c)
             do i = 0, between%samples
                if (i == 0 .and. n > 0) cycle
                n = n + 1
@@ -182,15 +183,17 @@ contains
       if (n == 0) return
       opening = minval(gap(:n))
       found = 0
-      first_contact = findloc(gap(:n) < 0.0_wp, .true., 1)
-      last_contact = findloc(gap(:n) < 0.0_wp, .true., 1, back=.true.)
+      ! What lies at an end of contact but for rounding is none of its own.
+      rounding = rounding_steps * epsilon(rounding) * maxval(abs(state%u(1:2, :)))
+      first_contact = findloc(gap(:n) < -rounding, .true., 1)
+      last_contact = findloc(gap(:n) < -rounding, .true., 1, back=.true.)
       do i = first_contact + 1, last_contact
          ! A peak inside the interval before sample i, or at sample i.
-         if (peak(i) > max(gap(i - 1), gap(i))) then
+         if (peak(i) > max(gap(i - 1), gap(i)) + rounding) then
             if (peak(i) > opening) found = i
             opening = max(opening, peak(i))
          else if (i < last_contact) then
-            if (.not. (gap(i) >= gap(i - 1) .and. gap(i) >= peak(i + 1))) cycle
+            if (.not. (gap(i) >= gap(i - 1) .and. gap(i) + rounding >= peak(i + 1))) cycle
             if (gap(i) > opening) found = i
             opening = max(opening, gap(i))
          end if

@@ -12,7 +12,8 @@ module deck_nodes
    use rod_profile, only: new_profile, profile_rate
    implicit none
    private
-   public :: deck_node_displacement, deck_section_forces, deck_contact_gaps, deck_node_rates, node_gradient_t, deck_node_gradient, &
+   public :: deck_node_displacement, deck_section_forces, deck_contact_gaps, deck_node_rates, node_gradient_t, &
+      & deck_node_gradient, place_gradient, &
       & find_node
 
    !> Derivatives of displacement and rotation of a deck's node that lies inside an element now.
@@ -150,11 +151,23 @@ contains
       integer, intent(in) :: node
       type(node_gradient_t), intent(out) :: gradient
       logical, intent(out) :: inside            !! false: it is one with gradient%node(1), nothing else is set
-      real(wp) :: tau, du(6), none(6)
-      integer :: e, k, z
+      real(wp) :: tau
+      integer :: e
       call find_node(problem, state, node, gradient%node(1), e, tau)
       inside = e > 0
-      if (.not. inside) return
+      if (inside) call place_gradient(problem, state, system, e, tau, gradient)
+   end subroutine deck_node_gradient
+
+   !> The same at a place inside an element.
+   subroutine place_gradient(problem, state, system, e, tau, gradient)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system      !! assembled at `state`
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau               !! 0 to 1
+      type(node_gradient_t), intent(out) :: gradient
+      real(wp) :: du(6), none(6)
+      integer :: k, z
       z = problem%z_size(e)
       gradient%node = problem%model%mesh%node(:, e)
       none = 0.0_wp
@@ -166,7 +179,7 @@ contains
       end do
       gradient%load = place_rate(problem, state, e, tau, none, system%op(:z, 8, e), 1.0_wp)
       gradient%defect = place_rate(problem, state, e, tau, none, system%op(:z, 7, e), 0.0_wp)
-   end subroutine deck_node_gradient
+   end subroutine place_gradient
 
    !> Change of displacement and rotation at a place of an element, its stress-free geometry held.
    pure function place_rate(problem, state, e, tau, du, dz, load_change) result(rate)

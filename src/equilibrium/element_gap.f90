@@ -9,7 +9,7 @@ module element_gap
    use element_families, only: collocates
    use candidates, only: candidates_t
    use rod_state, only: state_t, obstacle_shift, candidate_offset, element_displacement
-   use rod_profile, only: profile_t, new_profile, profile_displacement, profile_home
+   use rod_profile, only: profile_t, new_profile, mended_by, profile_displacement, profile_home
    use obstacle_geometry, only: moved_gap
    use gauss_tableau, only: max_stages
    use force_law, only: segment_open, segment_unknown
@@ -79,6 +79,7 @@ contains
       real(wp) :: at_home, home(2), displacement(3)
       home = profile_home(problem, gap%profile, tau)
       displacement = profile_displacement(problem, gap%profile, tau)
+      if (gap%profile%mended) displacement(1:2) = displacement(1:2) + mended_by(gap%profile, tau)
       x = home + displacement(1:2)
       call moved_gap(problem%model%obstacle(gap%obstacle), home, displacement(1:2) - gap%shift, at_home, value, normal, bend)
       at_home = at_home + gap%home_offset

@@ -9,13 +9,14 @@ module ground_segments
    use rod_state, only: state_t
    use force_law, only: law_segment, segment_slope, carries, segment_open, segment_unknown
    use element_gap, only: element_gap_t, ground_gap, gap_value, gap_crossings, most_crossings
-   use rod_profile, only: profile_error
+   use rod_profile, only: mend_ends, profile_error
+   use element_families, only: collocates
    use state_transfer, only: find_point
    use gauss_tableau, only: max_stages
    implicit none
    private
    public :: has_kinks, follows, tell_segments, settle_found, segments_hold, element_cuts, crosses_at, segment_at
-   public :: segment_stiffness, is_cut, gap_uncertainty, followed_length, followed_part, stiffest
+   public :: segment_stiffness, is_cut, gap_uncertainty, followed_length, followed_part, stiffest, told_gap
 
    real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! of what moves: the rounding of gaps, and what Newton leaves
    real(wp), parameter :: at_mark = 0.1_wp !! of an element: a crossing as near as that to a mark is its own, which Newton goes to
@@ -50,7 +51,8 @@ contains
       end do
    end function followed_part
 
-   !> False for an element in contact that is too long to follow its foundation: it tells nothing of it between its nodes.
+   !> False for an element in contact that is too long to follow its foundation: it tells nothing of it between its nodes. That is
+   !> a property of the mesh, as its nodes were laid: it does not change where they go along with a mark.
    pure logical function follows(problem, state, candidate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -60,10 +62,25 @@ contains
       associate (mesh => problem%model%mesh, e => problem%ground%chain%element(2, candidate))
          stiffness = segment_stiffness(problem, candidate, state%segment(candidate))
          if (state%segment(candidate) == segment_unknown) stiffness = problem%ground%slope(problem%ground%chain%obstacle(candidate))
-         if (stiffness > 0.0_wp) follows = state%geometry%element(e)%length <= followed_length(stiffness, &
+         if (stiffness > 0.0_wp) follows = mesh%s(2, e) - mesh%s(1, e) <= followed_length(stiffness, &
             & problem%model%section(mesh%section(e))%ei, mesh%stages(e))
       end associate
    end function follows
+
+   !> The gap on the element after a candidate as it is told between the nodes: much better than the polynomial that the quadrature
+   !> of the foundation's forces takes, where the element follows its foundation. (Of rods that shear it would take its forces at
+   !> the nodes, too.)
+   pure function told_gap(problem, state, candidate) result(gap)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      type(element_gap_t) :: gap
+      gap = ground_gap(problem, state, candidate)
+      associate (e => problem%ground%chain%element(2, candidate))
+         if (.not. collocates(problem%model%mesh%family(e)) .or. problem%compliance(e)%shear > 0.0_wp) return
+      end associate
+      if (follows(problem, state, candidate)) call mend_ends(problem, state, gap%profile, 3)
+   end function told_gap
 
    !> The mean gap of an element that is too long to follow its foundation: of what acts on it only the sum means something.
    pure real(wp) function mean_gap(problem, candidate, gap)
@@ -148,7 +165,7 @@ contains
             if (problem%ground%chain%contact(c) /= contact) cycle
             segment = state%segment(c)
             if (segment == segment_unknown) segment = segment_of(problem, c, &
-               & gap_value(problem, ground_gap(problem, state, c), tau))
+               & gap_value(problem, told_gap(problem, state, c), tau))
             stiffness = segment_stiffness(problem, c, segment)
          end associate
       end do
@@ -166,7 +183,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      gap_uncertainty = uncertainty(state, ground_gap(problem, state, candidate))
+      gap_uncertainty = uncertainty(state, told_gap(problem, state, candidate))
    end function gap_uncertainty
 
    !> Places inside the element after a candidate where the gap takes the value of a corner, with what lies between them beyond
@@ -186,7 +203,7 @@ contains
       n = 0
       allocate (tau(0), level(0))
       if (.not. has_kinks(problem, candidate)) return
-      gap = ground_gap(problem, state, candidate)
+      gap = told_gap(problem, state, candidate)
       levels = kink_levels(problem, candidate)
       least = noise * maxval(abs(state%u(1:2, :)))
       wave = uncertainty(state, gap)
@@ -232,8 +249,8 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: m
       associate (mark => problem%mark(m))
-         crosses_at = (gap_value(problem, ground_gap(problem, state, mark%candidate(1)), 1.0_wp - at_mark) < mark%level) .neqv. &
-            & (gap_value(problem, ground_gap(problem, state, mark%candidate(2)), at_mark) < mark%level)
+         crosses_at = (gap_value(problem, told_gap(problem, state, mark%candidate(1)), 1.0_wp - at_mark) < mark%level) .neqv. &
+            & (gap_value(problem, told_gap(problem, state, mark%candidate(2)), at_mark) < mark%level)
       end associate
    end function crosses_at
 
@@ -324,7 +341,7 @@ contains
          integer :: k, n
          levels = kink_levels(problem, candidate)
          if (present(mark)) levels = [problem%mark(mark)%level]
-         gap = ground_gap(problem, state, candidate)
+         gap = told_gap(problem, state, candidate)
          kinks = 0
          do k = 1, size(levels)
             call gap_crossings(problem, gap, levels(k), n, place)
@@ -347,7 +364,7 @@ contains
       hold = .true.
       do c = 1, size(state%segment)
          if (state%segment(c) == segment_unknown) cycle
-         gap = ground_gap(problem, state, c)
+         gap = told_gap(problem, state, c)
          call segment_range(problem, c, state%segment(c), low, high)
          slack = uncertainty(state, gap)
          if (follows(problem, state, c)) then

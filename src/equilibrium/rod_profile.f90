@@ -4,13 +4,14 @@
 !> stress-free axis is exact: what it deviates from its own collocation polynomial is added, turned and stretched with the rod.
 !> So a rigid motion is exact, and an error between nodes is that of what the deformation adds: O(h^(s+1)).
 !> At the nodes, where place and rotation are those of the state, it is O(h^(2 s)).
-!> With its ends mended the profile has direction and curvature of the nodes there, too: then it is O(h^6) between them, and falls
-!> with the third power of the distance from a node, as the gap beside a contact does.
+!> With its ends mended the profile has direction, curvature and its rate of the nodes there, too: then what it errs by between them
+!> is O(h^8), and falls with the fourth power of the distance from a node; without the rate O(h^6), and with the third power.
 !> UL2: the cubic through the ends of the deformed chord whose slopes there are the natural rotations; O(h^2).
 module rod_profile
    use kinds, only: wp, pi
    use small_dense, only: solve_small
-   use conforming_span, only: conforming_displacement, ge_end
+   use conforming_span, only: conforming_displacement
+   use node_rates, only: rod_derivatives
    use problem, only: problem_t
    use element_families, only: collocates, follows_curves
    use rod_geometry, only: element_geometry_t
@@ -35,7 +36,9 @@ module rod_profile
       real(wp) :: axis(2, 0:max_stages) = 0.0_wp     !! polynomial of the stress-free axis
       real(wp) :: moved(2, 0:max_stages) = 0.0_wp    !! displacements
       real(wp) :: rotation(0:max_stages) = 0.0_wp
-      real(wp) :: mend(2, 4) = 0.0_wp           !! first and second derivative by tau, of what is to be added, at both ends
+      logical, public :: mended = .false.
+      integer :: order = 0                      !! of the last derivative that has been mended
+      real(wp) :: mend(2, 3, 2) = 0.0_wp        !! (components, derivatives by tau, ends) of what is to be added
    end type profile_t
 
 contains
@@ -161,56 +164,50 @@ contains
       end if
    end function profile_on
 
-   !> Gives the profile of a free GE element direction and curvature of its ends, and the strain there.
-   pure subroutine mend_ends(problem, state, profile)
+   !> Gives the profile of a GE element the derivatives of its nodes, see rod_derivatives.
+   pure subroutine mend_ends(problem, state, profile, order)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(profile_t), intent(inout) :: profile     !! of this state; its places only are mended
-      type(ge_load_t) :: load
-      real(wp) :: u(6), n(2), m, along(2), across(2), axial, shear, bend, turn, rate(2), home(2, 2), angle, dense(2, 2), lost(2)
+      integer, intent(in) :: order                  !! of the last derivative: 2, or 3, whose rounding thin rods feel
+      real(wp) :: along(2), turn(2), bend, bend_rate, home(2, 3), dense(2, 3), tau, whole(2, 0:max_stages), way
       integer :: i, k
-      associate (e => profile%element, h => profile%length, g => state%geometry%element(profile%element))
-         u = element_displacement(problem, state, e)
-         load = element_load(problem, state, e)
+      whole = profile%axis + profile%moved
+      associate (h => profile%length, g => state%geometry%element(profile%element), &
+         & curve => problem%model%mesh%curve(profile%element))
          do i = 1, 2
-            associate (tau => real(i - 1, wp), compliance => problem%compliance(e), curve => problem%model%mesh%curve(e))
-               call ge_end(problem, state, e, i, n, m)
-               angle = g%end_angle(i) + u(3 * i)
-               along = [cos(angle), sin(angle)]
-               across = [-along(2), along(1)]
-               bend = 0.0_wp
-               if (curve > 0) call curve_bend(problem%model%curve(curve), problem%model%imperfection, &
-                  & abscissa(problem, profile, tau), bend)
-               ! By the stress-free length: x' = (1 + e) t + g nu, and its derivative.
-               turn = bend + load%curvature + compliance%bending * m
-               axial = 1.0_wp + load%strain + compliance%axial * dot_product(n, along)
-               shear = compliance%shear * dot_product(n, across)
-               dense(:, 1) = axial * along + shear * across
-               rate = -load%line - load%pressure * turned(0.5_wp * pi, dense(:, 1))
-               lost = [dot_product(rate, along) + turn * dot_product(n, across), dot_product(rate, across) - &
-                  & turn * dot_product(n, along)]
-               dense(:, 2) = (compliance%axial * lost(1) - turn * shear) * along + &
-                  & (compliance%shear * lost(2) + turn * axial) * across
-               ! What the profile has there.
-               home = 0.0_wp
-               if (profile%curved) then
-                  along = [cos(g%end_angle(i)), sin(g%end_angle(i))]
-                  home(:, 1) = h * along - derivative(profile%axis, profile%degree, 1, tau)
-                  home(:, 2) = h**2 * bend * [-along(2), along(1)] - derivative(profile%axis, profile%degree, 2, tau)
-               end if
-               turn = 0.0_wp
-               do k = 1, profile%degree
-                  turn = turn + k * profile%rotation(k) * tau**(k - 1)
+            tau = real(i - 1, wp)
+            call rod_derivatives(problem, state, profile%element, i, dense)
+            home = 0.0_wp
+            if (profile%curved) then
+               along = [cos(g%end_angle(i)), sin(g%end_angle(i))]
+               call curve_bend(problem%model%curve(curve), problem%model%imperfection, abscissa(problem, profile, tau), bend, &
+                  & bend_rate)
+               home(:, 1) = h * along
+               home(:, 2) = h**2 * bend * [-along(2), along(1)]
+               home(:, 3) = h**3 * (bend_rate * [-along(2), along(1)] - bend**2 * along)
+               do k = 1, 3
+                  home(:, k) = home(:, k) - derivative(profile%axis, profile%degree, k, tau)
                end do
-               associate (whole => profile%axis + profile%moved, way => turning(profile, tau))
-                  profile%mend(:, 2 * i - 1) = h * dense(:, 1) - derivative(whole, profile%degree, 1, tau) - &
-                     & profile%stretch * turned(way, home(:, 1))
-                  profile%mend(:, 2 * i) = h**2 * dense(:, 2) - derivative(whole, profile%degree, 2, tau) - &
-                     & profile%stretch * (turned(way, home(:, 2)) + 2.0_wp * turn * turned(way + 0.5_wp * pi, home(:, 1)))
-               end associate
-            end associate
+            end if
+            turn = 0.0_wp
+            do k = 1, profile%degree
+               turn(1) = turn(1) + k * profile%rotation(k) * tau**(k - 1)
+               if (k > 1) turn(2) = turn(2) + k * (k - 1) * profile%rotation(k) * tau**(k - 2)
+            end do
+            way = turning(profile, tau)
+            ! The deviation is turned as the rod turns, and vanishes at its ends.
+            home(:, 3) = home(:, 3) + 3.0_wp * (turned(0.5_wp * pi, turn(1) * home(:, 2) + turn(2) * home(:, 1)) - &
+               & turn(1)**2 * home(:, 1))
+            home(:, 2) = home(:, 2) + 2.0_wp * turn(1) * turned(0.5_wp * pi, home(:, 1))
+            do k = 1, 3
+               profile%mend(:, k, i) = h**k * dense(:, k) - derivative(whole, profile%degree, k, tau) - &
+                  & profile%stretch * turned(way, home(:, k))
+            end do
          end do
       end associate
+      profile%mended = .true.
+      profile%order = order
    end subroutine mend_ends
 
    !> Deformed place.
@@ -229,10 +226,40 @@ contains
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
       real(wp) :: x(2)
-      ! Hermite's polynomials of degree 5 without those of the values.
-      x = matmul(profile%mend, [tau * (1.0_wp + 3.0_wp * tau) * (1.0_wp - tau)**3, 0.5_wp * tau**2 * (1.0_wp - tau)**3, &
-         & -tau**3 * (1.0_wp - tau) * (4.0_wp - 3.0_wp * tau), 0.5_wp * tau**3 * (1.0_wp - tau)**2])
+      x = 0.0_wp
+      if (profile%mended) x = mended_to(profile, profile%order, tau)
    end function mended_by
+
+   !> What derivatives up to an order add.
+   pure function mended_to(profile, order, tau) result(x)
+      type(profile_t), intent(in) :: profile
+      integer, intent(in) :: order
+      real(wp), intent(in) :: tau
+      real(wp) :: x(2)
+      integer :: j
+      x = matmul(profile%mend(:, :order, 1), hermite(order, tau)) + &
+         & matmul(profile%mend(:, :order, 2), [((-1.0_wp)**j, j=1, order)] * hermite(order, 1.0_wp - tau))
+   end function mended_to
+
+   !> Hermite's polynomials of the derivatives at 0, without that of the value; all of these up to an order are given at 0 and 1.
+   pure function hermite(order, t)
+      integer, intent(in) :: order
+      real(wp), intent(in) :: t
+      real(wp) :: hermite(order)
+      real(wp) :: binomial, factor
+      integer :: j, k
+      factor = (1.0_wp - t)**(order + 1)
+      do j = 1, order
+         factor = factor * t / j
+         binomial = 1.0_wp
+         hermite(j) = 1.0_wp
+         do k = 1, order - j
+            binomial = binomial * real(order + k, wp) / k
+            hermite(j) = hermite(j) + binomial * t**k
+         end do
+         hermite(j) = factor * hermite(j)
+      end do
+   end function hermite
 
    !> Stress-free place.
    pure function profile_home(problem, profile, tau) result(x)
@@ -308,11 +335,24 @@ contains
 
    !> About how far the displacements of a GE element are from those of the rod between its nodes: the next term of the polynomial,
    !> as the last ones fall, times the largest of the monic polynomial of one degree more that vanishes with the collocation,
-   !> s + 1 times the integral of Legendre's one of degree s on (0, 1), at most (s + 1) / ((2 s + 1) binomial(2 s, s)).
+   !> s + 1 times the integral of Legendre's one of degree s on (0, 1), at most (s + 1) / ((2 s + 1) binomial(2 s, s)). With its
+   !> ends mended what the fourth derivatives would add, as what the second and the third ones add falls: Hermite's polynomials of
+   !> degree 3, 5 and 7 err by derivatives of order 4, 6 and 8 over 2^4 4!, 2^6 6! and 2^8 8!.
    pure real(wp) function profile_error(profile) result(error)
       type(profile_t), intent(in) :: profile
       real(wp) :: last, before, binomial
       integer :: k, s
+      if (profile%order == 3) then
+         last = 0.0_wp
+         do k = 1, 3
+            last = max(last, norm2(mended_to(profile, 3, 0.25_wp * k) - mended_to(profile, 2, 0.25_wp * k)))
+         end do
+         before = norm2(derivative(profile%moved, profile%degree, 3, 1.0_wp) + profile%mend(:, 3, 2) - &
+            & derivative(profile%moved, profile%degree, 3, 0.0_wp) - profile%mend(:, 3, 1)) / 384.0_wp
+         error = last
+         if (last < before) error = last**2 / before
+         return
+      end if
       s = profile%degree
       last = norm2(profile%moved(:, s))
       before = norm2(profile%moved(:, s - 1))
@@ -396,16 +436,16 @@ contains
       end do
    end function polynomial
 
-   !> First or second derivative of such a polynomial.
+   !> A derivative of such a polynomial.
    pure function derivative(coefficient, degree, order, tau) result(x)
       real(wp), intent(in) :: coefficient(2, 0:max_stages)
       integer, intent(in) :: degree, order
       real(wp), intent(in) :: tau
       real(wp) :: x(2)
-      integer :: k
+      integer :: k, i
       x = 0.0_wp
       do k = degree, order, -1
-         x = tau * x + merge(k, k * (k - 1), order == 1) * coefficient(:, k)
+         x = tau * x + product([(real(i, wp), i=k - order + 1, k)]) * coefficient(:, k)
       end do
    end function derivative
 

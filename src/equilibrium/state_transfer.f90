@@ -14,6 +14,7 @@ module state_transfer
    use conforming_span, only: conforming_forces, conforming_displacement, conforming_resultant, conforming_point, &
       & conforming_guess
    use gauss_tableau, only: max_stages
+   use node_rates, only: force_on_ground
    use force_law, only: segment_unknown
    use ge_element, only: ge_interior
    implicit none
@@ -146,7 +147,7 @@ contains
             if (i < to%element_last(j)) then
                node = to%model%mesh%node(2, e)
                call find_point(from, state, j, node_coordinate(to, new%geometry, node), old, tau)
-               new%u(:, node) = point_displacement(from, state, old, tau)
+               new%u(:, node) = continuous_displacement(from, state, old, tau)
             end if
             call carry_resultants(from, state, to, e, range(:, e), new)
          end do
@@ -211,6 +212,21 @@ contains
          u = profile_displacement(problem, new_profile(problem, state, e), tau)
       end if
    end function point_displacement
+
+   !> The same without a jump at nodes. Out of equilibrium a polynomial does not end at its element's second node: what is missing
+   !> there grows along the element, so that a node that goes to either side of where it was finds the same there.
+   !> Touchdown points of contact spans do without.
+   pure function continuous_displacement(problem, state, e, tau) result(u)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau
+      real(wp) :: u(3)
+      u = point_displacement(problem, state, e, tau)
+      if (tau <= 0.0_wp .or. tau >= 1.0_wp .or. problem%has_spans()) return
+      u = u + tau * (state%u(:, problem%model%mesh%node(2, e)) - &
+         & profile_displacement(problem, new_profile(problem, state, e), 1.0_wp))
+   end function continuous_displacement
 
    !> Stored resultants of one element. Where contact forces act at its ends they jump there, wherever these ends go.
    pure subroutine carry_resultants(from, state, to, e, range, new)
@@ -287,40 +303,6 @@ contains
       if (problem%ground%founded(e)) resultant(1:2) = force_on_ground(problem, state, e, tau)
    end function point_resultant
 
-   !> n at a place of an element on a foundation, whose force is in no sum: the polynomial through its values at the stages and at
-   !> the ends. That at the second end is what the next element begins with: a node that goes nowhere changes nothing.
-   pure function force_on_ground(problem, state, e, tau) result(force)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: e
-      real(wp), intent(in) :: tau
-      real(wp) :: force(2)
-      real(wp) :: at(0:max_stages + 1), value(2, 0:max_stages + 1), weight
-      integer :: i, j, n, next
-      n = problem%model%mesh%stages(e)
-      at(0) = 0.0_wp
-      at(1:n) = problem%tableau(n)%c(:n)
-      value(:, 0) = state%z(1:2, e)
-      value(:, 1:n) = reshape(state%z(4 + n:3 + 3 * n, e), [2, n])
-      next = problem%beside(2, problem%model%mesh%node(2, e))
-      if (next > 0) then
-         if (problem%stretch(next) == problem%stretch(e) .and. &
-            & next /= problem%along(problem%element_first(problem%stretch(e)))) then
-            n = n + 1
-            at(n) = 1.0_wp
-            value(:, n) = state%z(1:2, next)
-         end if
-      end if
-      force = 0.0_wp
-      do i = 0, n
-         weight = 1.0_wp
-         do j = 0, n
-            if (j /= i) weight = weight * (tau - at(j)) / (at(i) - at(j))
-         end do
-         force = force + weight * value(:, i)
-      end do
-   end function force_on_ground
-
    !> Moves nodes along their stretches, nothing but the geometry.
    pure subroutine move_nodes(problem, shift, geometry)
       type(problem_t), intent(in) :: problem
@@ -343,7 +325,7 @@ contains
          else
             call find_point(problem, state, problem%stretch(problem%beside(1, node)), node_coordinate(problem, geometry, node), &
                & e, tau)
-            u(:, node) = point_displacement(problem, state, e, tau)
+            u(:, node) = continuous_displacement(problem, state, e, tau)
          end if
       end do
    end function displacements_at

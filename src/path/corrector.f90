@@ -236,7 +236,8 @@ contains
             end if
             refactor = .true.
          end if
-         if (iteration > 4 .and. report%residual * 1.0e-3_wp > best) then
+         ! Below what rounding makes a small residual was luck.
+         if (iteration > 4 .and. report%residual * 1.0e-3_wp > max(best, system%round_off)) then
             call give_up('Newton diverged')
             return
          end if

@@ -14,6 +14,7 @@ module event_location
    use smooth_zero, only: locate_smooth, zero_eigenvalue
    use path_run, only: run_t, heading_of, probe_at
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
+   use force_law, only: segment_open, segment_unknown
    use timing, only: timers_t
    implicit none
    private
@@ -75,8 +76,8 @@ contains
       passed = min(there * event%before, there * event%after) > 0.0_wp
    end function passed_by_mesh
 
-   !> The event a little before the last point, on the mesh that this one has got since: where a straight line through the ends of
-   !> the increment has it there.
+   !> The event before the last point, on the mesh that this one has got since: where a straight line through the ends of the
+   !> increment has it there, as far back as the step or branch goes.
    subroutine look_behind(problem, step, run, trial, ahead, division, sighting, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -89,20 +90,23 @@ contains
       type(sighting_t) :: found
       type(division_t) :: part
       type(run_t) :: behind
+      type(state_t) :: place
       real(wp) :: fall, fraction
       fall = sighting%event%before - sighting%event%after
       if (.not. sighting%event%before * fall < 0.0_wp) return
       ! Twice as far, to have it between.
       fraction = 2.0_wp * sighting%event%before / fall
-      if (fraction < -1.0_wp) return
+      if (-fraction * division%length > run%arc_length - run%left_at) return
       behind = run
+      call forget_opening(problem, sighting%event, behind%state)
       part = division
-      call point_within(problem, run, trial, ahead, part, fraction, .false., .false., behind%state, found%report, timers)
+      call point_within(problem, behind, trial, ahead, part, fraction, .true., .false., place, found%report, timers)
+      behind%state = place
       if (.not. found%report%converged) return
-      behind%heading = heading_of(problem, run, behind%state)
+      behind%heading = heading_of(problem, run, place)
       found%event = sighting%event
       found%event%after = sighting%event%before
-      found%event%before = event_value(problem, found%event, behind%state, probe_at(problem, run, behind%state, behind%heading))
+      found%event%before = event_value(problem, found%event, place, probe_at(problem, behind, place, behind%heading))
       if (.not. found%event%before * found%event%after < 0.0_wp) return
       behind%control%increment = -fraction * run%control%increment
       part = new_division(problem, behind, run%state, run%heading, found%event%load_tells)
@@ -113,6 +117,22 @@ contains
       found%fraction = 0.0_wp
       sighting = found
    end subroutine look_behind
+
+   !> Where contact opened elements are to find out for themselves: beyond the event it is closed.
+   pure subroutine forget_opening(problem, event, state)
+      type(problem_t), intent(in) :: problem
+      type(event_t), intent(in) :: event           !! contact with a foundation
+      type(state_t), intent(inout) :: state
+      real(wp) :: at, closed
+      integer :: c
+      closed = problem%ground%chain%chain_length(event%ground%contact)
+      do c = 1, problem%ground%chain%n
+         if (problem%ground%chain%contact(c) /= event%ground%contact .or. state%segment(c) /= segment_open) cycle
+         at = problem%ground%chain%s(c)
+         if (closed > 0.0_wp) at = event%ground%from + modulo(at - event%ground%from, closed)
+         if (at > event%ground%from .and. at < event%ground%to) state%segment(c) = segment_unknown
+      end do
+   end subroutine forget_opening
 
    !> The zero of the event's function by the Illinois rule.
    subroutine bracket_zero(problem, step, run, trial, ahead, division, sighting, timers)

@@ -236,15 +236,24 @@ contains
       logical :: can_settle
       asked = merge(step%asked, step%asked_of_path, critical)
       if (.not. allocated(bars) .or. .not. asked > 0.0_wp .or. tries > most_meshes) return
-      if (tries == 0) run%trial_spoils = .false.
-      if (tries > 0 .and. .not. run%trial_spoils) then
-         run%trial_spoils = .not. marked(problem, place, find_cuts(problem, place))
-         if (run%trial_spoils) run%wanted = problem%demand
-         if (run%trial_spoils) return
+      if (tries == 0) then
+         run%from_point = .false.
+         if (allocated(run%before)) deallocate (run%before)
+      end if
+      if (tries > 0 .and. .not. run%from_point) then
+         ! Kinks that the trial's mesh has nodes for are not there.
+         run%from_point = .not. marked(problem, place, find_cuts(problem, place))
+         if (run%from_point) then
+            run%wanted = problem%demand
+            if (allocated(run%before)) run%wanted = run%before
+            return
+         end if
       end if
       can_settle = .not. step%tolerance_given .and. problem%model%step(problem%step)%sharper > most_sharp
       call request_mesh(problem, place, bars, sizes_there(problem, step, run, place, asked, outcome), step%asked_of, asked, &
          & critical, tries, can_settle, run%excess, run%unsettled, run%wanted)
+      if (allocated(run%wanted) .and. .not. run%from_point) &
+         & run%from_point = marked(problem, place, find_cuts(problem, place))
    end subroutine ask_for_mesh
 
    !> Asks for a coarser mesh where that of a point is much better than it has to be.

@@ -23,8 +23,9 @@ module path_loop
    use linear_buckling, only: buckle
    use buckling_errors, only: add_buckling_bars
    use error_report, only: note_buckling_bars
+   use stiff_start, only: check_start
    use tangent_modes, only: bending_stiffness
-   use tangent_rounding, only: path_stiffness, rounding_cure
+   use tangent_rounding, only: rounding_cure
    use path_follower, only: follow_points
    use branches, only: follow_branches
    use limit_curves, only: follow_limit_curves
@@ -129,7 +130,7 @@ contains
       end if
       if (starts_fresh(problem)) then
          ! Such a tangent tells nothing of stability, and Newton's method does not converge with it.
-         call path_stiffness(problem, run%state, run%system, stiffness, rounding)
+         call check_start(problem, run%system, stiffness, rounding, timers)
          if (rounding > 0.5_wp * max(stiffness, bending_stiffness(problem))) then
             outcome%why = 'the tangent at the start is nothing but rounding: '//rounding_cure(problem, run%state)
             return

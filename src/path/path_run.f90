@@ -48,7 +48,8 @@ module path_run
       logical :: unsettled = .false.             !! the last trial wants smaller residuals, and nothing was recorded
       type(demand_t), allocatable :: wanted(:)   !! (stretches) the mesh that the last trial asks for, of which nothing was
       !! recorded; not allocated: it is as good as the deck asks
-      logical :: trial_spoils = .false.          !! where it was asked for, kinks that the trial's mesh has nodes for are not there
+      logical :: from_point = .false.            !! it is for the way from the run's point: kinks of the trial are not there
+      type(demand_t), allocatable :: before(:)   !! (stretches) the mesh of the way, before it was made for the trial
       type(demand_t), allocatable :: spare(:)    !! (stretches) a coarser mesh that would have done for the last point
       integer :: kept_meshes = 0                 !! points for which the mesh does not become coarser
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! of the last increment: arc length, load factor

@@ -2,7 +2,8 @@
 module point_checks
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t
+   use rod_state, only: state_t, is_stress_free
+   use ground_segments, only: followed_part
    use balance, only: measure_balance
    use mesh_adequacy, only: verdict_t, judge_mesh, verdict_words
    use run_accuracy, only: accuracy_t, place_t, note_worst
@@ -42,6 +43,8 @@ contains
       !> point before, or beside bending.
       subroutine check_rounding()
          real(wp) :: stiffness, rounding, scale
+         ! Nothing hangs on the tangent of such a start, see stiff_start.
+         if (is_stress_free(state) .and. followed_part(problem) < 1.0_wp) return
          call path_stiffness(problem, state, system, stiffness, rounding)
          scale = max(stiffness, accuracy%stiffness, bending_stiffness(problem))
          ! Points that were looked for because something vanishes there are no scale for the next ones.

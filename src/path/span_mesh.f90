@@ -74,10 +74,11 @@ contains
       cut = find_cuts(problem, trial)
       ! Without a load nothing says where contact will end.
       if (settled .and. run%fresh) call take_trial(asked, problem, run, trial, taken, timers)
-      if (.not. taken .and. (problem%has_spans() .or. run%trial_spoils .or. marked(problem, trial, cut))) &
+      if (.not. taken .and. (problem%has_spans() .or. run%from_point .or. marked(problem, trial, cut))) &
          & call stand_on(new_span_problem(asked, &
          & present_touches(problem, run%state), run%state, find_cuts(problem, run%state)), problem, run, done, timers)
       ! Where contact has just been told by nodes, or by elements on foundations, the run does not stand on a point of these spans.
+      if (.not. (taken .or. done)) run%before = present_demand(problem, run%state)
       if (.not. (taken .or. done)) call take_trial(asked, problem, run, trial, taken, timers)
       done = done .or. taken
       if (done) call count_up(timers, counter_remeshed)

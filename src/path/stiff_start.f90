@@ -18,11 +18,12 @@ module stiff_start
    use path_control, only: control_t, is_arc_length
    use path_run, only: run_t, forget_mesh
    use corrector, only: increment_t, take_increment, correct
+   use tangent_rounding, only: path_stiffness
    use timing, only: timers_t
    use force_law, only: segment_slope
    implicit none
    private
-   public :: is_stiff_start, take_stiff_start
+   public :: is_stiff_start, take_stiff_start, check_start
 
    ! Growth of the stiffness from one rung to the next: its square where one was found, its root where none was.
    real(wp), parameter :: first_growth = 1.0e2_wp !! the layers beside marks are a third as long then
@@ -45,6 +46,30 @@ contains
       is_stiff_start = run%fresh .and. size(problem%mark) == 0 .and. .not. is_arc_length(run%control%method)
       if (is_stiff_start) is_stiff_start = followed_part(problem) < 1.0_wp
    end function is_stiff_start
+
+   !> The system at the stress-free start, which tells what holds the structure: where elements are too long to follow their
+   !> foundations, their tangent is nothing but rounding, and that on softer ones tells it.
+   subroutine check_start(problem, system, stiffness, rounding, timers)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(inout) :: system      !! factored at the start; its pivots are those of the one that tells
+      real(wp), intent(out) :: stiffness, rounding !! see path_stiffness
+      type(timers_t), intent(inout) :: timers
+      type(problem_t) :: soft
+      type(state_t) :: start
+      type(system_t) :: other
+      type(touch_t) :: none(0)
+      if (.not. followed_part(problem) < 1.0_wp .or. problem%is_sampled()) then
+         start = new_state(problem)
+         call path_stiffness(problem, start, system, stiffness, rounding)
+      else
+         soft = new_span_problem(softened(problem, problem, followed_part(problem)), none)
+         start = new_state(soft)
+         other = new_system(soft)
+         call linearise(soft, start, start, other, timers)
+         call path_stiffness(soft, start, other, stiffness, rounding)
+         system%negative_pivots = other%negative_pivots
+      end if
+   end subroutine check_start
 
    !> The increment that the control asks for, from a start that lies on such foundations.
    subroutine take_stiff_start(problem, run, trial, report, taken, timers)
