@@ -101,7 +101,9 @@ def first_touch(columns: dict[str, np.ndarray], gap: np.ndarray) -> list[tuple[i
         return []
     row, way = int(closed[0]), travelled(columns)
     rows = np.arange(row - 3, row)
-    places = zeros(np.polyfit(way[rows] - way[row], gap[rows], 2), way[row - 1] - way[row], 0.0)
+    # Behind the touch the path goes on in another direction, and not as far.
+    step = way[row] - way[row - 1]
+    places = zeros(np.polyfit(way[rows] - way[row], gap[rows], 2), -step, step)
     return [(row, at(columns, way, rows, way[row] + min(places)))] if places else []
 
 
