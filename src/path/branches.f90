@@ -12,7 +12,8 @@ module branches
    use path_run, only: run_t
    use landmarks, only: landmarks_t
    use path_events, only: new_probe
-   use path_acceptance, only: record, outcome_t, note_trouble
+   use point_recording, only: record
+   use path_outcome, only: outcome_t, note_trouble
    use path_follower, only: follow_points
    use branch_switching, only: switch_branch
    use corrector, only: increment_t

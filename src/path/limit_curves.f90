@@ -12,7 +12,7 @@ module limit_curves
    use linear_system, only: new_system
    use bordered_system, only: linearise
    use landmarks, only: landmarks_t
-   use path_acceptance, only: outcome_t, note_trouble
+   use path_outcome, only: outcome_t, note_trouble
    use span_tests, only: spans_hold
    use second_parameter, only: present_value
    use limit_marks, only: renew_marks, take_marks_off

@@ -6,14 +6,13 @@ module path_acceptance
    use text, only: to_text
    use model, only: step_t, method_displacement
    use problem, only: problem_t
-   use rod_state, only: state_t, is_stress_free, candidate_opening
+   use rod_state, only: state_t, candidate_opening
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
    use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode, deck_mode
    use weak_lines, only: release_lines, count_released, let_turn, line_opening
-   use path_control, only: path_length, metric
-   use monitors, only: monitor_rate
-   use path_continuity, only: heading_t, heading_at, largest_turn
+   use path_control, only: path_length
+   use path_continuity, only: heading_t, largest_turn
    use corrector, only: increment_t
    use path_run, only: run_t, probe_at, keep_landmark, leave_trail, rest_of_mesh
    use homecoming, only: is_home, see_home
@@ -24,37 +23,21 @@ module path_acceptance
    use sightings, only: sighting_t
    use event_order, only: told_otherwise, one_sided, count_before, by_fraction, same_place
    use event_location, only: locate
-   use point_report, only: report_point
-   use span_regions, only: tell_places
+   use path_outcome, only: outcome_t, note_trouble
+   use point_recording, only: record
    use error_bar, only: error_bars_t
-   use error_report, only: bars_at_event, bars_at_point, note_load, note_error, asked_at
+   use error_report, only: bars_at_event, bars_at_point, note_error, asked_at
    use mesh_request, only: request_mesh, spare_mesh, motion_sizes, value_sizes
-   use point_checks, only: check_point
-   use path_record, only: recorder_t, point_t, critical_t
-   use run_accuracy, only: accuracy_t, place_t
-   use timing, only: timers_t, count_up, count_largest, counter_points, counter_located, counter_largest
+   use path_record, only: recorder_t, critical_t
+   use run_accuracy, only: place_t
+   use timing, only: timers_t, count_up, counter_located
    implicit none
    private
-   public :: accept, wants_another, record, note_trouble, outcome_t
-
-   !> How a run ended.
-   type :: outcome_t
-      logical :: complete = .false.
-      character(:), allocatable :: why           !! the run cannot go on: the reason, one sentence
-      logical :: sampled = .false.               !! contact at the start is at nodes still: it has not become spans
-      logical :: turns = .false.                 !! stopped where the path turns back for a strategy that cannot follow it
-      logical :: home = .false.                  !! stopped where the path comes back to a bifurcation of its own
-      logical :: used_up = .false.               !! stopped after the number of points that the deck allows
-      logical :: dead_end = .false.              !! stopped because there is no way on, and not for these reasons
-      integer :: deck_line = 0                   !! and the deck is at fault: the line of the card; 0: it is not
-      character(:), allocatable :: trouble       !! what could not be done beside the path of the steps: branches, limit curves
-      type(accuracy_t) :: accuracy
-   end type outcome_t
+   public :: accept, wants_another
 
    integer, parameter :: most_null_vectors = 4
    character(*), parameter :: passing = 'bifurcation, or two paths that pass each other closely,', &
       & imperfect = ', but for an imperfection too small to tell here'
-   character(2), parameter :: has_corner(3) = ['C+', 'C-', 'BP'] !! paths may go on in another direction
    real(wp), parameter :: most_sharp = 1.0e-5_wp !! part of a step's tolerance: beyond, all residuals are rounding
    integer, parameter :: most_meshes = 8         !! for the sake of one increment's errors
    real(wp), parameter :: loosest = 1.0e-4_wp    !! eigenvalues below this part of what they were count as zero
@@ -553,66 +536,4 @@ contains
       if (.not. present(bars)) return
       if (allocated(bars)) critical%bars = bars
    end function new_critical
-
-   !> Hands a converged point to the recorder and to the independent measures.
-   subroutine record(problem, run, state, label, report, recorder, outcome, timers, touching, bars, heading)
-      type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
-      type(state_t), intent(in) :: state
-      character(*), intent(in) :: label
-      type(increment_t), intent(in) :: report
-      class(recorder_t), intent(inout) :: recorder
-      type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
-      logical, intent(in), optional :: touching(:) !! (candidates) shown as contact, though without force yet
-      type(error_bars_t), allocatable, intent(in), optional :: bars
-      type(heading_t), intent(in), optional :: heading !! not there: no tangent is known
-      type(point_t) :: point
-      type(state_t) :: shown
-      type(error_t), allocatable :: error
-      type(heading_t) :: tangent
-      integer :: m
-      logical :: weak
-      shown = state
-      if (present(touching)) shown%active = state%active .or. touching
-      point = report_point(problem, shown, run%system, run%points, label)
-      if (present(bars)) then
-         if (allocated(bars)) point%bars = bars
-      end if
-      if (present(heading) .and. .not. any(label == has_corner)) then
-         ! At a limit point the tangent per load is as long as rounding lets it be: its own length has to go with it.
-         tangent = heading_at(problem, run%system, heading%u, heading%load)
-         if (metric(problem, tangent%u, tangent%u) > 0.0_wp) point%rate = tangent%load * &
-            & [1.0_wp, (monitor_rate(problem, m, state, run%system), m=1, size(point%monitor))]
-      end if
-      point%iterations = report%iterations
-      point%residual = max(report%residual, run%system%force_residual)
-      point%lcp_size = report%lcp_size
-      point%lcp_pivots = report%lcp_pivots
-      point%arc_length = run%arc_length + path_length(problem, run%state, state)
-      call count_released(problem, state, run%system, point%free_pivots, weak, timers)
-      ! At the stress-free start there is no force to measure a residual against.
-      if (is_stress_free(state)) point%residual = 0.0_wp
-      run%points = run%points + 1
-      if (allocated(run%beginning) .and. label == 'C+') point%region = [point%region, run%beginning]
-      if (allocated(point%bars) .and. allocated(point%region)) call tell_places(point%bars, point%region)
-      call check_point(problem, state, run%system, place_t(run%branch, problem%step, run%points, state%load_factor), &
-         & merge(run%beginning_in, 0, label == 'C+'), point, outcome%accuracy)
-      call note_load(problem%step, state%load_factor, outcome%accuracy)
-      call count_up(timers, counter_points)
-      if (.not. problem%is_sampled()) call count_largest(timers, counter_largest, problem%model%mesh%n_elements)
-      call recorder%point(point, timers, error)
-      if (allocated(error)) outcome%why = error%message
-   end subroutine record
-
-   !> Adds something that could not be done, while the run goes on.
-   subroutine note_trouble(outcome, what)
-      type(outcome_t), intent(inout) :: outcome
-      character(*), intent(in) :: what
-      if (allocated(outcome%trouble)) then
-         outcome%trouble = outcome%trouble//'; '//what
-      else
-         outcome%trouble = what
-      end if
-   end subroutine note_trouble
 end module path_acceptance

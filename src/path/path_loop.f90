@@ -19,7 +19,8 @@ module path_loop
    use span_mesh, only: prepare_mesh, ask_for_twice, refine_mesh
    use step_control, only: start_control
    use path_events, only: new_probe
-   use path_acceptance, only: record, note_trouble, outcome_t
+   use point_recording, only: record
+   use path_outcome, only: outcome_t, note_trouble
    use linear_buckling, only: buckle
    use buckling_errors, only: add_buckling_bars
    use error_report, only: note_buckling_bars

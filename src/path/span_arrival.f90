@@ -11,7 +11,8 @@ module span_arrival
    use path_continuity, only: heading_at, between
    use path_events, only: event_t, new_probe, detect_events
    use path_run, only: run_t, heading_of, forget_mesh
-   use path_acceptance, only: accept, note_trouble, outcome_t
+   use path_acceptance, only: accept
+   use path_outcome, only: outcome_t, note_trouble
    use corrector, only: increment_t, correct
    use path_record, only: recorder_t
    use timing, only: timers_t

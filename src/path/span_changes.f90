@@ -19,7 +19,8 @@ module span_changes
    use touchdown_points, only: stands
    use path_continuity, only: heading_t
    use path_run, only: run_t
-   use path_acceptance, only: accept, wants_another, outcome_t
+   use path_acceptance, only: accept, wants_another
+   use path_outcome, only: outcome_t
    use step_control, only: smallest
    use path_record, only: recorder_t
    use error_report, only: bars_at_point
