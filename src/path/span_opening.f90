@@ -57,7 +57,6 @@ contains
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
       type(touch_t), allocatable :: touch(:)
-      logical, allocatable :: follows(:)
       integer :: c
       type(control_t) :: here
       type(increment_t) :: report
@@ -73,14 +72,8 @@ contains
       state = carried(problem, beyond, next)
       system = new_system(next)
       here%method = method_load
-      follows = next%candidates%follows
-      ! A point that has just parted is hardly more curved than the obstacle: as one that lies on it, its place is where the
-      ! moments on both sides agree.
-      next%candidates%follows = follows .or. next%candidates%moves
       ! The ends move where forces in equilibrium tell them to.
       call settle(with_held(next, [(c, c=1, next%candidates%n)]))
-      if (found) call settle(next)
-      next%candidates%follows = follows
       if (found) call settle(next)
       if (.not. found) return
       found = spans_hold(next, state, system%force_scale)
