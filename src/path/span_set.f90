@@ -106,8 +106,6 @@ contains
          end if
          rate = spreading_rate(problem, run, answer%opens)
          call head_for(problem, run, rate)
-         if (parts) call limit_growth(run, rate, 0.5_wp * share * &
-            & problem%layout%stretch(before(test%touch)%stretch)%length)
       case default
          if (is_arc_length(run%control%method)) then
             run%heading = heading_at(problem, run%system, run%heading%u, run%heading%load)
@@ -125,21 +123,6 @@ contains
       real(wp), intent(in) :: rate               !! of that, per unit of load factor
       run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
    end subroutine head_for
-
-   !> What has opened is not to grow manifold at once: a point contact has its place where the gap is least as long as the
-   !> curvatures differ as they do now.
-   subroutine limit_growth(run, rate, length)
-      type(run_t), intent(inout) :: run
-      real(wp), intent(in) :: rate               !! of what has opened, per unit of load factor
-      real(wp), intent(in) :: length             !! that it may grow by
-      real(wp) :: increment
-      increment = length / max(abs(rate * run%heading%load), tiny(rate))
-      if (is_arc_length(run%control%method)) then
-         run%control%increment = min(run%control%increment, increment)
-      else if (run%control%method == method_load) then
-         run%control%increment = sign(min(abs(run%control%increment), increment * abs(run%heading%load)), run%control%increment)
-      end if
-   end subroutine limit_growth
 
    !> What was taken for none had a length: without it the equilibrium is a little another. A point is as curved as the obstacle
    !> where the line that it comes from is none; of a line it is that of the same load. It stays where none is found, as at a
