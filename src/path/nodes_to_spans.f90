@@ -117,7 +117,7 @@ contains
                kept = next
                touch = laid_down(present_touches(next%problem, next%state), tests(k)%beside, tests(k)%ends)
                call settle()
-               if (found .and. count(next%problem%conforms == 0) < count(kept%problem%conforms == 0)) then
+               if (found) then
                   tests = run_span_tests(next%problem, next%state, next%system%force_scale)
                   k = 0
                else

@@ -6,7 +6,7 @@ module span_arrival
    use rod_state, only: state_t
    use span_change, only: leg_t, change_t, next_t
    use span_opening, only: open_line
-   use state_transfer, only: carried
+   use state_transfer, only: carried, carried_field
    use path_control, only: control_t, displacement_between
    use path_continuity, only: heading_at, between
    use path_events, only: event_t, new_probe, detect_events
@@ -101,9 +101,11 @@ contains
       on%system = next%system
       call forget_mesh(on)
       rise = next%state%load_factor - on%state%load_factor
-      if (allocated(next%heading%u) .and. abs(rise) <= 10.0_wp * epsilon(rise) * abs(on%state%load_factor)) then
+      if (abs(rise) <= 10.0_wp * epsilon(rise) * abs(on%state%load_factor)) then
          ! Both sets have one equilibrium there: what is between them is what their meshes differ by.
          on%heading = next%heading
+         if (.not. allocated(next%heading%u)) on%heading = heading_at(next%problem, next%system, carried_field(problem, run%state, &
+            & run%heading%u, next%problem, on%state), run%heading%load)
       else
          on%heading = heading_at(next%problem, next%system, displacement_between(next%problem, on%state, next%state), rise)
       end if
