@@ -87,15 +87,15 @@ contains
       logical, intent(out) :: lies
       type(timers_t), intent(inout) :: timers
       real(wp) :: left, come
-      logical :: closed, gone
+      logical :: gone
       associate (test => leg%after(which))
          left = test%value
          come = leg%before(which)%value
-         closed = test%ends(2) - test%ends(1) < shortest * problem%layout%stretch(test%stretch)%length
-         gone = closed .or. abs(left) * problem%size <= rounding_gap(problem)
+         gone = abs(left) * problem%size <= rounding_gap(problem) .or. &
+            & test%ends(2) - test%ends(1) < shortest * problem%layout%stretch(test%stretch)%length
          next%problem = new_span_problem(problem, laid_down(present_touches(problem, leg%to), test%beside, test%ends))
       end associate
-      call find_begin(problem, leg, held_load(run), closed, next, lies, timers)
+      call find_begin(problem, run, leg, gone, next, lies, timers)
       if (.not. lies) return
       ! A straight obstacle presses a straight line at no load: then only a gap that is gone tells. Else not some other equilibrium:
       ! a gap that falls as it did is gone there, as far as paths are followed as straight.
@@ -135,12 +135,12 @@ contains
    end subroutine look_at_ends
 
    !> Where the new line begins to press: its least pressure is zero, or just above it. By secants, within a bracket once there is
-   !> one.
-   subroutine find_begin(problem, leg, step, closed, next, found, timers)
+   !> one. Where nothing is left of the span, and the line presses all the way, it is where the run stands: meshes differ.
+   subroutine find_begin(problem, run, leg, gone, next, found, timers)
       type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
       type(leg_t), intent(in) :: leg
-      real(wp), intent(in) :: step               !! of the load, to begin with
-      logical, intent(in) :: closed              !! the line may press already: then that is the state
+      logical, intent(in) :: gone                !! nothing is left of the span
       type(next_t), intent(inout) :: next        !! its problem is given
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
@@ -153,14 +153,15 @@ contains
       next%rate = 0.0_wp
       loads = leg%to%load_factor
       call look_at(loads(2), value)
-      found = ok .and. closed .and. value >= 0.0_wp
-      if (found .or. .not. ok) return
+      found = .false.
+      if (.not. ok) return
       values = value - goal
-      load = loads(2) + step
-      if (value > slack .and. abs(leg%from%load_factor - loads(2)) > 0.0_wp) then
-         ! It presses there already, and does not yet where the path came from.
-         call look_at(leg%from%load_factor, value)
-         if (ok .and. value < 0.0_wp) load = leg%from%load_factor
+      load = loads(2) + held_load(run)
+      if (value > slack) then
+         call look_at(run%state%load_factor, value)
+         found = gone .and. ok .and. value >= 0.0_wp
+         if (found) return
+         if (ok .and. value < 0.0_wp) load = run%state%load_factor
       end if
       do try = 1, max_tries
          ! No load tells them apart.
