@@ -24,7 +24,7 @@ module span_opening
    use conforming_span, only: conforming_forces, node_track
    use obstacle_track, only: track_t
    use contact_touch, only: touch_t
-   use touch_edits, only: begun, opened, end_moved, shrunk, numbered, same_set
+   use touch_edits, only: begun, lost, opened, end_moved, shrunk, numbered, same_set
    use span_problem, only: new_span_problem, present_touches
    use line_pressure, only: density_at
    use span_tests, only: span_test_t, spans_hold, test_force, test_pressure, test_slack, well_below
@@ -133,9 +133,18 @@ contains
       logical :: pulled(2)
       length = zone(2) - zone(1)
       pulled = [zone(1) <= line%at(1), zone(2) >= line%at(2)]
-      told = length > 0.0_wp .and. .not. all(pulled)
+      told = length > 0.0_wp
       if (.not. told) return
-      if (.not. any(pulled)) then
+      if (all(pulled)) then
+         ! It lifts off all at once; what pushes at its ends stays.
+         if (problem%candidates%moves(line%candidate(2))) set = begun(set, line%contact, line%stretch, line%at(2))
+         if (problem%candidates%moves(line%candidate(1))) then
+            set = shrunk(set, rest, line%at(1))
+         else
+            set = lost(set, rest)
+         end if
+         return
+      else if (.not. any(pulled)) then
          set = opened(set, rest, 0.5_wp * (sum(zone) - whole_zone * length), 0.5_wp * (sum(zone) + whole_zone * length))
          told = set(rest)%at(2) > set(rest)%at(1)
          rest = size(set)
