@@ -147,7 +147,7 @@ contains
       real(wp), parameter :: slack = 1.0e-3_wp * test_slack(test_pressure), goal = 0.5_wp * slack
       real(wp) :: load, loads(2), value, values(2)
       integer :: try
-      logical :: ok
+      logical :: ok, narrow
       next%system = new_system(next%problem)
       next%state = carried(problem, leg%to, next%problem)
       next%rate = 0.0_wp
@@ -168,10 +168,10 @@ contains
          if (.not. abs(load - loads(2)) > 0.0_wp) return
          call look_at(load, value)
          if (.not. ok) return
-         next%rate = (value - goal - values(2)) / (load - loads(2))
          ! What the iteration leaves of forces makes pressures go to and fro.
-         found = value >= 0.0_wp .and. (value <= slack .or. (value <= test_slack(test_pressure) .and. &
-            & abs(load - loads(2)) <= sqrt(slack) * abs(leg%to%load_factor - leg%from%load_factor)))
+         narrow = abs(load - loads(2)) <= sqrt(slack) * abs(leg%to%load_factor - leg%from%load_factor)
+         if (.not. (narrow .and. abs(next%rate) > 0.0_wp)) next%rate = (value - goal - values(2)) / (load - loads(2))
+         found = (value >= 0.0_wp .and. value <= slack) .or. (narrow .and. abs(value) <= test_slack(test_pressure))
          if (found .or. .not. abs(next%rate) > 0.0_wp) return
          if (values(1) * values(2) < 0.0_wp .and. (value - goal) * values(2) > 0.0_wp) then
             values(1) = 0.5_wp * values(1)
