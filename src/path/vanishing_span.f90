@@ -206,10 +206,11 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: test      !! of the span
+      integer :: k
       is_wave = all(test%beside > 0)
       if (is_wave) is_wave = .not. any(problem%touch(test%beside)%line)
       if (.not. is_wave) return
-      is_wave = virtual_pressure(problem, state, problem%touch(test%beside(1))%candidate(1)) < 0.0_wp
+      is_wave = any([(virtual_pressure(problem, state, problem%touch(test%beside(k))%candidate(1)) < 0.0_wp, k=1, 2)])
    end function is_wave
 
    !> The equilibrium at which the two points beside a span are one.
