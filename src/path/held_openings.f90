@@ -15,10 +15,9 @@ module held_openings
    use timing, only: timers_t
    implicit none
    private
-   public :: open_span, rest_held, too_flat, find_flat_point, held_load, small_load, spreading_rate, first_length, longest_length
+   public :: open_span, rest_held, find_flat_point, held_load, small_load, spreading_rate, first_length
 
    real(wp), parameter :: first_length = 4.0e-3_wp !! of a stretch: what opens from nothing begins with that
-   real(wp), parameter :: longest_length = 0.1_wp  !! and with not more than some times that, where it is too flat to tell its ends
 
 contains
 
@@ -57,22 +56,6 @@ contains
       if (report%converged) run%state = state
       call linearise(problem, run%state, run%state, run%system, timers)
    end subroutine rest_held
-
-   !> True where the points between which a span has opened are no more curved than their obstacle.
-   logical function too_flat(problem, state, opened) result(flat)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: opened(2)
-      real(wp) :: excess, stretch
-      integer :: ends(2), i
-      ends = opening_ends(problem, opened)
-      flat = .false.
-      do i = 1, 2
-         if (ends(i) == 0) cycle
-         call excess_curvature(problem, state, ends(i), excess, stretch)
-         flat = flat .or. excess * problem%size <= flat_excess
-      end do
-   end function too_flat
 
    !> Steps of load factor and place for differences.
    pure function held_steps(problem, run) result(step)
