@@ -21,7 +21,7 @@ module vanishing_span
    use span_tests, only: span_test_t, run_span_tests, another_fails, test_slack, test_pressure, shortest
    use span_regions, only: find_span_regions
    use span_change, only: leg_t, next_t, go_to_load
-   use span_location, only: turns, leads_to_next, reach_of
+   use lying_ahead, only: turns, leads_to_next, reach_of
    use held_openings, only: find_flat_point, held_load
    use state_transfer, only: carried
    use path_control, only: path_length
