@@ -96,7 +96,7 @@ contains
       real(wp) :: left(2), excess, stretch
       left = opening_misfit(problem, points, state)
       call excess_curvature(problem, state, points(1), excess, stretch)
-      left(2) = excess * problem%size - 0.1_wp * flat_excess
+      left(2) = excess * problem%size - flat_excess
    end function flatness
 
    !> Candidates at the ends of an opening span, those that move: of one line both, of two contacts the ends that face each other.
