@@ -21,6 +21,7 @@ module element_shares
    use null_directions, only: new_null_directions, leave_out, free_of
    use contact_totals, only: contact_sum_known, contact_sum_defect, contact_sum_gradient
    use monitor_rows, only: monitor_row_t, monitor_row, watched_displacement
+   use deck_nodes, only: find_node
    use touch_places, only: place_gradients, moment_places
    use small_dense, only: solve_small
    use timing, only: timers_t
@@ -140,6 +141,7 @@ contains
             shares%inside(m) = inside%defect + watched_displacement(finer, start, m - 1) - &
                & watched_displacement(problem, state, m - 1)
             change = change + shares%inside(m)
+            call share_inside()
          else if (problem%deck%monitor(m - 1)%quantity == quantity_contact) then
             ! Ends of spans carry it: what nodes are known to, not polynomials between them.
             rest = rest + contact_sum_defect(problem, state, system, m - 1)
@@ -157,6 +159,19 @@ contains
       shares%watched = abs(shares_by(nodal_all(w)))
 
    contains
+
+      !> What a monitor errs by inside an element is that element's.
+      subroutine share_inside()
+         real(wp) :: tau
+         integer :: i, node, holder(size(problem%deck%monitor(m - 1)%node))
+         do i = 1, size(holder)
+            call find_node(problem, state, problem%deck%monitor(m - 1)%node(i), node, holder(i), tau)
+         end do
+         do i = 1, size(holder)
+            if (holder(i) > 0) shares%element(m, holder(i)) = shares%element(m, holder(i)) + &
+               & abs(shares%inside(m)) / count(holder > 0)
+         end do
+      end subroutine share_inside
 
       !> The dual displacements w of the functional.
       subroutine answer()
