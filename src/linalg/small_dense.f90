@@ -40,6 +40,7 @@ contains
             end do
          end if
          do i = k + 1, n
+            if (.not. abs(a(i, k)) > 0.0_wp) cycle
             factor = a(i, k) / a(k, k)
             do j = k + 1, n
                a(i, j) = a(i, j) - factor * a(k, j)
