@@ -422,29 +422,27 @@ contains
       end subroutine add_force_rows
 
       !> dp + spring * normal.dx = spring * approach * dl at every point, dp the change of its pressure. Pressures are unknowns of
-      !> their own: however stiff the foundation is, their rows stay as far from being multiples of each other as on a rigid one.
+      !> their own: put into the rows of n they would leave what a stiff foundation does not resist, as sliding along it, to
+      !> cancellation.
       subroutine add_pressure_rows()
-         real(wp) :: soft, stiff, lever
+         real(wp) :: stiff, lever
          integer :: row, b
          do q = 1, inner%n
             row = stored_by + q
-            ! Their weights make the row a length, as displacements are; its weight makes that the moment which would bend by it.
-            stiff = abs(inner%spring(q)) * (he * h**3)
-            soft = he * h**3 / (1.0_wp + stiff)
-            stiff = soft * inner%spring(q)
-            row_weight(row) = 1.0_wp / (he * h)
-            system(row, row) = soft
+            ! As the moment of a pressure over h.
+            row_weight(row) = h**2
+            system(row, row) = 1.0_wp
             do b = 1, s
-               lever = (stiff * hc * inner%basis(b, q)) * dot_product(inner%normal(:, q), d(:, b))
+               stiff = inner%spring(q) * hc * inner%basis(b, q)
+               lever = stiff * dot_product(inner%normal(:, q), d(:, b))
                system(row, :s) = system(row, :s) + (lever * he) * tab%a(b, :s)
-               system(row, s + 2 * b - 1) = (stiff * hc * inner%basis(b, q)) * dot_product(inner%normal(:, q), bnn(1:2, b))
-               system(row, s + 2 * b) = (stiff * hc * inner%basis(b, q)) * dot_product(inner%normal(:, q), bnn(2:3, b))
+               system(row, s + 2 * b - 1) = stiff * dot_product(inner%normal(:, q), bnn(1:2, b))
+               system(row, s + 2 * b) = stiff * dot_product(inner%normal(:, q), bnn(2:3, b))
                rhs(row, by_rotation) = rhs(row, by_rotation) - lever
-               rhs(row, by_load) = rhs(row, by_load) - (stiff * hc * inner%basis(b, q)) * &
-                  & dot_product(inner%normal(:, q), heat(:, b))
+               rhs(row, by_load) = rhs(row, by_load) - stiff * dot_product(inner%normal(:, q), heat(:, b))
             end do
-            rhs(row, by_x:by_y) = -stiff * inner%normal(:, q)
-            rhs(row, by_load) = rhs(row, by_load) + stiff * inner%approach(q)
+            rhs(row, by_x:by_y) = -inner%spring(q) * inner%normal(:, q)
+            rhs(row, by_load) = rhs(row, by_load) + inner%spring(q) * inner%approach(q)
          end do
       end subroutine add_pressure_rows
    end subroutine ge_evaluate
