@@ -427,8 +427,9 @@ contains
                & element_load(problem, state, e), element_displacement(problem, state, e), state%z(:z, e), du, dz(:z, e), &
                & 1.0_wp, rho(:, :s))
             do q = 1, inner%n
-               change = inner%rate(:, q) - matmul(inner%stiffness(:, :, q), &
-                  & du(1:2) + g%length * g%scale * matmul(rho(:, :s), inner%basis(:s, q)))
+               change = du(1:2) + g%length * g%scale * matmul(rho(:, :s), inner%basis(:s, q))
+               change = inner%rate(:, q) - matmul(inner%sway(:, :, q), change) + (inner%spring(q) * (inner%approach(q) - &
+                  & dot_product(inner%normal(:, q), change))) * inner%normal(:, q)
                associate (rate_here => rate(:, problem%ground%chain%obstacle(inner%source(q))))
                   rate_here = rate_here + g%length * inner%weight(q) * [change, dot_product(inner%normal(:, q), change)]
                end associate

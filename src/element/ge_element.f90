@@ -26,7 +26,6 @@ module ge_element
    public :: ge_compliance, forbid_stretch, ge_stiffness_t, ge_load_t, ge_evaluate, ge_end_forces, ge_interior, ge_directions, &
       & ge_direction_changes, ge_direction_rates, ge_size, ge_columns
 
-   integer, parameter :: max_unknowns = 3 * max_stages
    integer, parameter :: ge_columns = 8 !! columns of the update operator: six node displacements, residual, load factor
 
    !> Compliances; zero means rigid.
@@ -108,14 +107,14 @@ contains
 
       real(wp) :: phi(max_stages), m(max_stages), nn(2, max_stages), rho(2, max_stages), g(max_stages)
       real(wp) :: g_phi(max_stages), d(2, max_stages), bnn(3, max_stages), position(2, max_stages)
-      real(wp) :: system(max_unknowns, max_unknowns), rhs(max_unknowns, n_by), moved(2, n_by)
+      real(wp), allocatable :: system(:, :), rhs(:, :), row_weight(:)
+      real(wp) :: moved(2, n_by)
       real(wp) :: dphi(n_by), dn(2, n_by), dend(3, n_by), dtail(3, n_by), flexibility(3, 3), &
          & ends(3, ge_columns + 2)
       real(wp) :: t(2), nu(2), axial, shear, beta, end_defect(3), tail(3), hc, he, residual_m, span(2), more(2), along, across
       real(wp) :: free, heat(2, max_stages), g_heat(max_stages), half
       real(wp) :: moved_direction(2, max_stages) ! rho less that of the stress-free element
-      real(wp) :: row_weight(max_unknowns)
-      integer :: s, i, j, l, q, unknowns, nb
+      integer :: s, i, j, l, q, stored_by, unknowns, nb
       logical :: stored, founded, singular
 
       s = tab%stages
@@ -167,8 +166,11 @@ contains
       end do
 
       ! Linearised stage equations for the increments of m (and n) at the stages.
-      unknowns = s
-      if (stored) unknowns = 3 * s
+      stored_by = s
+      if (stored) stored_by = 3 * s
+      unknowns = stored_by
+      if (founded) unknowns = unknowns + inner%n
+      allocate (system(unknowns, unknowns), rhs(unknowns, n_by), row_weight(unknowns))
       defect = 0.0_wp
       system(:unknowns, :unknowns) = 0.0_wp
       rhs(:unknowns, :) = 0.0_wp
@@ -198,6 +200,7 @@ contains
       ! Moments beside forces: as forces at a distance of h.
       row_weight(:s) = 1.0_wp
       row_weight(s + 1:) = h
+      if (founded) call add_pressure_rows()
       call solve_small(unknowns, system, rhs(:unknowns, :nb), singular, row_weight)
       ok = .not. singular
       if (singular) then
@@ -255,7 +258,8 @@ contains
          do q = 1, inner%n
             call point_increment(q)
             tail(1:2) = tail(1:2) - (h * inner%weight(q)) * inner%force(:, q)
-            dtail(1:2, :) = dtail(1:2, :) + (h * inner%weight(q)) * matmul(inner%stiffness(:, :, q), moved)
+            dtail(1:2, :) = dtail(1:2, :) + (h * inner%weight(q)) * (matmul(inner%sway(:, :, q), moved) - &
+               & spread(inner%normal(:, q), 2, n_by) * spread(rhs(stored_by + q, :), 1, 2))
             dtail(1:2, by_load) = dtail(1:2, by_load) - (h * inner%weight(q)) * inner%rate(:, q)
          end do
       end if
@@ -296,12 +300,12 @@ contains
 
       op(1:3, :) = ends(:, :ge_columns)
       do j = 1, ge_columns
-         op(4:3 + unknowns, j) = matmul(rhs(:unknowns, by_nx:by_m), ends(:, j))
+         op(4:3 + stored_by, j) = matmul(rhs(:stored_by, by_nx:by_m), ends(:, j))
       end do
-      op(4:3 + unknowns, 3) = op(4:3 + unknowns, 3) + rhs(:unknowns, by_rotation)
-      if (founded) op(4:3 + unknowns, 1:2) = op(4:3 + unknowns, 1:2) + rhs(:unknowns, by_x:by_y)
-      op(4:3 + unknowns, 7) = op(4:3 + unknowns, 7) + rhs(:unknowns, by_residual)
-      op(4:3 + unknowns, 8) = op(4:3 + unknowns, 8) + rhs(:unknowns, by_load)
+      op(4:3 + stored_by, 3) = op(4:3 + stored_by, 3) + rhs(:stored_by, by_rotation)
+      if (founded) op(4:3 + stored_by, 1:2) = op(4:3 + stored_by, 1:2) + rhs(:stored_by, by_x:by_y)
+      op(4:3 + stored_by, 7) = op(4:3 + stored_by, 7) + rhs(:stored_by, by_residual)
+      op(4:3 + stored_by, 8) = op(4:3 + stored_by, 8) + rhs(:stored_by, by_load)
 
       k(1:3, :) = -ends(:, :6)
       k(4:6, :) = matmul(dtail(:, by_nx:by_m), ends(:, :6))
@@ -387,24 +391,25 @@ contains
                swing = 0.0_wp
                heated = 0.0_wp
                do b = 1, s
-                  heated = heated + matmul(inner%stiffness(:, :, q), heat(:, b)) * (hc * inner%basis(b, q))
-                  k_d = matmul(inner%stiffness(:, :, q), d(:, b)) * (hc * inner%basis(b, q))
+                  heated = heated + matmul(inner%sway(:, :, q), heat(:, b)) * (hc * inner%basis(b, q))
+                  k_d = matmul(inner%sway(:, :, q), d(:, b)) * (hc * inner%basis(b, q))
                   swing = swing + k_d
                   along(1, :s) = along(1, :s) + (k_d(1) * he) * tab%a(b, :s)
                   along(2, :s) = along(2, :s) + (k_d(2) * he) * tab%a(b, :s)
-                  k_dn(:, 1, b) = matmul(inner%stiffness(:, :, q), bnn(1:2, b)) * (hc * inner%basis(b, q))
-                  k_dn(:, 2, b) = matmul(inner%stiffness(:, :, q), bnn(2:3, b)) * (hc * inner%basis(b, q))
+                  k_dn(:, 1, b) = matmul(inner%sway(:, :, q), bnn(1:2, b)) * (hc * inner%basis(b, q))
+                  k_dn(:, 2, b) = matmul(inner%sway(:, :, q), bnn(2:3, b)) * (hc * inner%basis(b, q))
                end do
                do a = 1, s
                   row = s + 2 * a - 1
                   share = h * inner%weight(q) * (1.0_wp - inner%basis(a, q) / tab%b(a))
+                  system(row:row + 1, stored_by + q) = system(row:row + 1, stored_by + q) + share * inner%normal(:, q)
                   system(row:row + 1, :s) = system(row:row + 1, :s) - share * along(:, :s)
                   do b = 1, s
                      system(row:row + 1, s + 2 * b - 1:s + 2 * b) = system(row:row + 1, s + 2 * b - 1:s + 2 * b) - &
                         & share * k_dn(:, :, b)
                   end do
                   rhs(row:row + 1, by_rotation) = rhs(row:row + 1, by_rotation) + share * swing
-                  rhs(row:row + 1, by_x:by_y) = rhs(row:row + 1, by_x:by_y) + share * inner%stiffness(:, :, q)
+                  rhs(row:row + 1, by_x:by_y) = rhs(row:row + 1, by_x:by_y) + share * inner%sway(:, :, q)
                   rhs(row:row + 1, by_residual) = rhs(row:row + 1, by_residual) - share * inner%force(:, q)
                   rhs(row:row + 1, by_load) = rhs(row:row + 1, by_load) + share * (heated - inner%rate(:, q))
                end do
@@ -415,6 +420,31 @@ contains
             defect(1) = max(defect(1), maxval(abs(rhs(s + 2 * a - 1:s + 2 * a, by_residual))) * hc * he)
          end do
       end subroutine add_force_rows
+
+      !> dp + spring * normal.dx = spring * approach * dl at every point, dp the change of its pressure. Pressures are unknowns of
+      !> their own: put into the rows of n they would leave what a stiff foundation does not resist, as sliding along it, to
+      !> cancellation.
+      subroutine add_pressure_rows()
+         real(wp) :: stiff, lever
+         integer :: row, b
+         do q = 1, inner%n
+            row = stored_by + q
+            ! As the moment of a pressure over h.
+            row_weight(row) = h**2
+            system(row, row) = 1.0_wp
+            do b = 1, s
+               stiff = inner%spring(q) * hc * inner%basis(b, q)
+               lever = stiff * dot_product(inner%normal(:, q), d(:, b))
+               system(row, :s) = system(row, :s) + (lever * he) * tab%a(b, :s)
+               system(row, s + 2 * b - 1) = stiff * dot_product(inner%normal(:, q), bnn(1:2, b))
+               system(row, s + 2 * b) = stiff * dot_product(inner%normal(:, q), bnn(2:3, b))
+               rhs(row, by_rotation) = rhs(row, by_rotation) - lever
+               rhs(row, by_load) = rhs(row, by_load) - stiff * dot_product(inner%normal(:, q), heat(:, b))
+            end do
+            rhs(row, by_x:by_y) = -inner%spring(q) * inner%normal(:, q)
+            rhs(row, by_load) = rhs(row, by_load) + inner%spring(q) * inner%approach(q)
+         end do
+      end subroutine add_pressure_rows
    end subroutine ge_evaluate
 
    !> Stored end resultants without condensation: n and m at both ends in global axes, as the collocation has them.

@@ -115,10 +115,13 @@ contains
          list%weight(q) = weight
          call stage_basis(problem%tableau(s), tau, list%basis(:, q))
          list%force(:, q) = push * normal
-         list%stiffness(:, 1, q) = spring * normal * normal(1) - (push * bend) * t * t(1)
-         list%stiffness(:, 2, q) = spring * normal * normal(2) - (push * bend) * t * t(2)
-         list%rate(:, q) = matmul(list%stiffness(:, :, q), problem%model%step(problem%step)%load%motion(:, obstacle)) + &
-            & (spring * closing_rate(problem, problem%ground%chain, c)) * normal
+         list%spring(q) = spring
+         list%sway(:, 1, q) = -(push * bend) * t * t(1)
+         list%sway(:, 2, q) = -(push * bend) * t * t(2)
+         associate (motion => problem%model%step(problem%step)%load%motion(:, obstacle))
+            list%approach(q) = dot_product(normal, motion) + closing_rate(problem, problem%ground%chain, c)
+            list%rate(:, q) = matmul(list%sway(:, :, q), motion)
+         end associate
          list%source(q) = c
          list%normal(:, q) = normal
          list%pressure(q) = push

@@ -92,10 +92,9 @@ contains
             do q = 1, inner%n
                d = du(1:2) + g%length * g%scale * matmul(rho(:, :s), inner%basis(:s, q))
                along = [inner%normal(2, q), -inner%normal(1, q)]
-               change = part_of_load * inner%bend(q) * &
-                  & dot_product(inner%normal(:, q), inner%rate(:, q) - matmul(inner%stiffness(:, :, q), d))
-               pressed%stiffness(:, 1, q) = inner%stiffness(:, 1, q) - change * along * along(1)
-               pressed%stiffness(:, 2, q) = inner%stiffness(:, 2, q) - change * along * along(2)
+               change = part_of_load * inner%bend(q) * inner%spring(q) * (inner%approach(q) - dot_product(inner%normal(:, q), d))
+               pressed%sway(:, 1, q) = inner%sway(:, 1, q) - change * along * along(1)
+               pressed%sway(:, 2, q) = inner%sway(:, 2, q) - change * along * along(2)
             end do
          end associate
       end subroutine press

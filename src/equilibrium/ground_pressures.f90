@@ -48,8 +48,8 @@ contains
                if (.not. carries(before%segment(c))) cycle
                place(c) = place(c) + 1
                change = profile_rate(problem, before, profile, list%tau(q), du, rate(:z, e), y)
-               after%push(place(c), c) = list%pressure(q) + dot_product(list%normal(:, q), y * list%rate(:, q) - &
-                  & matmul(list%stiffness(:, :, q), change(1:2)))
+               after%push(place(c), c) = list%pressure(q) + list%spring(q) * (y * list%approach(q) - &
+                  & dot_product(list%normal(:, q), change(1:2)))
             end associate
          end do
       end do

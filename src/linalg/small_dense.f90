@@ -16,7 +16,7 @@ contains
       real(wp), intent(inout) :: b(:, :)   !! (>= n, right-hand sides), the solution on return
       logical, intent(out) :: singular     !! a pivot was exactly zero or not finite; B is then undefined
       real(wp), intent(in), optional :: weight(:) !! (>= n) of the rows when pivots are compared, positive
-      real(wp) :: factor, swap, w(n)
+      real(wp) :: swap, w(n), factor(n)
       integer :: i, j, k, p
       singular = .false.
       w = 1.0_wp
@@ -39,22 +39,18 @@ contains
                swap = b(k, j); b(k, j) = b(p, j); b(p, j) = swap
             end do
          end if
-         do i = k + 1, n
-            factor = a(i, k) / a(k, k)
-            do j = k + 1, n
-               a(i, j) = a(i, j) - factor * a(k, j)
-            end do
-            do j = 1, size(b, 2)
-               b(i, j) = b(i, j) - factor * b(k, j)
-            end do
+         factor(k + 1:n) = a(k + 1:n, k) / a(k, k)
+         do j = k + 1, n
+            if (abs(a(k, j)) > 0.0_wp) a(k + 1:n, j) = a(k + 1:n, j) - a(k, j) * factor(k + 1:n)
+         end do
+         do j = 1, size(b, 2)
+            if (abs(b(k, j)) > 0.0_wp) b(k + 1:n, j) = b(k + 1:n, j) - b(k, j) * factor(k + 1:n)
          end do
       end do
       do j = 1, size(b, 2)
-         do i = n, 1, -1
-            do k = i + 1, n
-               b(i, j) = b(i, j) - a(i, k) * b(k, j)
-            end do
-            b(i, j) = b(i, j) / a(i, i)
+         do k = n, 1, -1
+            b(k, j) = b(k, j) / a(k, k)
+            if (abs(b(k, j)) > 0.0_wp) b(:k - 1, j) = b(:k - 1, j) - b(k, j) * a(:k - 1, k)
          end do
       end do
    end subroutine solve_small

@@ -3,7 +3,7 @@ module increment_points
    use kinds, only: wp
    use model, only: method_linearised, method_load
    use problem, only: problem_t
-   use rod_state, only: state_t
+   use rod_state, only: state_t, is_stress_free
    use bordered_system, only: linearise
    use path_control, only: control_t, is_arc_length, metric, path_length, displacement_between
    use path_continuity, only: heading_t, chord_between, seen_from, between, part_at, alike
@@ -84,6 +84,11 @@ contains
          first = report%iterations
          call correct(problem, run%state, division%control, .false., here, run%system, report, timers)
          report%iterations = first + report%iterations
+      else if (size(problem%mark) > 0 .and. is_stress_free(run%state)) then
+         ! At such a start nothing tells where contact with foundations ends: from the other end of the increment backwards.
+         division%control%increment = division%control%increment - division%whole
+         call linearise(problem, trial, trial, run%system, timers)
+         call take_increment(problem, trial, division%control, here, run%system, report, timers, keep_contact=keep_contact)
       else
          call linearise(problem, run%state, run%state, run%system, timers)
          call take_increment(problem, run%state, division%control, here, run%system, report, timers, keep_contact=keep_contact)

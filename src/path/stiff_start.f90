@@ -43,7 +43,7 @@ contains
    logical function is_stiff_start(problem, run)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
-      is_stiff_start = run%fresh .and. size(problem%mark) == 0 .and. .not. is_arc_length(run%control%method)
+      is_stiff_start = run%fresh .and. .not. is_arc_length(run%control%method)
       if (is_stiff_start) is_stiff_start = followed_part(problem) < 1.0_wp
    end function is_stiff_start
 
