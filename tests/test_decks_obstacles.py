@@ -79,7 +79,7 @@ def test_a_hollow_spline_that_pulls_says_so(points):
     """
     angles = np.radians(np.linspace(200.0, 340.0, points + 1))
     cradle = "*OBSTACLE, NAME=CRADLE, TYPE=SPLINE\n" + "".join(f"{math.cos(a):.15g}, {1.0 + math.sin(a):.15g}\n" for a in angles)
-    text = dr.example("cradle")
+    text = dr.on_given_mesh("cradle")
     start = text.index("*OBSTACLE")
     run = dr.run_deck(text[:start] + cradle + text[text.index("*CONTACT"):], code=2)
     assert "tension" in run.stderr
