@@ -92,6 +92,7 @@ MESHES: dict[str, tuple[str, tuple[str, ...]]] = {
     "pipe-lift": ("GE4", ("60",)),
     "rail-buckling": ("GE4", ("64",)),
     "ring": ("GE4", ("160, 6.",)),
+    "ring-critical": ("GE4", ("448",)),
     "ring-full": ("GE4", ("160, 6.", "160, 0.16666666666666667")),
     "ring-shrink": ("GE8", ("40",)),
     "ring-stiffness": ("GE4", ("16", "160", "64")),

@@ -45,18 +45,18 @@ def limit_load(text, which=0):
 
 @functools.cache
 def ring_critical():
-    return dr.run_deck(dr.on_given_mesh("ring-critical"))
+    return dr.run_deck(dr.example("ring-critical"))
 
 
 def test_ring_over_the_modulus():
-    """k R^4/EI = 1e3, 1e5, 3.6e6, 1e8 and rigid."""
+    """k R^4/EI = 1e3, 1e5, 3.6e6, 1e8 and rigid, asked 1e-6; with the obstacle rigid in contact spans."""
     table, curve = dr.reference("ring_winkler_critical"), ring_critical().results.limit_curves["CRITICAL"]
     assert "do not get on" not in ring_critical().stdout
-    dr.assert_close([at(curve, k) for k in table["kbar"]], table["p"], relative=2e-5)
+    dr.assert_close([at(curve, k) for k in table["kbar"]], table["p"], relative=1e-6)
     dr.assert_close([at(curve, k, "v") for k in table["kbar"]], table["v"], relative=5e-3)
     rigid = values(curve, "rigid") == 1
     assert list(rigid) == [False] * (len(rigid) - 1) + [True]
-    dr.assert_close(values(curve, "load_factor")[-1], RIGID, relative=2e-5)
+    dr.assert_close(values(curve, "load_factor")[-1], RIGID, relative=1e-6)
     assert [str(label) for label in values(curve, "label")].count("UZ") == 3 and str(values(curve, "label")[-1]) == "EP"
     dr.assert_monotone(values(curve, "parameter")[:-1], rising=True)
     dr.assert_monotone(values(curve, "load_factor")[:-1], rising=True)
@@ -68,6 +68,20 @@ def test_points_of_the_ring_are_limit_points():
     curve = ring_critical().results.limit_curves["CRITICAL"]
     assert np.all(values(curve, "residual") <= 1e-8)
     assert np.all(values(curve, "load_rate") <= 1e-3)
+
+
+@pytest.mark.parametrize("points, given, limit", [("ALONG", "GE8, 4, 24, 16", 1e-6), ("NODES", "GE4, 16, 128, 80", 1e-3)])
+def test_rigid_at_the_end(points, given, limit):
+    """From 1e7 on, in contact spans or at nodes."""
+    kind, *counts = given.split(", ")
+    arcs = "".join(f"{i + 1}, {i + 2}, 0., 0., {n}\n" for i, n in enumerate(counts))
+    text = dr.changed(dr.example("ring-critical"), ("2, 0., -1.\n", "2, -0.3420201433256687, 0.9396926207859084\n"
+                                                    "3, -0.9063077870366499, 0.42261826174069944\n4, 0., -1.\n"), ("2, XSYMM", "4, XSYMM"),
+                      ("TYPE=GE8\n1, 2, 0., 0.\n", f"TYPE={kind}\n{arcs}"), ("*ACCURACY, TOLERANCE=1E-6", "*ACCURACY, WIDEST=1"),
+                      ("MODULUS=1E3", "MODULUS=1E7"), ("NSET=RING\n*MON", f"NSET=RING, POINTS={points}\n*MON"), ("0.25, 1E8, 0.25, 1E5, 3.6E6", "0.25, 1E8, 0.25"))
+    curve = dr.run_deck(text).results.limit_curves["CRITICAL"]
+    assert values(curve, "rigid")[-1] == 1
+    dr.assert_close(values(curve, "load_factor")[-1], RIGID, relative=limit)
 
 
 # ---- against ordinary runs ----

@@ -105,9 +105,9 @@ def test_ring_of_2560_elements():
     dr.assert_close(run.load("LP"), 81.557427564661, relative=1e-8)
 
 
-# The decks without numbers of elements are run by test_decks_tolerance, ring-critical by test_decks_limit_curves.
+# The decks without numbers of elements are run by test_decks_tolerance.
 @pytest.mark.parametrize("name", sorted({path.stem for path in (pathlib.Path(__file__).parent.parent / "input").glob("*.inp")}
-                                        - set(dr.MESHES) - {"ring-critical"}))
+                                        - set(dr.MESHES)))
 def test_example_decks_need_no_contact_at_nodes(name):
     assert "do not get on" not in dr.run_deck(dr.example(name)).stdout
 

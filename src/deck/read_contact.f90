@@ -39,6 +39,7 @@ contains
          contact%gap = parameter_real(deck, card, 'GAP')
          points = parameter_word(deck, card, 'POINTS')
          contact%along = .false.
+         contact%may_lie = .false.
          contact%distributed = .false.
          if (contact%obstacle > 0 .and. .not. names%mesh_incomplete) then
             call check_candidates(deck, names, model, diagnostics, card, contact, touched(contact%obstacle, :))
@@ -53,6 +54,7 @@ contains
                else
                   reason = no_distribution(model, contact)
                   contact%distributed = reason == ''
+                  contact%may_lie = no_spans(model, contact) == ''
                   if (contact%distributed) call check_between(deck, model, diagnostics, card, contact)
                end if
                if (points == 'ALONG' .and. reason /= '') &

@@ -8,7 +8,7 @@ module span_problem
    use rod_state, only: state_t
    use remeshed_model, only: division_t
    use mesh_demand, only: demand_t, between, equal_shares
-   use contact_touch, only: touch_t, sort_touches
+   use contact_touch, only: touch_t, covers, sort_touches
    use ground_mark, only: cut_t
    use ground_cuts, only: add_marks, graded
    use candidates, only: add_candidates, twins
@@ -16,7 +16,7 @@ module span_problem
    use conforming_element, only: conforming_size
    implicit none
    private
-   public :: new_span_problem, same_spans, new_sampled_problem, chain_starts, present_touches, touch_place, outgrown
+   public :: new_span_problem, same_spans, new_sampled_problem, place_spans, present_touches, touch_place, outgrown
    public :: present_demand, looking_demand
 
    ! Every free span has a node inside, and one in contact is smooth: no layer forms at its ends.
@@ -129,6 +129,21 @@ contains
       problem = remeshed_problem(with_spans(base, .false.), division)
       problem%mesh_kind = mesh_sampled
    end function new_sampled_problem
+
+   !> Where spans may be, and what they count from, as the deck has it.
+   subroutine place_spans(deck, problem)
+      type(problem_t), intent(in) :: deck            !! on the deck's mesh
+      type(problem_t), intent(inout) :: problem      !! of the same deck, on any mesh
+      logical, allocatable :: covered(:, :)
+      integer :: k
+      allocate (covered(size(deck%layout%stretch), size(deck%deck%contact)))
+      do k = 1, size(deck%deck%contact)
+         covered(:, k) = covers(deck%deck, deck%layout, k)
+      end do
+      problem%covered = covered
+      problem%chain_start = chain_starts(deck)
+      problem%overlap = deck%overlap
+   end subroutine place_spans
 
    !> Coordinates of the beginnings of all stretches along the chains of the contacts, 0 where there is none.
    function chain_starts(deck) result(start)

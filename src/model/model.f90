@@ -166,6 +166,7 @@ module model
       integer, allocatable :: node(:)           !! node indices, in the deck's order
       real(wp) :: gap = 0.0_wp                  !! added to the geometric gap (half depth: negative)
       logical :: along = .false.                !! rigid: points and lines anywhere along the rod, by contact spans
+      logical :: may_lie = .false.              !! foundation: there could be spans if it were rigid
       logical :: distributed = .false.          !! foundation: reactions act all along the elements, not at the nodes
       logical :: spans = .false.                !! contact points and lines anywhere along the rods (contact_touch)
    end type contact_t

@@ -15,7 +15,8 @@ module limit_curves
    use path_outcome, only: outcome_t, note_trouble
    use span_tests, only: spans_hold
    use second_parameter, only: present_value
-   use limit_marks, only: renew_marks, take_marks_off
+   use limit_marks, only: renew_marks
+   use limit_rigid, only: make_rigid
    use limit_search, only: follower_t, trial_t, stand_here, scale_rate, evaluate, search, as_coordinate, as_value, small_drop
    use monitors, only: monitor_values
    use limit_mesh, only: bars_here, refine_limit_point
@@ -171,19 +172,28 @@ contains
          end if
          if (.not. curve%to_rigid) return
          direction = follower%control%tangent
-         call take_marks_off(follower%problem, follower%state, direction, ok, timers)
+         call make_rigid(curve, follower%problem, follower%state, direction, ok, timers)
+         follower%base = follower%problem
+         follower%system = new_system(follower%problem)
          if (ok) call stand_here(follower, direction, 0.0_wp, timers)
          if (.not. ok) then
             trouble = 'no equilibrium was found on the mesh that the rigid obstacle is to have'
             return
          end if
          place = 0.0_wp
-         call search(follower, step, place, [1.0_wp, 0.0_wp], trial, searches, timers, rigid=.true.)
+         call search(follower, step, place, [1.0_wp, 0.0_wp], trial, searches, timers)
          if (.not. trial%report%converged) then
             trouble = 'no limit point was found with the obstacle rigid: '//trial%report%message
             return
          end if
          call go(trial)
+         if (follower%problem%has_spans()) then
+            if (.not. spans_hold(follower%problem, follower%state, follower%system%force_scale)) then
+               trouble = 'where the rigid obstacle touches is not where the foundation pushed'
+               return
+            end if
+            call refine_limit_point(follower, step, timers)
+         end if
          call report('EP', .true.)
       end associate
 

@@ -10,7 +10,7 @@ module limit_search
    use bordered_system, only: linearise
    use path_control, only: control_t, set_tangent
    use corrector, only: increment_t, correct
-   use second_parameter, only: present_value, problem_at, rigid_problem, carry_state
+   use second_parameter, only: present_value, problem_at, carry_state
    use timing, only: timers_t
    implicit none
    private
@@ -74,20 +74,14 @@ contains
    end subroutine scale_rate
 
    !> h at a place on the surface, both coordinates in their units and counted from the last limit point.
-   subroutine evaluate(follower, place, trial, timers, rigid)
+   subroutine evaluate(follower, place, trial, timers)
       type(follower_t), intent(inout) :: follower
       real(wp), intent(in) :: place(2)
       type(trial_t), intent(out) :: trial
       type(timers_t), intent(inout) :: timers
-      logical, intent(in), optional :: rigid
       type(state_t) :: start
       type(control_t) :: control
-      logical :: as_rigid
-      as_rigid = .false.
-      if (present(rigid)) as_rigid = rigid
-      if (as_rigid) then
-         trial%problem = rigid_problem(follower%problem, follower%curve)
-      else if (abs(place(2)) > 0.0_wp) then
+      if (abs(place(2)) > 0.0_wp) then
          trial%problem = problem_at(follower%base, follower%curve, &
             & as_value(follower%curve, follower%coordinate + place(2) * follower%unit(2)))
       else
@@ -112,7 +106,7 @@ contains
    end subroutine evaluate
 
    !> Looks for h = 0 from a place along a normal to the curve: secants, kept within a bracket once there is one.
-   subroutine search(follower, step, place, normal, trial, searches, timers, rigid)
+   subroutine search(follower, step, place, normal, trial, searches, timers)
       type(follower_t), intent(inout) :: follower
       type(step_t), intent(in) :: step
       real(wp), intent(inout) :: place(2)          !! predicted on entry, found on return
@@ -120,12 +114,11 @@ contains
       type(trial_t), intent(out) :: trial
       integer, intent(out) :: searches
       type(timers_t), intent(inout) :: timers
-      logical, intent(in), optional :: rigid
       type(trial_t) :: next
       real(wp) :: q, h, q_old, h_old, q_new, low, high, h_low, h_high, slope
       integer :: total
       logical :: bracketed
-      call evaluate(follower, place, trial, timers, rigid)
+      call evaluate(follower, place, trial, timers)
       searches = 1
       if (.not. trial%report%converged) return
       total = trial%iterations
@@ -141,7 +134,7 @@ contains
       h_low = 0.0_wp
       h_high = 0.0_wp
       do searches = 2, max_searches
-         call evaluate(follower, place + q * normal, next, timers, rigid)
+         call evaluate(follower, place + q * normal, next, timers)
          total = total + next%iterations
          if (.not. next%report%converged) then
             ! Nearer to where it was known to work.

@@ -7,7 +7,7 @@ module second_parameter
    use rod_layout, only: new_layout
    use imperfect_mesh, only: move_to_curves
    use problem, only: problem_t, new_problem, derive_problem
-   use span_problem, only: same_spans, chain_starts
+   use span_problem, only: same_spans, place_spans
    use state_transfer, only: move_nodes
    use candidates, only: candidates_t
    use ground_regions, only: ground_reaction
@@ -114,10 +114,7 @@ contains
    subroutine lay_spans_again(base, problem)
       type(problem_t), intent(in) :: base
       type(problem_t), intent(inout) :: problem !! its deck and layout are the new ones
-      type(problem_t) :: deck
-      deck = new_problem(problem%deck)
-      problem%overlap = deck%overlap
-      problem%chain_start = chain_starts(deck)
+      call place_spans(new_problem(problem%deck), problem)
       problem = same_spans(problem, base)
       problem%weight = base%weight
    end subroutine lay_spans_again

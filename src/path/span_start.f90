@@ -1,10 +1,10 @@
 !> The start of a path with contact spans: nodes find out what touches.
 module span_start
    use kinds, only: wp
-   use problem, only: problem_t
+   use problem, only: problem_t, new_problem
    use rod_state, only: state_t
-   use contact_touch, only: touch_t, covers
-   use span_problem, only: new_span_problem, new_sampled_problem, chain_starts
+   use contact_touch, only: touch_t
+   use span_problem, only: new_span_problem, new_sampled_problem, place_spans
    use nodal_touches, only: along
    use span_change, only: next_t
    use span_arrival, only: bound_for
@@ -30,11 +30,7 @@ contains
       logical :: touches
       integer :: k, i
       if (.not. any(problem%deck%contact%along)) return
-      allocate (problem%covered(size(problem%layout%stretch), size(problem%deck%contact)))
-      do k = 1, size(problem%deck%contact)
-         problem%covered(:, k) = covers(problem%deck, problem%layout, k)
-      end do
-      problem%chain_start = chain_starts(problem)
+      call place_spans(new_problem(problem%deck), problem)
       touches = .false.
       allocate (clamp(0))
       do k = 1, size(problem%deck%contact)

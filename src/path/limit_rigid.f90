@@ -1,0 +1,124 @@
+!> The end of a limit curve over the modulus of a foundation: the last limit point with the obstacle rigid. What the foundation
+!> pushes lies on the obstacle then, in contact spans, or at nodes where rods or deck do not allow these.
+module limit_rigid
+   use kinds, only: wp
+   use model, only: model_t, limit_curve_t, method_linearised
+   use problem, only: problem_t, new_problem
+   use rod_state, only: state_t
+   use linear_system, only: system_t, new_system
+   use contact_touch, only: touch_t, choose_spans
+   use span_problem, only: new_span_problem, present_touches, place_spans
+   use ground_mark, only: cut_t
+   use ground_cuts, only: find_cuts
+   use ground_segments, only: segment_at
+   use force_law, only: carries
+   use mesh_change, only: carry_over
+   use path_control, only: control_t
+   use corrector, only: increment_t, correct
+   use second_parameter, only: rigid_problem, carry_state
+   use limit_marks, only: take_marks_off
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: make_rigid
+
+contains
+
+   !> The problem with the curve's obstacle rigid, and its state: in equilibrium with contact spans, as a guess with nodes.
+   subroutine make_rigid(curve, problem, state, direction, ok, timers)
+      type(limit_curve_t), intent(in) :: curve
+      type(problem_t), intent(inout) :: problem  !! at the last limit point
+      type(state_t), intent(inout) :: state
+      real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) of the path, displacements
+      logical, intent(out) :: ok                 !! false: no equilibrium was found
+      type(timers_t), intent(inout) :: timers
+      type(model_t) :: deck
+      deck = problem%deck
+      deck%obstacle(curve%obstacle)%rigid = .true.
+      where (deck%contact%obstacle == curve%obstacle)
+         deck%contact%along = deck%contact%distributed .and. deck%contact%may_lie
+         deck%contact%distributed = .false.
+      end where
+      call choose_spans(deck)
+      if (all(deck%contact%along .or. deck%contact%obstacle /= curve%obstacle)) then
+         call lay_down(curve, deck, problem, state, direction, ok, timers)
+      else
+         call take_marks_off(problem, state, direction, ok, timers)
+         if (ok) call stand_at_nodes()
+      end if
+
+   contains
+
+      subroutine stand_at_nodes()
+         type(problem_t) :: next
+         next = rigid_problem(problem, curve)
+         state = carry_state(problem, next, state)
+         problem = next
+      end subroutine stand_at_nodes
+   end subroutine make_rigid
+
+   !> Contact spans where the foundation pushes.
+   subroutine lay_down(curve, deck, problem, state, direction, ok, timers)
+      type(limit_curve_t), intent(in) :: curve
+      type(model_t), intent(in) :: deck          !! its obstacle rigid
+      type(problem_t), intent(inout) :: problem
+      type(state_t), intent(inout) :: state
+      real(wp), allocatable, intent(inout) :: direction(:, :)
+      logical, intent(out) :: ok
+      type(timers_t), intent(inout) :: timers
+      type(problem_t) :: base
+      type(touch_t), allocatable :: touch(:)
+      type(state_t) :: there
+      type(system_t) :: system
+      type(control_t) :: hold
+      type(increment_t) :: report
+      base = problem
+      base%deck = deck
+      call place_spans(new_problem(deck), base)
+      touch = present_touches(problem, state)
+      base = new_span_problem(base, [touch, pressed_lines(curve, problem, state, maxval([0, touch%number]))], state)
+      call carry_over(problem, base, state, direction)
+      problem = base
+      system = new_system(problem)
+      hold%method = method_linearised
+      hold%tangent = direction
+      hold%increment = 0.0_wp
+      there = state
+      call correct(problem, there, hold, .true., state, system, report, timers)
+      ok = report%converged
+   end subroutine lay_down
+
+   !> Where the curve's obstacle pushes, as lines: between the places where contact ends, one for each stretch.
+   function pressed_lines(curve, problem, state, last) result(line)
+      type(limit_curve_t), intent(in) :: curve
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: last                !! number of a touch
+      type(touch_t), allocatable :: line(:)
+      type(cut_t), allocatable :: cut(:)
+      real(wp), allocatable :: at(:)
+      real(wp) :: stiffness
+      integer :: contact, stretch, k, i, segment
+      logical :: before
+      allocate (line(0))
+      cut = find_cuts(problem, state)
+      do contact = 1, size(problem%deck%contact)
+         if (problem%deck%contact(contact)%obstacle /= curve%obstacle) cycle
+         do stretch = 1, size(problem%layout%stretch)
+            at = [0.0_wp, pack(cut%at, cut%stretch == stretch .and. cut%contact == contact), &
+               & problem%layout%stretch(stretch)%length]
+            before = .false.
+            do k = 1, size(at) - 1
+               call segment_at(problem, state, stretch, contact, 0.5_wp * (at(k) + at(k + 1)), segment, stiffness)
+               i = size(line)
+               if (carries(segment) .and. before) then
+                  line(i)%at(2) = at(k + 1)
+               else if (carries(segment)) then
+                  line = [line, touch_t(number=last + i + 1, contact=contact, stretch=stretch, at=at(k:k + 1), line=.true.)]
+               end if
+               before = carries(segment)
+            end do
+         end do
+      end do
+   end function pressed_lines
+end module limit_rigid
