@@ -82,6 +82,7 @@ MESHES: dict[str, tuple[str, tuple[str, ...]]] = {
     "beam-rollers": ("GE4", ("8", "8", "16")),
     "cantilever": ("GE4", ("16",)),
     "column": ("GE6", ("40", "40")),
+    "column-walls": ("GE4", ("40", "40")),
     "cradle": ("GE4", ("40",)),
     "euler": ("GE6", ("20",)),
     "indenter": ("GE4", ("40",)),

@@ -282,6 +282,16 @@ def thick_liner():
     return loads(dr.run_deck(re.sub(r"\*ACCURACY[^\n]*\n", "", text)), "LP")
 
 
+def test_one_sided_bifurcation():
+    """A line without pressure lets go at 16 Pcr; its bar is as wide as the error."""
+    coarse, fine = (next(c for c in dr.run_deck(asking("column-walls", t)).results.critical if c.label == "BP") for t in (1e-4, 1e-6))
+    dr.assert_close(fine.load_factor, 16.0, relative=1e-6)
+    error = abs(coarse.load_factor - fine.load_factor)
+    assert error <= coarse.error + fine.error
+    assert coarse.error <= 2.0 * error
+    dr.assert_close(coarse.corrected, fine.load_factor, absolute=0.1 * error)
+
+
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
 @pytest.mark.parametrize("name", ["pipe-heat", "column", "ring-full"])
 def test_coarse_meshes_do_what_is_asked(name, tolerance):

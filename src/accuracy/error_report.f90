@@ -4,13 +4,15 @@ module error_report
    use model, only: step_t, method_load, method_displacement, quantity_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
-   use state_transfer, only: find_point
+   use state_transfer, only: find_point, carried_field
    use path_control, only: control_t, path_length
    use path_continuity, only: heading_t, heading_at
    use monitors, only: monitor_rate
-   use linear_system, only: system_t
+   use linear_system, only: system_t, new_system
+   use bordered_system, only: linearise
+   use weak_lines, only: release_lines
    use span_tests, only: span_test_t, run_span_tests, test_force
-   use path_events, only: event_t, event_limit, event_contact, event_release, event_value_reached, event_stop
+   use path_events, only: event_t, event_limit, event_bifurcation, event_contact, event_release, event_value_reached, event_stop
    use path_run, only: run_t
    use error_bar, only: error_bar_t, error_bars_t, no_error_bars, moved_error_bar
    use path_errors, only: point_errors, event_errors
@@ -48,7 +50,9 @@ contains
       if (.not. step%error_bars) return
       allocate (bars)
       call timing_start(timers, phase_accuracy)
-      if (event%kind == event_release .or. (event%kind == event_contact .and. event%ground%contact == 0)) then
+      if (event%kind == event_release) then
+         call bars_at_release()
+      else if (event%kind == event_contact .and. event%ground%contact == 0) then
          bars = no_error_bars(size(problem%model%monitor), at_nodes)
       else if (any(event%kind == [event_value_reached, event_stop]) .and. can_be_held(problem, event%monitor)) then
          control%method = method_load
@@ -64,6 +68,29 @@ contains
             & .not. any(problem%layout%stretch%placed)) bars = no_error_bars(size(problem%model%monitor), waves)
       end if
       call timing_stop(timers, phase_accuracy)
+
+   contains
+
+      !> Of a bifurcation of the rod without lines that carry no force: there it is one like others.
+      subroutine bars_at_release()
+         type(problem_t) :: free
+         type(state_t) :: released
+         type(system_t) :: loose
+         type(event_t) :: one
+         type(heading_t) :: on
+         logical :: any_weak
+         call release_lines(problem, place, run%system, free, released, any_weak)
+         bars = no_error_bars(size(problem%model%monitor), at_nodes)
+         if (.not. any_weak) return
+         loose = new_system(free)
+         call linearise(free, released, released, loose, own)
+         on = heading_at(free, loose, carried_field(problem, place, heading%u, free, released), heading%load)
+         one = event
+         one%kind = event_bifurcation
+         call new_zero(free, one, released, loose, zero, own)
+         call event_errors(free, released, loose, zero, on, path_length(problem, run%state, trial), &
+            & trial%load_factor - run%state%load_factor, bars, own)
+      end subroutine bars_at_release
    end subroutine bars_at_event
 
    !> True for the load factor, and for monitors that an increment can prescribe.

@@ -22,6 +22,7 @@ module mesh_request
    real(wp), parameter :: of_rest = 1.4_wp       !! times what the iteration has left is its part of a bar, see error_bar
    real(wp), parameter :: most_spared = 0.7_wp   !! of the elements: a mesh that is hardly coarser is not worth its change
    integer, parameter :: most_unbounded = 2      !! meshes for a bar that is narrow enough, but has no bounds
+   integer, parameter :: few = 4                 !! on a stretch, to see how errors fall
    integer, parameter :: most_unknown = 5        !! and for one that has none at all
    !> Nothing is asked of what rounding leaves of a place, over the size: in runs of a prototype it was up to this.
    real(wp), parameter :: place_rounding = 3.0e-14_wp
@@ -76,8 +77,9 @@ contains
          whole = now
       end if
       if (known) then
-         ! Where more elements do not help it is not their number.
-         if (tries > most_unbounded .and. ratio > enough_progress * last) return
+         ! Where more elements do not help it is not their number. Of a few errors may cancel, and no longer of some more.
+         if (tries > most_unbounded .and. ratio > enough_progress * last .and. now > few * count(problem%layout%stretch%placed)) &
+            & return
          last = ratio
          ! What the given elements contribute no other mesh takes away.
          if (2.0_wp * sum(indicator, mask=free) < sum(indicator)) return
