@@ -108,7 +108,7 @@ contains
       way = 0.0_wp
       do k = 1, size(ends)
          associate (c => ends(k), list => problem%candidates)
-            if (.not. list%follows(c) .or. .not. abs(slope(c)) > 0.0_wp) cycle
+            if (.not. abs(slope(c)) > 0.0_wp) cycle
             jump = 0.0_wp
             if (list%element(1, c) > 0) jump = jump + force(6, list%element(1, c))
             if (list%element(2, c) > 0) jump = jump + force(3, list%element(2, c))

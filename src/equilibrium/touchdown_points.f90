@@ -10,8 +10,7 @@ module touchdown_points
    use rod_state, only: state_t, may_react
    use obstacle_track, only: track_t
    use section_forces, only: end_forces
-   use conforming_span, only: conforming_forces, track_rotation, track_sense, node_track, excess_curvature, rod_angle, &
-      & flat_excess
+   use conforming_span, only: conforming_forces, track_rotation, track_sense, node_track, excess_curvature, rod_angle
    use state_transfer, only: carry_to, move_nodes
    use span_problem, only: touch_place
    use ground_marks, only: mark_step
@@ -33,21 +32,43 @@ contains
       real(wp), intent(out) :: distance(:)  !! (candidates) along the rod, 0 for those that stay
       real(wp), intent(out) :: moment       !! the largest
       real(wp), dimension(problem%candidates%n) :: error, slope
+      logical, dimension(problem%candidates%n) :: told
       integer :: c
-      call measure_errors(problem, state, error, slope)
+      told = told_by_moment(problem, state)
+      call measure_errors(problem, state, told, error, slope)
       distance = quotient(error, slope)
       moment = 0.0_wp
       do c = 1, size(error)
          if (.not. problem%candidates%moves(c) .or. problem%candidates%held(c)) cycle
-         moment = max(moment, merge(abs(error(c)), abs(state%reaction(c) * distance(c)), problem%candidates%follows(c)))
+         moment = max(moment, merge(abs(error(c)), abs(state%reaction(c) * distance(c)), told(c)))
       end do
    end subroutine misfit
 
-   !> What is not zero at each touchdown point, and how much that falls per unit of distance along the rod: where the rod has the
-   !> obstacle's direction, the jump of the moment, else the slope of the gap over the stretch.
-   subroutine measure_errors(problem, state, error, slope)
+   !> Whose place the moment tells, which jumps where a force is not where it belongs: ends of lines, where the rod has the
+   !> obstacle's direction. A point contact of force T is both where the moment does not jump, by dM = T ds, and where the gap is
+   !> least, by dg' = g'' ds. What EI g'' is to T L what the second errs by is to what the first does.
+   function told_by_moment(problem, state) result(told)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      logical :: told(problem%candidates%n)
+      real(wp) :: excess, stretch
+      integer :: c
+      told = problem%candidates%follows(:size(told)) .and. problem%candidates%moves(:size(told))
+      do c = 1, size(told)
+         if (told(c) .or. .not. problem%candidates%moves(c)) cycle
+         call excess_curvature(problem, state, c, excess, stretch)
+         associate (flexibility => problem%compliance(problem%candidates%element(1, c))%bending)
+            told(c) = abs(point_force(problem, state, c)) * flexibility * problem%size >= abs(excess)
+         end associate
+      end do
+   end function told_by_moment
+
+   !> What is not zero at each touchdown point, and how much that falls per unit of distance along the rod: the jump of the moment,
+   !> or the slope of the gap over the stretch.
+   subroutine measure_errors(problem, state, told, error, slope)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      logical, intent(in) :: told(:)        !! (candidates) by the moment
       real(wp), intent(out) :: error(:), slope(:) !! (candidates) 0 for those that stay
       real(wp) :: local(3, 2), stretch, sense
       integer :: c
@@ -55,7 +76,7 @@ contains
       slope = 0.0_wp
       do c = 1, problem%candidates%n
          if (.not. problem%candidates%moves(c)) cycle
-         if (problem%candidates%follows(c)) then
+         if (told(c)) then
             local = forces_beside(problem, state, c)
             error(c) = local(3, 1) - local(3, 2)
             slope(c) = local(2, 1) - local(2, 2)
@@ -234,20 +255,24 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before, state
       real(wp), dimension(problem%candidates%n) :: error, slope, now
-      call measure_errors(problem, before, error, slope)
-      call measure_errors(problem, state, error, now)
+      logical, dimension(problem%candidates%n) :: told
+      told = told_by_moment(problem, before)
+      call measure_errors(problem, before, told, error, slope)
+      call measure_errors(problem, state, told, error, now)
       where (problem%candidates%held(:size(error))) error = 0.0_wp
-      ! A point that was flat was held like a line's end: its slope is that of what it has become.
-      where (abs(now) > abs(slope) .and. (problem%candidates%follows .or. abs(slope) * problem%size <= flat_excess)) slope = now
+      where (told .and. abs(now) > abs(slope)) slope = now
       error = quotient(error, slope)
    end function touchdown_steps
 
-   !> What is not zero at each touchdown point falls by this per unit of distance along the rod.
+   !> The jump of the moment falls by this per unit of distance along the rod at touchdown points; 0 where it does not tell.
    function touchdown_slopes(problem, state) result(slope)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), dimension(problem%candidates%n) :: error, slope
-      call measure_errors(problem, state, error, slope)
+      logical, dimension(problem%candidates%n) :: told
+      told = told_by_moment(problem, state)
+      call measure_errors(problem, state, told, error, slope)
+      where (.not. told) slope = 0.0_wp
    end function touchdown_slopes
 
    !> The largest part of a span beside it that a touchdown point is from there; they stay.

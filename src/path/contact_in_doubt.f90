@@ -1,8 +1,9 @@
-!> Where the set of contact spans is in doubt: no increment gets further with it, and no test tells what comes instead.
+!> Where the set of contact spans is in doubt: no increment gets further with it, and no test tells what comes instead. Then contact
+!> at many nodes finds out, as at the start of a path:
 !>
-!> Then contact at many nodes finds out, as at the start of a path: a complementarity problem at each Newton iteration, without any
-!> rule. The nodes go ahead until what they say turns into points and lines that hold; with these the way goes back, to where they
-!> hold first.
+!>   nodes stand where what touches now does (at_touches); they go ahead, off the record, until what they say turns into points and
+!>   lines that hold (find_spans_ahead); with these the way goes back to where they hold first (go_back); that must be near
+!>   (is_near); and what was lost and gained on the way is told (tell_differences).
 module contact_in_doubt
    use kinds, only: wp
    use text, only: to_text
@@ -11,10 +12,11 @@ module contact_in_doubt
    use rod_state, only: state_t
    use linear_system, only: new_system
    use contact_touch, only: touch_t
+   use set_differences, only: differences_t, compare_sets
    use span_problem, only: new_sampled_problem, present_touches
-   use span_tests, only: span_test_t, any_fails
    use nodes_to_spans, only: find_spans_ahead
-   use span_change, only: next_t, go_to_load
+   use span_change, only: next_t
+   use begin_of_set, only: go_back
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t, is_arc_length, displacement_between, path_length
    use path_continuity, only: heading_at
@@ -25,14 +27,8 @@ module contact_in_doubt
    use timing, only: timers_t
    implicit none
    private
-   public :: ask_nodes, go_back
+   public :: ask_nodes
 
-   !> How two sets differ: how often each.
-   type :: differences_t
-      integer :: lost = 0, gained = 0, divided = 0, merged = 0
-   end type differences_t
-
-   integer, parameter :: most_halvings = 20     !! of the way back
    real(wp), parameter :: turning = 2.0_wp      !! times its own rate that a path may move at where its contact changes
 
 contains
@@ -98,8 +94,8 @@ contains
       type(differences_t) :: differences
       real(wp) :: left
       integer :: k, begun, ended
-      call compare_sets(present_touches(problem, run%state), run%touches, nodes, present_touches(next%problem, next%state), &
-         & next%problem%touch, differences)
+      call compare_sets(present_touches(problem, run%state), run%touches, nodes%layout%stretch%length / (nodes%element_last - &
+         & nodes%element_first + 1), present_touches(next%problem, next%state), next%problem%touch, differences)
       begun = differences%gained + differences%merged
       ended = differences%lost + differences%divided
       if (begun > 0) next%label = 'C+'
@@ -153,93 +149,4 @@ contains
          end do
       end do
    end function at_touches
-
-   !> Contacts that go on keep their numbers: those that lie over each other, as well as nodes tell. Others are new.
-   pure subroutine compare_sets(before, last, nodes, now, touch, differences)
-      type(touch_t), intent(in) :: before(:)
-      integer, intent(in) :: last                  !! number given last
-      type(problem_t), intent(in) :: nodes         !! that have told
-      type(touch_t), intent(in) :: now(:)
-      type(touch_t), intent(inout) :: touch(:)     !! those of `now` that get the numbers
-      type(differences_t), intent(out) :: differences
-      logical :: over(size(before), size(now))
-      real(wp) :: spacing
-      integer :: k, j
-      do k = 1, size(now)
-         over(:, k) = [(apart(before(j), now(k)) <= 0.0_wp, j=1, size(before))]
-      end do
-      do k = 1, size(now)
-         if (any(over(:, k))) cycle
-         spacing = nodes%layout%stretch(now(k)%stretch)%length / (nodes%element_last(now(k)%stretch) - &
-            & nodes%element_first(now(k)%stretch) + 1)
-         do j = 1, size(before)
-            if (any(over(j, :)) .or. apart(before(j), now(k)) > spacing) cycle
-            over(j, k) = .true.
-            exit
-         end do
-      end do
-      do k = 1, size(now)
-         touch(k)%number = last + k
-         j = findloc(over(:, k), .true., 1)
-         ! Of a contact that has divided the first part goes on.
-         if (j > 0) then
-            if (findloc(over(j, :), .true., 1) == k) touch(k)%number = before(j)%number
-         end if
-      end do
-      differences%lost = count(.not. any(over, 2))
-      differences%gained = count(.not. any(over, 1))
-      differences%divided = sum(max(count(over, 2) - 1, 0))
-      differences%merged = sum(max(count(over, 1) - 1, 0))
-   end subroutine compare_sets
-
-   !> Distance of two contacts along the rod; huge where they are not on one stretch with one obstacle.
-   pure real(wp) function apart(one, other)
-      type(touch_t), intent(in) :: one, other
-      apart = max(one%at(1) - other%at(2), other%at(1) - one%at(2))
-      if (one%stretch /= other%stretch .or. one%contact /= other%contact) apart = huge(apart)
-   end function apart
-
-   !> Back towards a load factor, as far as the next set holds: halves of what is left of the way. Where it holds all the way both
-   !> sets have one equilibrium there, and the change lies further back.
-   subroutine go_back(to, next, since, timers)
-      real(wp), intent(in) :: to
-      type(next_t), intent(inout) :: next
-      real(wp), intent(out) :: since               !! load factor at which the next set begins to hold
-      type(timers_t), intent(inout) :: timers
-      type(next_t) :: nearer
-      real(wp) :: fails, whole
-      integer :: try
-      logical :: holds, beyond
-      nearer = next
-      since = next%state%load_factor
-      whole = since - to
-      call look_at(to)
-      beyond = holds
-      if (beyond) next = nearer
-      do try = most_halvings, -most_halvings, -1
-         if (.not. holds) exit
-         call look_at(to - 0.5_wp**try * whole)
-      end do
-      if (holds) return
-      do try = 1, most_halvings
-         call look_at(0.5_wp * (fails + since))
-         if (holds .and. .not. beyond) next = nearer
-      end do
-
-   contains
-
-      !> Whether the next set holds at a load factor.
-      subroutine look_at(load)
-         real(wp), intent(in) :: load
-         type(span_test_t), allocatable :: tests(:)
-         type(next_t) :: there
-         there = nearer
-         call go_to_load(there, load, tests, timers)
-         holds = allocated(tests)
-         if (holds) holds = .not. any_fails(tests)
-         if (holds) nearer = there
-         if (holds) since = load
-         if (.not. holds) fails = load
-      end subroutine look_at
-   end subroutine go_back
 end module contact_in_doubt

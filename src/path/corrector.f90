@@ -135,6 +135,7 @@ contains
       type(contact_step_t) :: step
       real(wp), allocatable :: spring(:)
       real(wp) :: rhs, tolerance, sharper, at_length, best, travelled, last_residual, second_order, large
+      real(wp) :: gone                         ! part of a span beside it that a touchdown point went with the last step
       real(wp) :: correction                   ! of the displacements by the last step, squared, on the nodes of that step
       real(wp) :: previous                     ! residual that the next step starts from
       logical :: refactor, settled, searching, seeking, told_again
@@ -162,6 +163,7 @@ contains
       searching = any(searches(problem, state))
       told_again = size(problem%mark) == 0
       seeking = .false.
+      gone = 0.0_wp
       if (present(far_off)) seeking = far_off
       ! How long an arc is matters to nothing on the path, and nodes that go along it make it uncertain until they rest.
       at_length = max(tolerance, 1.0e-9_wp)
@@ -207,7 +209,8 @@ contains
          if (iteration == 1) second_order = maxval(abs(state%u(3, :) - origin%u(3, :)))**2 / &
             & (minval(problem%compliance%axial + problem%compliance%give) * system%force_scale)
          settled = correction <= (large**2) * travelled .or. report%residual <= 1.0e-3_wp * tolerance
-         if (.not. step%flipped .and. (settled .or. iteration > settling_iterations) .and. &
+         ! A span that is nearly gone has no forces to speak of, wherever it ends.
+         if (.not. step%flipped .and. (settled .or. iteration > settling_iterations) .and. gone <= far .and. &
             & (report%residual <= max(sharper * tolerance, system%round_off) .or. (iteration > 1 .and. report%residual <= &
             & tolerance .and. report%residual > 0.1_wp * last_residual)) .and. &
             & control_error(problem, control, origin, state) <= at_length) then
@@ -265,7 +268,7 @@ contains
       !> Goes along the solved step, not as far where foundations make it far too long, then lets the touchdown points follow.
       subroutine take_step()
          type(state_t) :: from
-         real(wp) :: work, travelled
+         real(wp) :: work
          logical :: assembled
          from = state
          state%push = unknown_push
@@ -282,10 +285,10 @@ contains
          end if
          correction = metric(problem, state%u - from%u, state%u - from%u)
          if (problem%moves_nodes()) then
-            call move_touchdown_points(problem, from, state, travelled)
+            call move_touchdown_points(problem, from, state, gone)
             ! Touchdown points that are far off get a tenth of the span nearer each time as long as it is much too long: its moment
             ! falls with the square of its length. The limit counts from then on.
-            if (seeking .and. travelled > far) last_change = iteration
+            if (seeking .and. gone > far) last_change = iteration
             call follow_nodes(problem, start, given, state, origin, control)
             assembled = .false.
          end if

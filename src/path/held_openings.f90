@@ -9,16 +9,15 @@ module held_openings
    use path_control, only: control_t
    use corrector, only: increment_t, correct
    use path_run, only: run_t
-   use touchdown_points, only: with_held, opening_misfit
+   use touchdown_points, only: with_held, opening_misfit, point_force
    use held_touchdown, only: solve_held
-   use conforming_span, only: flat_excess, excess_curvature, track_sense, track_rotation, node_track
+   use conforming_span, only: flat_excess, excess_curvature, track_sense, node_track
    use timing, only: timers_t
    implicit none
    private
-   public :: open_span, rest_held, too_flat, find_flat_point, held_load, small_load, spreading_rate, first_length, longest_length
+   public :: open_span, rest_held, find_flat_point, held_load, small_load, spreading_rate, first_length
 
    real(wp), parameter :: first_length = 4.0e-3_wp !! of a stretch: what opens from nothing begins with that
-   real(wp), parameter :: longest_length = 0.1_wp  !! and with not more than some times that, where it is too flat to tell its ends
 
 contains
 
@@ -58,22 +57,6 @@ contains
       call linearise(problem, run%state, run%state, run%system, timers)
    end subroutine rest_held
 
-   !> True where the points between which a span has opened are no more curved than their obstacle.
-   logical function too_flat(problem, state, opened) result(flat)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: opened(2)
-      real(wp) :: excess, stretch
-      integer :: ends(2), i
-      ends = opening_ends(problem, opened)
-      flat = .false.
-      do i = 1, 2
-         if (ends(i) == 0) cycle
-         call excess_curvature(problem, state, ends(i), excess, stretch)
-         flat = flat .or. excess * problem%size <= flat_excess
-      end do
-   end function too_flat
-
    !> Steps of load factor and place for differences.
    pure function held_steps(problem, run) result(step)
       type(problem_t), intent(in) :: problem
@@ -88,8 +71,8 @@ contains
       step = 1.0e-4_wp * max(abs(run%last_load), 1.0e-3_wp * abs(run%state%load_factor))
    end function held_load
 
-   !> Where a point contact is as curved as its obstacle: there its own equation, that of the least gap, has no slope. With it
-   !> held load and place are found at which both are right.
+   !> Where a point contact is as curved as its obstacle: there its own equation, that of the least gap, has no slope. Held, and
+   !> turning with the obstacle as the end of a line does, load and place are found at which no moment is left and it is flat.
    subroutine find_flat_point(problem, run, candidate, place, ok, timers)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
@@ -97,19 +80,23 @@ contains
       type(state_t), intent(inout) :: place      !! a state nearby on entry
       logical, intent(out) :: ok
       type(timers_t), intent(inout) :: timers
-      call solve_held(problem, [candidate, 0], run%system, problem%candidates%moves(candidate), held_steps(problem, run), &
+      type(problem_t) :: turning
+      turning = problem
+      turning%candidates%follows(candidate) = problem%candidates%moves(candidate)
+      call solve_held(turning, [candidate, 0], run%system, problem%candidates%moves(candidate), held_steps(problem, run), &
          & flatness, place, ok, timers)
+      if (ok) place%reaction(candidate) = point_force(problem, place, candidate)
    end subroutine find_flat_point
 
-   !> Rotation of a held point against the obstacle, and its excess of curvature over the size, which is to stay above zero.
+   !> How far a point is from where it belongs, and its excess of curvature over the size, which is to stay above zero.
    function flatness(problem, points, state) result(left)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: points(2)           !! candidate, 0
       type(state_t), intent(in) :: state
       real(wp) :: left(2), excess, stretch
-      left(1) = track_rotation(problem, state, points(1))
+      left = opening_misfit(problem, points, state)
       call excess_curvature(problem, state, points(1), excess, stretch)
-      left(2) = excess * problem%size - 0.1_wp * flat_excess
+      left(2) = excess * problem%size - flat_excess
    end function flatness
 
    !> Candidates at the ends of an opening span, those that move: of one line both, of two contacts the ends that face each other.

@@ -13,7 +13,7 @@ module nodes_to_spans
    use state_transfer, only: carried
    use bordered_system, only: linearise
    use span_change, only: next_t
-   use span_location, only: leads_to_next
+   use lying_ahead, only: leads_to_next
    use path_control, only: control_t, set_tangent
    use path_continuity, only: heading_t, relation_t, relate, same_path, too_far
    use path_run, only: run_t, heading_of
@@ -117,7 +117,7 @@ contains
                kept = next
                touch = laid_down(present_touches(next%problem, next%state), tests(k)%beside, tests(k)%ends)
                call settle()
-               if (found .and. count(next%problem%conforms == 0) < count(kept%problem%conforms == 0)) then
+               if (found) then
                   tests = run_span_tests(next%problem, next%state, next%system%force_scale)
                   k = 0
                else

@@ -6,7 +6,7 @@ module span_arrival
    use rod_state, only: state_t
    use span_change, only: leg_t, change_t, next_t
    use span_opening, only: open_line
-   use state_transfer, only: carried
+   use state_transfer, only: carried, carried_field
    use path_control, only: control_t, displacement_between
    use path_continuity, only: heading_at, between
    use path_events, only: event_t, new_probe, detect_events
@@ -37,7 +37,10 @@ contains
       problem = next%problem
       if (allocated(next%trouble)) call note_trouble(outcome, next%trouble)
       known = allocated(next%heading%u)
-      if (.not. known) next%heading = heading_of(problem, run, next%state)
+      if (.not. known) then
+         next%heading = run%heading
+         if (.not. is_there(run, next)) next%heading = heading_of(problem, run, next%state)
+      end if
       call accept(problem, step, run, next%state, next%heading, next%label, next%report, .false., recorder, shorter, finished, &
          & outcome, timers, divides=next%divides, bars=next%bars, times=next%times)
       if (finished .or. allocated(outcome%why) .or. known) return
@@ -101,12 +104,22 @@ contains
       on%system = next%system
       call forget_mesh(on)
       rise = next%state%load_factor - on%state%load_factor
-      if (allocated(next%heading%u) .and. abs(rise) <= 10.0_wp * epsilon(rise) * abs(on%state%load_factor)) then
-         ! Both sets have one equilibrium there: what is between them is what their meshes differ by.
+      if (is_there(on, next)) then
          on%heading = next%heading
+         if (.not. allocated(next%heading%u)) on%heading = heading_at(next%problem, next%system, carried_field(problem, run%state, &
+            & run%heading%u, next%problem, on%state), run%heading%load)
       else
          on%heading = heading_at(next%problem, next%system, displacement_between(next%problem, on%state, next%state), rise)
       end if
       on%probe = new_probe(next%problem, on%state, next%system, on%heading%load)
    end function bound_for
+
+   !> True where both sets have one equilibrium: what is between them is what their meshes differ by.
+   pure logical function is_there(run, next)
+      type(run_t), intent(in) :: run
+      type(next_t), intent(in) :: next
+      associate (load => run%state%load_factor)
+         is_there = abs(next%state%load_factor - load) <= 10.0_wp * epsilon(load) * abs(load)
+      end associate
+   end function is_there
 end module span_arrival

@@ -7,7 +7,8 @@ module span_events
    use span_tests, only: span_test_t, any_fails, another_fails, test_slack, test_gap, test_curvature, test_flat
    use span_change, only: leg_t, change_t, next_t, change_none, change_missed, change_by_rule, change_vanishing, place_here, &
       & place_ahead
-   use span_location, only: locate, locate_flat_point, turns, reach_of
+   use span_location, only: locate, locate_flat_point
+   use lying_ahead, only: turns, reach_of
    use vanishing_span, only: locate_vanishing
    use path_run, only: run_t
    use timing, only: timers_t

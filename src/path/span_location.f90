@@ -1,4 +1,4 @@
-!> Where on an increment a test of its contact spans is zero, and whether an equilibrium lies ahead on the path.
+!> Where on an increment a test of its contact spans is zero: where the run stands, within the increment, or beyond its end.
 module span_location
    use kinds, only: wp
    use model, only: step_t
@@ -6,23 +6,19 @@ module span_location
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use span_tests, only: run_span_tests, test_curvature
-   use span_change, only: leg_t, change_t, next_t, change_by_rule, change_missed, place_within, place_here, &
+   use span_change, only: leg_t, change_t, change_by_rule, change_missed, place_within, place_here, &
       & place_ahead
    use held_openings, only: find_flat_point
-   use state_transfer, only: carried, carried_field
-   use path_control, only: path_length, displacement_between
-   use path_continuity, only: heading_t, relate, same_path
-   use path_run, only: run_t, heading_of
+   use lying_ahead, only: turns, leads_to, arrival
+   use path_control, only: path_length
+   use path_run, only: run_t
    use increment_points, only: division_t, new_division, point_within
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    use corrector, only: increment_t
    use timing, only: timers_t
    implicit none
    private
-   public :: locate, locate_flat_point, turns, leads_to_next, reach_of
-
-   real(wp), parameter :: far = 2.0_wp            !! increments, over which a straight line tells what comes
-   real(wp), parameter :: far_when_stuck = 20.0_wp !! and where no shorter one converges
+   public :: locate, locate_flat_point
 
 contains
 
@@ -56,19 +52,6 @@ contains
          if (.not. found) change%kind = change_missed
       end associate
    end subroutine locate
-
-   !> How far beyond the end of an increment something may be that is looked for from there, in its length.
-   pure real(wp) function reach_of(leg) result(reach)
-      type(leg_t), intent(in) :: leg
-      reach = merge(far_when_stuck, far, leg%stuck)
-   end function reach_of
-
-   !> True for an increment on which the load turns back: places found at once, not on the way, would hide where.
-   pure logical function turns(run, leg)
-      type(run_t), intent(in) :: run
-      type(leg_t), intent(in) :: leg
-      turns = run%heading%load * leg%ahead%load < 0.0_wp
-   end function turns
 
    !> Where a point is as curved as its obstacle, by Newton's method: on the increment, or beyond its end where it is not yet there.
    subroutine locate_flat_point(problem, run, leg, change, found, timers)
@@ -132,55 +115,4 @@ contains
       ! What jumps has no zero.
       found = abs(bracket%f_high - bracket%f_low) <= sqrt(step%locate_tolerance) * bracket%scale
    end subroutine locate_by_parts
-
-   !> The path's direction at a place: the chord where the tangent there does not belong to it, as where the set of the next
-   !> increment has a neutral span, the tangent of this one thus a null vector.
-   function arrival(problem, run, place) result(heading)
-      type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run              !! its system is factored at the place
-      type(state_t), intent(in) :: place
-      type(heading_t) :: heading
-      heading = heading_of(problem, run, place)
-      if (same_path(relate(problem, run%state, place, run%heading, heading, run%fresh))) return
-      if (path_length(problem, run%state, place) > 0.0_wp) heading = chord(problem, run%state, place)
-   end function arrival
-
-   !> True for an equilibrium that lies ahead on the path: Newton's method may find one on another, or behind a limit point. Its
-   !> own tangent may tell nothing, so the chord must have the direction that the path starts in, and the load its rate.
-   logical function leads_to(problem, from, heading, fresh, place) result(leads)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: from, place
-      type(heading_t), intent(in) :: heading      !! at `from`
-      logical, intent(in) :: fresh                !! as relate has it
-      type(heading_t) :: there
-      leads = .not. path_length(problem, from, place) > 0.0_wp
-      if (leads) return
-      there = chord(problem, from, place)
-      there%load = heading%load
-      leads = same_path(relate(problem, from, place, heading, there, fresh))
-   end function leads_to
-
-   !> The same of an equilibrium with another set, from where the run stands.
-   logical function leads_to_next(problem, run, next) result(leads)
-      type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
-      type(next_t), intent(in) :: next
-      type(state_t) :: from
-      type(heading_t) :: heading
-      from = carried(problem, run%state, next%problem)
-      heading%load = run%heading%load
-      heading%u = carried_field(problem, run%state, run%heading%u, next%problem, from)
-      leads = leads_to(next%problem, from, heading, run%fresh, next%state)
-   end function leads_to_next
-
-   !> The way from one state to another, of length 1.
-   function chord(problem, from, to) result(heading)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: from, to       !! not the same
-      type(heading_t) :: heading
-      real(wp) :: length
-      length = path_length(problem, from, to)
-      heading%u = displacement_between(problem, from, to) / length
-      heading%load = (to%load_factor - from%load_factor) / length
-   end function chord
 end module span_location

@@ -24,7 +24,7 @@ module span_opening
    use conforming_span, only: conforming_forces, node_track
    use obstacle_track, only: track_t
    use contact_touch, only: touch_t
-   use touch_edits, only: begun, opened, end_moved, shrunk, numbered, same_set
+   use touch_edits, only: begun, lost, opened, end_moved, shrunk, numbered, same_set
    use span_problem, only: new_span_problem, present_touches
    use line_pressure, only: density_at
    use span_tests, only: span_test_t, spans_hold, test_force, test_pressure, test_slack, well_below
@@ -57,7 +57,6 @@ contains
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
       type(touch_t), allocatable :: touch(:)
-      logical, allocatable :: follows(:)
       integer :: c
       type(control_t) :: here
       type(increment_t) :: report
@@ -73,14 +72,8 @@ contains
       state = carried(problem, beyond, next)
       system = new_system(next)
       here%method = method_load
-      follows = next%candidates%follows
-      ! A point that has just parted is hardly more curved than the obstacle: as one that lies on it, its place is where the
-      ! moments on both sides agree.
-      next%candidates%follows = follows .or. next%candidates%moves
       ! The ends move where forces in equilibrium tell them to.
       call settle(with_held(next, [(c, c=1, next%candidates%n)]))
-      if (found) call settle(next)
-      next%candidates%follows = follows
       if (found) call settle(next)
       if (.not. found) return
       found = spans_hold(next, state, system%force_scale)
@@ -140,9 +133,18 @@ contains
       logical :: pulled(2)
       length = zone(2) - zone(1)
       pulled = [zone(1) <= line%at(1), zone(2) >= line%at(2)]
-      told = length > 0.0_wp .and. .not. all(pulled)
+      told = length > 0.0_wp
       if (.not. told) return
-      if (.not. any(pulled)) then
+      if (all(pulled)) then
+         ! It lifts off all at once; what pushes at its ends stays.
+         if (problem%candidates%moves(line%candidate(2))) set = begun(set, line%contact, line%stretch, line%at(2))
+         if (problem%candidates%moves(line%candidate(1))) then
+            set = shrunk(set, rest, line%at(1))
+         else
+            set = lost(set, rest)
+         end if
+         return
+      else if (.not. any(pulled)) then
          set = opened(set, rest, 0.5_wp * (sum(zone) - whole_zone * length), 0.5_wp * (sum(zone) + whole_zone * length))
          told = set(rest)%at(2) > set(rest)%at(1)
          rest = size(set)

@@ -12,8 +12,7 @@ module span_set
    use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, shortest
    use span_rules, only: answer_t, answer_to
    use span_mesh, only: take_touches
-   use held_openings, only: open_span, rest_held, find_flat_point, too_flat, small_load, spreading_rate, first_length, &
-      & longest_length
+   use held_openings, only: open_span, rest_held, find_flat_point, small_load, spreading_rate, first_length
    use path_control, only: control_t, is_arc_length
    use path_continuity, only: heading_at
    use path_events, only: new_probe
@@ -27,7 +26,7 @@ module span_set
 
 contains
 
-   !> Goes on with the set that a test's rule tells. A span that opens gets as long as it takes to tell its ends.
+   !> Goes on with the set that a test's rule tells, in the sense in which what is new grows.
    subroutine take_set(problem, run, test, timers)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run          !! at the place where the test is zero; stuck where there is no way on
@@ -35,57 +34,30 @@ contains
       type(timers_t), intent(inout) :: timers
       type(problem_t) :: next
       type(run_t) :: on
-      real(wp) :: length
-      logical :: shallow
-      length = first_length
-      do
-         next = problem
-         on = run
-         call change_set(next, on, test, length, shallow, timers)
-         if (allocated(on%stuck) .or. .not. shallow .or. length > longest_length) exit
-         length = 4.0_wp * length
-      end do
-      if (allocated(on%stuck)) then
-         run%stuck = on%stuck
-         return
-      end if
-      ! A point that a line has shrunk to may leave a span neutral there; the line's pivots are definite.
-      if (test%kind == test_length) on%probe%negative_pivots = run%probe%negative_pivots
-      problem = next
-      run = on
-   end subroutine take_set
-
-   !> Changes the set at a place where a test is zero, and turns the run where what is new grows.
-   subroutine change_set(problem, run, test, share, shallow, timers)
-      type(problem_t), intent(inout) :: problem
-      type(run_t), intent(inout) :: run          !! at that place
-      type(span_test_t), intent(in) :: test
-      real(wp), intent(in) :: share              !! of its stretch, that a span opens with
-      logical, intent(out) :: shallow            !! what has opened is too flat to tell its ends
-      type(timers_t), intent(inout) :: timers
       type(touch_t) :: before(size(problem%touch))
       type(answer_t) :: answer
       real(wp) :: rate
       logical :: ok, parts
-      shallow = .false.
       before = present_touches(problem, run%state)
-      answer = answer_to(problem, run%state, test, before, run%touches, 2.0_wp * shortest, share)
+      answer = answer_to(problem, run%state, test, before, run%touches, 2.0_wp * shortest, first_length)
       if (allocated(answer%why)) then
          run%stuck = answer%why
          return
       end if
+      next = problem
+      on = run
       parts = answer%opens(1) /= answer%opens(2)
       if (test%kind == test_gap) then
-         call begin_touch(problem, run, test, ok, timers)
+         call begin_touch(next, on, test, ok, timers)
       else
-         run%touches = max(run%touches, maxval(answer%touch%number))
-         call take_touches(problem, run, answer%touch, timers)
-         ok = run%system%ok
+         on%touches = max(run%touches, maxval(answer%touch%number))
+         call take_touches(next, on, answer%touch, timers)
+         ok = on%system%ok
       end if
-      if (ok .and. parts) call open_span(problem, run, answer%opens, ok, timers)
-      if (ok .and. any(answer%crosses > 0)) call open_span(problem, run, answer%crosses, ok, timers)
+      if (ok .and. parts) call open_span(next, on, answer%opens, ok, timers)
+      if (ok .and. any(answer%crosses > 0)) call open_span(next, on, answer%crosses, ok, timers)
       if (ok .and. test%kind == test_length .and. all(answer%crosses == 0)) &
-         & call come_to_rest(problem, run, before(test%touch)%number, timers)
+         & call come_to_rest(next, on, before(test%touch)%number, timers)
       if (.not. ok) then
          run%stuck = 'no way on from where '//trim(test_words(test%kind))
          return
@@ -93,30 +65,29 @@ contains
       select case (test%kind)
       case (test_gap)
          rate = 1.0_wp
-         if (candidate_of(problem, run%touches) > 0) rate = reaction_rate(problem, run%system, candidate_of(problem, run%touches))
-         call head_for(problem, run, rate)
+         if (candidate_of(next, on%touches) > 0) rate = reaction_rate(next, on%system, candidate_of(next, on%touches))
+         call head_for(next, on, rate)
       case (test_force)
-         call head_for(problem, run, opening_rate(problem, run, before(test%touch)))
+         call head_for(next, on, opening_rate(next, on, before(test%touch)))
       case (test_curvature)
-         if (parts) then
-            shallow = too_flat(problem, run%state, answer%opens)
-         else
-            call open_span(problem, run, answer%opens, ok, timers)
-            if (.not. ok) call rest_held(problem, run, answer%opens, timers)
+         if (.not. parts) then
+            call open_span(next, on, answer%opens, ok, timers)
+            if (.not. ok) call rest_held(next, on, answer%opens, timers)
          end if
-         rate = spreading_rate(problem, run, answer%opens)
-         call head_for(problem, run, rate)
-         if (parts) call limit_growth(run, rate, 0.5_wp * share * &
-            & problem%layout%stretch(before(test%touch)%stretch)%length)
+         call head_for(next, on, spreading_rate(next, on, answer%opens))
       case default
-         if (is_arc_length(run%control%method)) then
-            run%heading = heading_at(problem, run%system, run%heading%u, run%heading%load)
+         if (is_arc_length(on%control%method)) then
+            on%heading = heading_at(next, on%system, on%heading%u, on%heading%load)
          else
-            run%heading = heading_of(problem, run, run%state)
+            on%heading = heading_of(next, on, on%state)
          end if
       end select
-      run%probe = new_probe(problem, run%state, run%system, run%heading%load)
-   end subroutine change_set
+      on%probe = new_probe(next, on%state, on%system, on%heading%load)
+      ! A point that a line has shrunk to may leave a span neutral there; the line's pivots are definite.
+      if (test%kind == test_length) on%probe%negative_pivots = run%probe%negative_pivots
+      problem = next
+      run = on
+   end subroutine take_set
 
    !> The run in the sense in which something grows.
    subroutine head_for(problem, run, rate)
@@ -125,21 +96,6 @@ contains
       real(wp), intent(in) :: rate               !! of that, per unit of load factor
       run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
    end subroutine head_for
-
-   !> What has opened is not to grow manifold at once: a point contact has its place where the gap is least as long as the
-   !> curvatures differ as they do now.
-   subroutine limit_growth(run, rate, length)
-      type(run_t), intent(inout) :: run
-      real(wp), intent(in) :: rate               !! of what has opened, per unit of load factor
-      real(wp), intent(in) :: length             !! that it may grow by
-      real(wp) :: increment
-      increment = length / max(abs(rate * run%heading%load), tiny(rate))
-      if (is_arc_length(run%control%method)) then
-         run%control%increment = min(run%control%increment, increment)
-      else if (run%control%method == method_load) then
-         run%control%increment = sign(min(abs(run%control%increment), increment * abs(run%heading%load)), run%control%increment)
-      end if
-   end subroutine limit_growth
 
    !> What was taken for none had a length: without it the equilibrium is a little another. A point is as curved as the obstacle
    !> where the line that it comes from is none; of a line it is that of the same load. It stays where none is found, as at a

@@ -9,7 +9,7 @@ module span_start
    use span_change, only: next_t
    use span_arrival, only: bound_for
    use nodes_to_spans, only: find_spans_ahead
-   use contact_in_doubt, only: go_back
+   use begin_of_set, only: go_back
    use corrector, only: increment_t
    use path_run, only: run_t
    use rod_geometry, only: geometry_t, new_geometry

@@ -21,7 +21,7 @@ module vanishing_span
    use span_tests, only: span_test_t, run_span_tests, another_fails, test_slack, test_pressure, shortest
    use span_regions, only: find_span_regions
    use span_change, only: leg_t, next_t, go_to_load
-   use span_location, only: turns, leads_to_next, reach_of
+   use lying_ahead, only: turns, leads_to_next, reach_of
    use held_openings, only: find_flat_point, held_load
    use state_transfer, only: carried
    use path_control, only: path_length
@@ -87,21 +87,24 @@ contains
       logical, intent(out) :: lies
       type(timers_t), intent(inout) :: timers
       real(wp) :: left, come
-      logical :: closed, gone
+      logical :: gone
       associate (test => leg%after(which))
          left = test%value
          come = leg%before(which)%value
-         closed = test%ends(2) - test%ends(1) < shortest * problem%layout%stretch(test%stretch)%length
-         gone = closed .or. abs(left) * problem%size <= rounding_gap(problem)
+         gone = abs(left) * problem%size <= rounding_gap(problem) .or. &
+            & test%ends(2) - test%ends(1) < shortest * problem%layout%stretch(test%stretch)%length
          next%problem = new_span_problem(problem, laid_down(present_touches(problem, leg%to), test%beside, test%ends))
       end associate
-      call find_begin(problem, leg, held_load(run), closed, next, lies, timers)
+      call find_begin(problem, run, leg, gone, next, lies, timers)
       if (.not. lies) return
+      if (gone) return
       ! A straight obstacle presses a straight line at no load: then only a gap that is gone tells. Else not some other equilibrium:
-      ! a gap that falls as it did is gone there, as far as paths are followed as straight.
+      ! a gap that has changed its sign on the way was gone there; one that falls as it did is gone where it leads to, as far as
+      ! paths are followed as straight.
       associate (load => next%state%load_factor - leg%from%load_factor, whole => leg%to%load_factor - leg%from%load_factor)
-         if (.not. gone) lies = abs(next%rate) > 0.0_wp .and. abs(load * (come - left) - whole * come) <= &
-            & largest_distance * abs(whole * (come - left))
+         lies = abs(load * (come - left) - whole * come) <= largest_distance * abs(whole * (come - left))
+         if (left <= 0.0_wp) lies = load * (load - whole) <= 0.0_wp
+         lies = lies .and. abs(next%rate) > 0.0_wp
       end associate
    end subroutine lie_down
 
@@ -135,42 +138,43 @@ contains
    end subroutine look_at_ends
 
    !> Where the new line begins to press: its least pressure is zero, or just above it. By secants, within a bracket once there is
-   !> one.
-   subroutine find_begin(problem, leg, step, closed, next, found, timers)
+   !> one. Where nothing is left of the span, and the line presses all the way, it is where the run stands: meshes differ.
+   subroutine find_begin(problem, run, leg, gone, next, found, timers)
       type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
       type(leg_t), intent(in) :: leg
-      real(wp), intent(in) :: step               !! of the load, to begin with
-      logical, intent(in) :: closed              !! the line may press already: then that is the state
+      logical, intent(in) :: gone                !! nothing is left of the span
       type(next_t), intent(inout) :: next        !! its problem is given
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
       real(wp), parameter :: slack = 1.0e-3_wp * test_slack(test_pressure), goal = 0.5_wp * slack
       real(wp) :: load, loads(2), value, values(2)
       integer :: try
-      logical :: ok
+      logical :: ok, narrow
       next%system = new_system(next%problem)
       next%state = carried(problem, leg%to, next%problem)
       next%rate = 0.0_wp
       loads = leg%to%load_factor
       call look_at(loads(2), value)
-      found = ok .and. closed .and. value >= 0.0_wp
-      if (found .or. .not. ok) return
+      found = .false.
+      if (.not. ok) return
       values = value - goal
-      load = loads(2) + step
-      if (value > slack .and. abs(leg%from%load_factor - loads(2)) > 0.0_wp) then
-         ! It presses there already, and does not yet where the path came from.
-         call look_at(leg%from%load_factor, value)
-         if (ok .and. value < 0.0_wp) load = leg%from%load_factor
+      load = loads(2) + held_load(run)
+      if (value > slack) then
+         call look_at(run%state%load_factor, value)
+         found = gone .and. ok .and. value >= 0.0_wp
+         if (found) return
+         if (ok .and. value < 0.0_wp) load = run%state%load_factor
       end if
       do try = 1, max_tries
          ! No load tells them apart.
          if (.not. abs(load - loads(2)) > 0.0_wp) return
          call look_at(load, value)
          if (.not. ok) return
-         next%rate = (value - goal - values(2)) / (load - loads(2))
          ! What the iteration leaves of forces makes pressures go to and fro.
-         found = value >= 0.0_wp .and. (value <= slack .or. (value <= test_slack(test_pressure) .and. &
-            & abs(load - loads(2)) <= sqrt(slack) * abs(leg%to%load_factor - leg%from%load_factor)))
+         narrow = abs(load - loads(2)) <= sqrt(slack) * abs(leg%to%load_factor - leg%from%load_factor)
+         if (.not. (narrow .and. abs(next%rate) > 0.0_wp)) next%rate = (value - goal - values(2)) / (load - loads(2))
+         found = (value >= 0.0_wp .and. value <= slack) .or. (narrow .and. abs(value) <= test_slack(test_pressure))
          if (found .or. .not. abs(next%rate) > 0.0_wp) return
          if (values(1) * values(2) < 0.0_wp .and. (value - goal) * values(2) > 0.0_wp) then
             values(1) = 0.5_wp * values(1)
@@ -202,10 +206,11 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: test      !! of the span
+      integer :: k
       is_wave = all(test%beside > 0)
       if (is_wave) is_wave = .not. any(problem%touch(test%beside)%line)
       if (.not. is_wave) return
-      is_wave = virtual_pressure(problem, state, problem%touch(test%beside(1))%candidate(1)) < 0.0_wp
+      is_wave = any([(virtual_pressure(problem, state, problem%touch(test%beside(k))%candidate(1)) < 0.0_wp, k=1, 2)])
    end function is_wave
 
    !> The equilibrium at which the two points beside a span are one.
