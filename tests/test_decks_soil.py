@@ -86,6 +86,17 @@ def test_arch_converges_at_fourth_order():
     dr.assert_mean_order(errors, 4.0, below=0.8)
 
 
+@pytest.mark.parametrize("times", [1e4, 1e8])
+def test_arch_on_stiff_soil(times):
+    """All lengths along the arch fall with the fourth root: the first increment sinks it by 1e-9 of its size and less. Rotations of
+    the part in contact, a/R = 1e-2 and 1e-3, count by their squares."""
+    run = dr.run_deck(dr.changed(dr.example("arch-soil"), ("MODULUS=4.", f"MODULUS={4.0 * times!r}")))
+    root = times**0.25
+    a, sinking = arch_exact(run.column("load_factor")[-1] / root**3, 20.0 * root**2)
+    dr.assert_close(run.column("sinking")[-1], sinking, relative=0.1 * (a / root / 20.0)**2 + 2e-6)
+    dr.assert_close(dr.regions(run, "end")[-1], a / root, relative=0.1 * (a / root / 20.0)**2 + 1e-5)
+
+
 # A liner in a soft host ----------------------------------------------------------------------------------------------
 
 @functools.cache

@@ -8,7 +8,7 @@ module read_steps
    use diagnostics, only: diagnostics_t
    use deck_cards, only: deck_t, complain
    use card_values, only: given, default_text, parameter_text, parameter_word, parameter_integer, parameter_real, &
-      parameter_place, value_place, field_place, field_integer, field_real, whole_line
+      parameter_place, value_place, field_given, field_place, field_integer, field_real, whole_line
    use deck_names, only: deck_names_t, find_named
    implicit none
    private
@@ -153,6 +153,7 @@ contains
       if (.not. deck%data_line(line)%sound) return
       step%increment = field_real(deck, line, 1)
       step%smallest = field_real(deck, line, 2)
+      step%smallest_given = field_given(deck, line, 2)
       step%largest = field_real(deck, line, 3)
       if (step%method /= method_load .and. step%method /= method_displacement) then
          if (step%smallest >= step%largest) call complain(deck, diagnostics, card, whole_line(deck, line), &

@@ -46,7 +46,8 @@ contains
          times_field=1, bound=positive)
       call lines(t, most=1)
       call field(t, 'first', kind_real, 'first increment', unit='load factor', bound=not_zero)
-      call field(t, 'smallest', kind_real, 'smallest arc length', unit='dimensionless', default='1e-9', bound=positive)
+      call field(t, 'smallest', kind_real, 'smallest arc length; left out, at most 1e-6 times that of the first increment', &
+         unit='dimensionless', default='1e-9', bound=positive)
       call field(t, 'largest', kind_real, 'largest arc length', unit='dimensionless', default='0.1', bound=positive)
 
       call card(t, 'BUCKLE', in_step, 'Linear buckling at the state that the steps before left behind: factors of the '// &

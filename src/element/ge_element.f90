@@ -109,7 +109,7 @@ contains
       real(wp) :: g_phi(max_stages), d(2, max_stages), bnn(3, max_stages), position(2, max_stages)
       real(wp), allocatable :: system(:, :), rhs(:, :), row_weight(:)
       real(wp) :: moved(2, n_by)
-      real(wp) :: dphi(n_by), dn(2, n_by), dend(3, n_by), dtail(3, n_by), flexibility(3, 3), &
+      real(wp) :: dphi(n_by, max_stages), dn(2, n_by), dend(3, n_by), dtail(3, n_by), flexibility(3, 3), &
          & ends(3, ge_columns + 2)
       real(wp) :: t(2), nu(2), axial, shear, beta, end_defect(3), tail(3), hc, he, residual_m, span(2), more(2), along, across
       real(wp) :: free, heat(2, max_stages), g_heat(max_stages), half
@@ -224,10 +224,10 @@ contains
       tail = z(1:3)
       tail(1:2) = tail(1:2) - h * load%line
       do i = 1, s
-         dphi = 0.0_wp
-         dphi(by_rotation) = 1.0_wp
+         dphi(:, i) = 0.0_wp
+         dphi(by_rotation, i) = 1.0_wp
          do l = 1, s
-            dphi = dphi + (he * tab%a(i, l)) * rhs(l, :)
+            dphi(:, i) = dphi(:, i) + (he * tab%a(i, l)) * rhs(l, :)
          end do
          if (stored) then
             dn = rhs(s + 2 * i - 1:s + 2 * i, :)
@@ -237,10 +237,10 @@ contains
             dn(2, by_ny) = 1.0_wp
             dn(:, by_load) = -(tab%c(i) * h) * load%line_rate
          end if
-         dend(1, :) = dend(1, :) + (hc * tab%b(i)) * (d(1, i) * dphi + bnn(1, i) * dn(1, :) + bnn(2, i) * dn(2, :))
-         dend(2, :) = dend(2, :) + (hc * tab%b(i)) * (d(2, i) * dphi + bnn(2, i) * dn(1, :) + bnn(3, i) * dn(2, :))
+         dend(1, :) = dend(1, :) + (hc * tab%b(i)) * (d(1, i) * dphi(:, i) + bnn(1, i) * dn(1, :) + bnn(2, i) * dn(2, :))
+         dend(2, :) = dend(2, :) + (hc * tab%b(i)) * (d(2, i) * dphi(:, i) + bnn(2, i) * dn(1, :) + bnn(3, i) * dn(2, :))
          dend(3, :) = dend(3, :) + (he * tab%b(i)) * rhs(i, :)
-         dtail(3, :) = dtail(3, :) + (hc * tab%b(i)) * (g_phi(i) * dphi - d(1, i) * dn(1, :) - d(2, i) * dn(2, :))
+         dtail(3, :) = dtail(3, :) + (hc * tab%b(i)) * (g_phi(i) * dphi(:, i) - d(1, i) * dn(1, :) - d(2, i) * dn(2, :))
          dend(1:2, by_load) = dend(1:2, by_load) + (hc * tab%b(i)) * heat(:, i)
          dtail(3, by_load) = dtail(3, by_load) + (hc * tab%b(i)) * g_heat(i)
          end_defect(1:2) = end_defect(1:2) - (hc * tab%b(i)) * moved_direction(:, i)
@@ -331,22 +331,17 @@ contains
       !> Increment of the position of a quadrature point, as function of the columns.
       subroutine point_increment(number)
          integer, intent(in) :: number
-         integer :: a, b
-         real(wp) :: weight, turned(n_by), pulled(2, n_by)
+         integer :: a
+         real(wp) :: weight, pulled(2, n_by)
          moved = 0.0_wp
          moved(1, by_x) = 1.0_wp
          moved(2, by_y) = 1.0_wp
          do a = 1, s
             weight = hc * inner%basis(a, number)
-            turned = 0.0_wp
-            turned(by_rotation) = 1.0_wp
-            do b = 1, s
-               turned = turned + (he * tab%a(a, b)) * rhs(b, :)
-            end do
             pulled = rhs(s + 2 * a - 1:s + 2 * a, :)
             moved(:, by_load) = moved(:, by_load) + weight * heat(:, a)
-            moved(1, :) = moved(1, :) + weight * (d(1, a) * turned + bnn(1, a) * pulled(1, :) + bnn(2, a) * pulled(2, :))
-            moved(2, :) = moved(2, :) + weight * (d(2, a) * turned + bnn(2, a) * pulled(1, :) + bnn(3, a) * pulled(2, :))
+            moved(1, :) = moved(1, :) + weight * (d(1, a) * dphi(:, a) + bnn(1, a) * pulled(1, :) + bnn(2, a) * pulled(2, :))
+            moved(2, :) = moved(2, :) + weight * (d(2, a) * dphi(:, a) + bnn(2, a) * pulled(1, :) + bnn(3, a) * pulled(2, :))
          end do
       end subroutine point_increment
 

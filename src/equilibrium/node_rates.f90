@@ -8,7 +8,7 @@ module node_rates
    use gauss_tableau, only: max_stages
    implicit none
    private
-   public :: rod_rate, rod_derivatives, force_on_ground
+   public :: rod_rate, rod_derivatives, resultants_on_ground
 
 contains
 
@@ -86,6 +86,12 @@ contains
       n = state%z(1:2, e)
       m = state%z(3, e)
       if (side == 1) return
+      if (problem%ground%founded(e)) then
+         second = resultants_on_ground(problem, state, e, 1.0_wp)
+         n = second(1:2)
+         m = second(3)
+         return
+      end if
       associate (g => state%geometry%element(e))
          call ge_end_forces(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%angle, problem%compliance(e), &
             & element_load(problem, state, e), element_displacement(problem, state, e), state%z(:problem%z_size(e), e), first, &
@@ -93,40 +99,49 @@ contains
       end associate
       n = second(1:2)
       m = second(3)
-      if (problem%ground%founded(e)) n = force_on_ground(problem, state, e, 1.0_wp)
    end subroutine end_resultants
 
-   !> n at a place of an element on a foundation, whose force is in no sum: the polynomial through its values at the stages and at
-   !> the ends. That at the second end is what the next element begins with: a node that goes nowhere changes nothing.
-   pure function force_on_ground(problem, state, e, tau) result(force)
+   !> (n_x, n_y, m) at a place of an element on a foundation, whose force is in no sum: the polynomials through their values at the
+   !> stages and at the ends. Those at the second end are what the next element begins with: a node that goes nowhere changes
+   !> nothing.
+   pure function resultants_on_ground(problem, state, e, tau) result(resultant)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      real(wp) :: force(2)
-      real(wp) :: at(0:max_stages + 1), value(2, 0:max_stages + 1), weight
-      integer :: i, j, n, next
-      n = problem%model%mesh%stages(e)
-      at(0) = 0.0_wp
-      at(1:n) = problem%tableau(n)%c(:n)
-      value(:, 0) = state%z(1:2, e)
-      value(:, 1:n) = reshape(state%z(4 + n:3 + 3 * n, e), [2, n])
+      real(wp) :: resultant(3)
+      real(wp) :: at(0:max_stages + 1), weight(0:max_stages + 1), end(3)
+      integer :: i, j, n, s, next
+      logical :: goes_on
+      s = problem%model%mesh%stages(e)
+      n = s
+      goes_on = .false.
       next = problem%beside(2, problem%model%mesh%node(2, e))
-      if (next > 0) then
-         if (problem%stretch(next) == problem%stretch(e) .and. &
-            & next /= problem%along(problem%element_first(problem%stretch(e)))) then
-            n = n + 1
-            at(n) = 1.0_wp
-            value(:, n) = state%z(1:2, next)
+      if (next > 0) goes_on = problem%stretch(next) == problem%stretch(e) .and. &
+         & next /= problem%along(problem%element_first(problem%stretch(e)))
+      if (goes_on) then
+         n = s + 1
+         at(n) = 1.0_wp
+         end = state%z(1:3, next)
+         if (tau >= 1.0_wp) then
+            resultant = end
+            return
          end if
       end if
-      force = 0.0_wp
+      at(0) = 0.0_wp
+      at(1:s) = problem%tableau(s)%c(:s)
       do i = 0, n
-         weight = 1.0_wp
+         weight(i) = 1.0_wp
          do j = 0, n
-            if (j /= i) weight = weight * (tau - at(j)) / (at(i) - at(j))
+            if (j /= i) weight(i) = weight(i) * (tau - at(j)) / (at(i) - at(j))
          end do
-         force = force + weight * value(:, i)
       end do
-   end function force_on_ground
+      associate (z => state%z(:, e))
+         resultant = weight(0) * z(1:3)
+         do i = 1, s
+            resultant = resultant + weight(i) * [z(2 + s + 2 * i), z(3 + s + 2 * i), z(3 + i)]
+         end do
+      end associate
+      if (goes_on) resultant = resultant + weight(n) * end
+   end function resultants_on_ground
 end module node_rates

@@ -39,6 +39,7 @@ module rod_profile
       logical, public :: mended = .false.
       integer :: order = 0                      !! of the last derivative that has been mended
       real(wp) :: mend(2, 3, 2) = 0.0_wp        !! (components, derivatives by tau, ends) of what is to be added
+      real(wp) :: hermite(2, 3, 2) = 0.0_wp     !! hermite_sum of them, up to that order
       real(wp) :: twist(2, 2) = 0.0_wp          !! (derivatives by tau, ends) the same of the rotation
    end type profile_t
 
@@ -210,6 +211,7 @@ contains
       end associate
       profile%mended = .true.
       profile%order = order
+      profile%hermite = hermite_sum(profile%mend, order)
    end subroutine mend_ends
 
    !> Deformed place.
@@ -229,7 +231,7 @@ contains
       real(wp), intent(in) :: tau
       real(wp) :: x(2)
       x = 0.0_wp
-      if (profile%mended) x = mended_to(profile, profile%order, tau)
+      if (profile%mended) x = hermite_place(profile%hermite, profile%order, tau)
    end function mended_by
 
    !> What derivatives up to an order add.
@@ -238,30 +240,47 @@ contains
       integer, intent(in) :: order
       real(wp), intent(in) :: tau
       real(wp) :: x(2)
-      integer :: j
-      x = matmul(profile%mend(:, :order, 1), hermite(order, tau)) + &
-         & matmul(profile%mend(:, :order, 2), [((-1.0_wp)**j, j=1, order)] * hermite(order, 1.0_wp - tau))
+      x = hermite_place(hermite_sum(profile%mend, order), order, tau)
    end function mended_to
 
-   !> Hermite's polynomials of the derivatives at 0, without that of the value; all of these up to an order are given at 0 and 1.
-   pure function hermite(order, t)
+   !> Hermite's polynomial of derivatives at 0 and 1, up to an order and without those of order 0, is
+   !> (1 - t)^(order + 1) p(t) + t^(order + 1) q(1 - t): the coefficients of t, t^2, ... in p and q.
+   pure function hermite_sum(mend, order) result(sum)
+      real(wp), intent(in) :: mend(2, 3, 2)      !! (components, derivatives, ends)
+      integer, intent(in) :: order
+      real(wp) :: sum(2, 3, 2)
+      real(wp) :: binomial, factorial
+      integer :: j, k
+      sum = 0.0_wp
+      factorial = 1.0_wp
+      do j = 1, order
+         factorial = factorial * j
+         binomial = 1.0_wp
+         do k = 0, order - j
+            if (k > 0) binomial = binomial * real(order + k, wp) / k
+            sum(:, j + k, 1) = sum(:, j + k, 1) + (binomial / factorial) * mend(:, j, 1)
+            sum(:, j + k, 2) = sum(:, j + k, 2) + ((-1.0_wp)**j * binomial / factorial) * mend(:, j, 2)
+         end do
+      end do
+   end function hermite_sum
+
+   !> The value of that polynomial.
+   pure function hermite_place(sum, order, t) result(x)
+      real(wp), intent(in) :: sum(2, 3, 2)
       integer, intent(in) :: order
       real(wp), intent(in) :: t
-      real(wp) :: hermite(order)
-      real(wp) :: binomial, factor
-      integer :: j, k
-      factor = (1.0_wp - t)**(order + 1)
-      do j = 1, order
-         factor = factor * t / j
-         binomial = 1.0_wp
-         hermite(j) = 1.0_wp
-         do k = 1, order - j
-            binomial = binomial * real(order + k, wp) / k
-            hermite(j) = hermite(j) + binomial * t**k
-         end do
-         hermite(j) = factor * hermite(j)
+      real(wp) :: x(2)
+      real(wp) :: second(2), r
+      integer :: k
+      r = 1.0_wp - t
+      x = 0.0_wp
+      second = 0.0_wp
+      do k = order, 1, -1
+         x = t * (x + sum(:, k, 1))
+         second = r * (second + sum(:, k, 2))
       end do
-   end function hermite
+      x = r**(order + 1) * x + t**(order + 1) * second
+   end function hermite_place
 
    !> Stress-free place.
    pure function profile_home(problem, profile, tau) result(x)
@@ -273,18 +292,22 @@ contains
       if (profile%curved) x = x + deviation(problem, profile, tau)
    end function profile_home
 
-   !> Displacement and rotation of the material point.
+   !> Displacement and rotation of the material point, mended.
    pure function mended_displacement(problem, profile, tau) result(u)
       type(problem_t), intent(in) :: problem
       type(profile_t), intent(in) :: profile        !! mended
       real(wp), intent(in) :: tau
       real(wp) :: u(3)
+      real(wp) :: twist(2, 3, 2), turn(2)
       u = profile_displacement(problem, profile, tau)
       u(1:2) = u(1:2) + mended_by(profile, tau)
-      u(3) = u(3) + dot_product(profile%twist(:, 1), hermite(2, tau)) + &
-         & dot_product(profile%twist(:, 2), [-1.0_wp, 1.0_wp] * hermite(2, 1.0_wp - tau))
+      twist = 0.0_wp
+      twist(1, :2, :) = profile%twist
+      turn = hermite_place(hermite_sum(twist, 2), 2, tau)
+      u(3) = u(3) + turn(1)
    end function mended_displacement
 
+   !> Displacement and rotation of the material point.
    pure function profile_displacement(problem, profile, tau) result(u)
       type(problem_t), intent(in) :: problem
       type(profile_t), intent(in) :: profile

@@ -15,7 +15,7 @@ module state_transfer
    use conforming_span, only: conforming_forces, conforming_displacement, conforming_resultant, conforming_point, &
       & conforming_guess
    use gauss_tableau, only: max_stages
-   use node_rates, only: force_on_ground
+   use node_rates, only: resultants_on_ground
    use force_law, only: segment_unknown
    use ge_element, only: ge_interior
    implicit none
@@ -308,7 +308,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      real(wp) :: resultant(3), span(2), rotation
+      real(wp) :: resultant(3), span(2), rotation, told(3)
       if (problem%conforms(e) > 0) then
          resultant = conforming_resultant(problem, state, e, tau)
          return
@@ -318,7 +318,10 @@ contains
             & element_load(problem, state, e), element_displacement(problem, state, e), state%z(:problem%z_size(e), e), tau, &
             & span, rotation, resultant)
       end associate
-      if (problem%ground%founded(e)) resultant(1:2) = force_on_ground(problem, state, e, tau)
+      if (.not. problem%ground%founded(e)) return
+      ! The moment is that of the displacements, which Newton's method has brought further than what is stored.
+      told = resultants_on_ground(problem, state, e, tau)
+      resultant(1:2) = told(1:2)
    end function point_resultant
 
    !> Moves nodes along their stretches, nothing but the geometry.

@@ -242,6 +242,7 @@ module model
       integer :: monitor = 0                    !! displacement control: index into model%monitor
       real(wp) :: increment = 0.0_wp            !! first increment of the load factor (displacement control: of the monitor)
       real(wp) :: smallest = 0.0_wp, largest = 0.0_wp !! limits of the increment; arc-length methods: of the arc length [-]
+      logical :: smallest_given = .false.       !! by the deck
       integer :: n_modes = 0                    !! > 0: a buckling step, which finds so many modes and follows no path
       integer :: tangent_updates = huge(1)      !! of an increment after its predictor: huge full Newton, 0 modified, 1 updated once
       logical :: paper_loop = .false.           !! contact by the loop of the paper's Fig. 2

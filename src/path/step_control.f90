@@ -13,6 +13,7 @@ module step_control
    public :: start_control, begin_arc_length, next_increment, smallest, shorten_to_stop, stop_met
 
    real(wp), parameter :: safety = 0.7_wp         !! share of a limit that an increment is planned to use
+   real(wp), parameter :: least_part = 1.0e-6_wp !! of the first increment, as where load or displacement is prescribed
    real(wp), parameter :: growth = 2.0_wp, shrinkage = 0.25_wp !! limits of the ratio of consecutive increments
 
 contains
@@ -74,6 +75,9 @@ contains
       type(step_t), intent(in) :: step
       type(control_t), intent(in) :: control
       smallest = step%smallest
+      ! A structure that is stiff at first may begin with arc lengths as short as that.
+      if (is_arc_length(control%method) .and. .not. step%smallest_given .and. control%load_scale > 0.0_wp) &
+         & smallest = min(smallest, least_part * control%load_scale * abs(step%increment))
       ! The load-controlled start of an arc-length step has no limit of its own in the deck.
       if (is_arc_length(step%method) .and. .not. is_arc_length(control%method)) smallest = 1.0e-9_wp * abs(step%increment)
    end function smallest
