@@ -51,7 +51,8 @@ contains
       if (found) found = comes_next()
       wave = .false.
       if (.not. found) wave = is_wave(problem, leg%to, leg%after(which))
-      if (wave .and. .not. turns(run, leg)) then
+      ! As long as there is a gap between them, and both push, they are two.
+      if (wave .and. is_gone(problem, leg%after(which)) .and. .not. turns(run, leg)) then
          call become_one(problem, run, leg, which, next, found, timers)
          if (found) found = leads_to_next(problem, run, next)
          if (found) found = comes_next()
@@ -91,8 +92,7 @@ contains
       associate (test => leg%after(which))
          left = test%value
          come = leg%before(which)%value
-         gone = abs(left) * problem%size <= rounding_gap(problem) .or. &
-            & test%ends(2) - test%ends(1) < shortest * problem%layout%stretch(test%stretch)%length
+         gone = is_gone(problem, test)
          next%problem = new_span_problem(problem, laid_down(present_touches(problem, leg%to), test%beside, test%ends))
       end associate
       call find_begin(problem, run, leg, gone, next, lies, timers)
@@ -200,6 +200,14 @@ contains
          if (ok) least = minval(tests%value, mask=tests%kind == test_pressure)
       end subroutine look_at
    end subroutine find_begin
+
+   !> True for a span that nothing is left of.
+   pure logical function is_gone(problem, test) result(gone)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: test      !! of the span
+      gone = abs(test%value) * problem%size <= rounding_gap(problem) .or. &
+         & test%ends(2) - test%ends(1) < shortest * problem%layout%stretch(test%stretch)%length
+   end function is_gone
 
    !> True for a span between two points where the obstacle would have to pull to hold the rod down.
    logical function is_wave(problem, state, test)
