@@ -282,6 +282,19 @@ def thick_liner():
     return loads(dr.run_deck(re.sub(r"\*ACCURACY[^\n]*\n", "", text)), "LP")
 
 
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
+@pytest.mark.parametrize("name", ["pipe-heat", "column", "ring-full"])
+def test_coarse_meshes_do_what_is_asked(name, tolerance):
+    """Long elements beside touchdown points that travel; a pipe on the ground that a jack takes along; and checks that ask for no
+    more than the deck."""
+    coarse, fine = (dr.run_deck(asking(name, t)).results.critical for t in (tolerance, 1e-6))
+    told = [[c for c in run if c.label in ("C+", "C-", "LP")] for run in (coarse, fine)]
+    assert [c.label for c in told[0]] == [c.label for c in told[1]]
+    largest = max(abs(c.load_factor) for c in told[1])
+    for a, b in zip(*told):
+        dr.assert_close(a.load_factor, b.load_factor, absolute=tolerance * largest)
+
+
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4, 1e-5, 1e-7])
 def test_a_line_that_lifts_off_at_once(tolerance):
     """The line below the liner lifts off all at once and leaves the point at its end, from which a span lies down later. Both sets have

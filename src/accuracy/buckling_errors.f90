@@ -47,7 +47,7 @@ contains
       allocate (heading%u, mold=state%u)
       heading%u = 0.0_wp
       heading%load = 1.0_wp
-      path = new_finer_path(problem, state, control, heading, [integer ::])
+      call new_finer_path(problem, state, control, heading, [integer ::], path)
       allocate (path%modes(size(problem%weight) * 3, 0))
       call start_point(path, point, own)
       if (point%ok) call next_point(path, 0.0_wp, point, own)

@@ -15,9 +15,9 @@ module element_shares
    use linear_system, only: system_t, to_node
    use tied_nodes, only: node_unknowns, spread_force
    use element_products, only: element_deformation
-   use bordered_system, only: solve_effective
+   use bordered_system, only: solve_effective, unknowns_of
    use band_matrix, only: band_times
-   use path_control, only: control_t, control_row
+   use path_control, only: control_t, held_row
    use null_directions, only: new_null_directions, leave_out, free_of
    use contact_totals, only: contact_sum_known, contact_sum_defect, contact_sum_gradient
    use monitor_rows, only: monitor_row_t, monitor_row, watched_displacement
@@ -60,7 +60,7 @@ contains
       & watched)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(inout) :: system    !! factored there; its path row changes
+      type(system_t), intent(in) :: system       !! factored there
       type(problem_t), intent(in) :: finer       !! the finer problem,
       type(state_t), intent(in) :: start         !! the same point of it
       type(system_t), intent(in) :: at_start     !! and its system, assembled there
@@ -76,7 +76,9 @@ contains
       real(wp) :: by_unknown(system%n, size(ends)), by_load(size(ends)), way(size(ends))
       real(wp), dimension(6, problem%model%mesh%n_elements) :: force, dual
       real(wp) :: w(system%n), of_load(system%n), tangent(system%n), &
-         & push(system%n), known(system%n), share(problem%model%mesh%n_elements), rhs, along, along_load, given, rest, change
+         & push(system%n), known(system%n), share(problem%model%mesh%n_elements), along, along_load, given, rest, change, corner, &
+         & defect
+      real(wp) :: path_row(system%n), row(3, size(state%u, 2))
       real(wp), allocatable :: direction(:, :)
       integer :: e, m, n, k
       n = 1 + size(problem%model%monitor) + size(ends)
@@ -88,14 +90,15 @@ contains
       end do
       shares%unfolding = sqrt(sum([(force_on(modes(:, m))**2, m=1, size(modes, 2))]))
       direction = new_null_directions(problem, system, modes, timers)
-      call control_row(problem, control, state, state, system, rhs, timers)
-      call solve_effective(system, free_force(system%path_row), w, timers)
+      call held_row(problem, control, state, system, row, corner, defect)
+      path_row = unknowns_of(problem, system, row)
+      call solve_effective(system, free_force(path_row), w, timers)
       tangent = system%tangent
       call leave_out(problem, modes, direction, w)
       call leave_out(problem, modes, direction, tangent)
       known = merge(system%rate, 0.0_wp, system%fixed)
       push = path_load(system, known)
-      along = dot_product(system%path_row, tangent) + system%path_corner
+      along = dot_product(path_row, tangent) + corner
       if (.not. abs(along) > 0.0_wp) return
       of_load = w / along
       dual = nodal_all(of_load)
@@ -178,14 +181,14 @@ contains
          lost = sqrt(epsilon(lost)) * maxval(abs(w))
          w = along_load * of_load - w
          of_path = along_load / along
-         w = w + (given - dot_product(push, w) - of_path * system%path_corner) * of_load
+         w = w + (given - dot_product(push, w) - of_path * corner) * of_load
          ! The band alone is not all of a stiffness that ground or rods without stretch add to.
          if (maxval(abs(w)) > lost .or. system%rigidity%n > 0 .or. system%coupling%n > 0) return
          call band_times(system%k, w, left)
-         left = free_force(of_path * system%path_row - functional%by_unknown - left)
+         left = free_force(of_path * path_row - functional%by_unknown - left)
          call solve_effective(system, left, more, timers)
          call leave_out(problem, modes, direction, more)
-         w = w + more + (given - dot_product(push, w + more) - of_path * system%path_corner) * of_load
+         w = w + more + (given - dot_product(push, w + more) - of_path * corner) * of_load
       end subroutine combine
 
       !> Force on a null vector. What finer elements make of it may err by all of their shares, and the directions of the
@@ -370,20 +373,4 @@ contains
          end do
       end associate
    end subroutine new_functional
-
-   !> Derivatives by the displacements of the nodes as those by the unknowns.
-   function unknowns_of(problem, system, by_node) result(by_unknown)
-      type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system
-      real(wp), intent(in) :: by_node(:, :)      !! (3, nodes) global axes
-      real(wp) :: by_unknown(system%n)
-      real(wp) :: along(3)
-      integer :: node
-      by_unknown = 0.0_wp
-      do node = 1, size(by_node, 2)
-         along = by_node(:, node)
-         call to_node(system, node, along)
-         call spread_force(problem, system%tie_block, node, along, by_unknown)
-      end do
-   end function unknowns_of
 end module element_shares

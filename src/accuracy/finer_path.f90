@@ -11,7 +11,7 @@ module finer_path
    use path_control, only: control_t, control_row, follow_nodes
    use path_continuity, only: heading_t, heading_at
    use monitors, only: monitor_values
-   use finer_problem, only: new_finer_problem, finer_state
+   use finer_problem, only: new_finer_problem, new_finer_state
    use touch_places, only: places_at, places_after
    use null_directions, only: new_null_directions, leave_out
    use timing, only: timers_t
@@ -48,19 +48,19 @@ module finer_path
 contains
 
    !> The finer path next to a converged point.
-   function new_finer_path(problem, state, control, heading, ends) result(path)
+   subroutine new_finer_path(problem, state, control, heading, ends, path)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(control_t), intent(in) :: control     !! its tangent set where its method wants one
       type(heading_t), intent(in) :: heading     !! tangent there
       integer, intent(in) :: ends(:)             !! touchdown points whose places count
-      type(finer_path_t) :: path
+      type(finer_path_t), intent(out) :: path
       call new_finer_problem(problem, path%problem)
-      path%base = finer_state(problem, state, path%problem)
+      call new_finer_state(problem, state, path%problem, path%base)
       path%control = control
       path%heading = heading
       path%ends = ends
-   end function new_finer_path
+   end subroutine new_finer_path
 
    !> The finer problem linearised at the problem's own point: where Newton's method starts.
    subroutine start_point(path, point, timers)

@@ -16,7 +16,7 @@ module finer_problem
    use ground, only: new_ground
    implicit none
    private
-   public :: new_finer_problem, finer_state
+   public :: new_finer_problem, new_finer_state
 
 contains
 
@@ -52,11 +52,11 @@ contains
 
    !> A state of the problem as one of the finer problem: the displacements of the nodes, and of the resultants the collocation
    !> polynomial. Its elements are out of balance by what the first ones err.
-   function finer_state(problem, state, finer) result(new)
+   subroutine new_finer_state(problem, state, finer, new)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
       type(problem_t), intent(in) :: finer
-      type(state_t) :: new
+      type(state_t), intent(out) :: new
       class(rod_element_t), pointer :: rod
       integer :: e
       new = state
@@ -67,5 +67,5 @@ contains
          rod => rod_at(problem, e)
          new%z(:finer%z_size(e), e) = rod%finer_unknowns(problem, state, finer, e)
       end do
-   end function finer_state
+   end subroutine new_finer_state
 end module finer_problem

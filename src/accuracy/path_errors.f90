@@ -296,13 +296,11 @@ contains
       real(wp), allocatable, intent(out) :: value(:) !! load factor, monitors, places
       type(timers_t), intent(inout) :: timers
       real(wp), allocatable, intent(in), optional :: watched(:, :) !! (3, nodes) a displacement that the event hangs on
-      type(system_t) :: here
-      path = new_finer_path(problem, state, control, heading, ends)
+      call new_finer_path(problem, state, control, heading, ends, path)
       path%modes = modes
       call start_point(path, point, timers)
       value = [state%load_factor, monitor_values(problem, state, system), places_at(problem, state, ends)]
-      here = system
-      call find_shares(problem, state, here, path%problem, point%state, point%system, control, ends, modes, shares, timers, &
+      call find_shares(problem, state, system, path%problem, point%state, point%system, control, ends, modes, shares, timers, &
          & watched)
    end subroutine begin
 

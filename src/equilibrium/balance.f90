@@ -14,6 +14,7 @@ module balance
    use conforming_span, only: conforming_forces, joint_forces
    use deck_nodes, only: deck_contact_gaps, find_node
    use element_foundation, only: foundation_forces
+   use rod_profile, only: profile_t, new_profile, mend_ends, profile_doubt
    use ground_segments, only: gap_uncertainty, segment_stiffness, follows
    use force_law, only: segment_unknown
    use inner_forces, only: inner_forces_t
@@ -34,13 +35,12 @@ contains
    !>
    !> Errors are measured against the largest force, or reaction, of the run so far: a state that carries next to nothing is
    !> not wrong because rounding is much of it. What the rounding of positions makes of forces is no error at all.
-   subroutine measure_balance(problem, state, at, residual, accuracy, touches_in)
+   subroutine measure_balance(problem, state, at, residual, accuracy)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(place_t), intent(in) :: at            !! the point
       real(wp), intent(in) :: residual
       type(accuracy_t), intent(inout) :: accuracy
-      integer, intent(in), optional :: touches_in !! the element in which a contact of spans begins there; 0: none does
       real(wp), allocatable :: support(:, :), left(:, :)
       real(wp) :: total(3), scale, first(3), second(3), x(2), force(3), rate(3), size_, noise, middle(2)
       class(rod_element_t), pointer :: rod
@@ -150,7 +150,6 @@ contains
          real(wp) :: totals(3, size(problem%model%contact)), moment, push, gap, normal(2), bend, local(3), &
             & x(2), angle, density, tau, counted(2)
          real(wp), allocatable :: gaps(:), place(:, :), pushes(:)
-         logical, allocatable :: beside(:)
          integer :: c, e, i, mesh_node
          call span_totals(problem, state, middle, totals, moment)
          total = total + [sum(totals(1, :)), sum(totals(2, :)), moment]
@@ -185,7 +184,6 @@ contains
                   & least_reaction * scale), at, element=problem%model%mesh%element_label(e))
             end do
          end do
-         beside = beside_contacts()
          do c = 1, size(problem%deck%contact)
             if (.not. problem%deck%contact(c)%spans) cycle
             associate (node => problem%deck%contact(c)%node)
@@ -194,35 +192,22 @@ contains
                call deck_contact_gaps(problem, state, c, gaps, place)
                do i = 1, size(node)
                   call find_node(problem, state, node(i), mesh_node, e, tau)
-                  if (e > 0) then
-                     if (beside(e)) cycle
-                  end if
+                  if (e > 0 .and. gaps(i) < 0.0_wp) gaps(i) = gaps(i) + place_doubt(e, tau)
                   call note_worst(accuracy%penetration, -gaps(i) / problem%size, at, node=problem%deck%mesh%node_label(node(i)))
                end do
             end associate
          end do
       end subroutine add_spans
 
-      !> Elements on obstacles, or about to be, and the next two: where the gap opens with a power of the distance it is less than
-      !> what places inside elements err by.
-      function beside_contacts() result(beside)
-         logical :: beside(problem%model%mesh%n_elements)
-         logical :: near(problem%model%mesh%n_nodes)
-         integer :: c, e, pass
-         near = .false.
-         do c = 1, problem%candidates%n
-            if (problem%candidates%touch(c) > 0) near(problem%candidates%node(c)) = .true.
-         end do
-         if (present(touches_in)) then
-            if (touches_in > 0) near(problem%model%mesh%node(:, touches_in)) = .true.
-         end if
-         do pass = 1, 2
-            beside = [(any(near(problem%model%mesh%node(:, e))), e=1, problem%model%mesh%n_elements)]
-            do e = 1, problem%model%mesh%n_elements
-               if (beside(e)) near(problem%model%mesh%node(:, e)) = .true.
-            end do
-         end do
-      end function beside_contacts
+      !> What places between nodes err by: no penetration.
+      real(wp) function place_doubt(e, tau) result(doubt)
+         integer, intent(in) :: e
+         real(wp), intent(in) :: tau
+         type(profile_t) :: profile
+         profile = new_profile(problem, state, e)
+         if (problem%conforms(e) == 0) call mend_ends(problem, state, profile, 2)
+         doubt = profile_doubt(profile, tau)
+      end function place_doubt
 
       !> Foundations that act inside elements, from their pressure where it acts.
       subroutine add_foundations()

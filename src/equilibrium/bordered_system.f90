@@ -19,7 +19,7 @@ module bordered_system
       & counter_factorisation, counter_solution
    implicit none
    private
-   public :: linearise, factor_system, set_path_row, solve_bordered, solve_effective, apply_increment, resultant_rates
+   public :: linearise, factor_system, set_path_row, unknowns_of, solve_bordered, solve_effective, apply_increment, resultant_rates
 
 contains
 
@@ -123,16 +123,25 @@ contains
       type(system_t), intent(inout) :: system
       real(wp), intent(in) :: row(:, :)    !! (3, nodes) in global axes
       real(wp), intent(in) :: corner
-      real(wp) :: part(3)
-      integer :: node
-      system%path_row = 0.0_wp
-      do node = 1, size(row, 2)
-         part = row(:, node)
-         call to_node(system, node, part)
-         call spread_force(problem, system%tie_block, node, part, system%path_row)
-      end do
+      system%path_row = unknowns_of(problem, system, row)
       system%path_corner = corner
    end subroutine set_path_row
+
+   !> Forces on nodes, or a row of their displacements, as one of the unknowns.
+   function unknowns_of(problem, system, by_node) result(by_unknown)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: by_node(:, :)  !! (3, nodes) in global axes
+      real(wp) :: by_unknown(system%n)       !! (n) node axes
+      real(wp) :: part(3)
+      integer :: node
+      by_unknown = 0.0_wp
+      do node = 1, size(by_node, 2)
+         part = by_node(:, node)
+         call to_node(system, node, part)
+         call spread_force(problem, system%tie_block, node, part, by_unknown)
+      end do
+   end function unknowns_of
 
    !> Solves the bordered system. Fails (ok false) when it is singular: a bifurcation, or no constraint at all.
    subroutine solve_bordered(system, rhs, prescribed, path_rhs, x, y, ok, timers)

@@ -36,11 +36,12 @@ contains
 
    !> Derivatives of the deformed position by the stress-free length at an end of a GE element. Where a foundation pushes, only of
    !> rods that do not shear: its force is not known here, only what comes of it in the resultants.
-   pure subroutine rod_derivatives(problem, state, e, side, x)
+   pure subroutine rod_derivatives(problem, state, e, side, x, rotation)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e, side
       real(wp), intent(out) :: x(2, 3)       !! first, second, third
+      real(wp), intent(out) :: rotation(2)   !! and of the rotation: first, second
       type(ge_load_t) :: load
       real(wp), dimension(2) :: n, dn, ddn, t, nu
       real(wp) :: m, angle, bend, bend_rate, turn, turn_rate, along(0:2), across(0:2)
@@ -57,13 +58,15 @@ contains
          ! x' = along t + across nu, and t' = turn nu, nu' = -turn t.
          along(0) = 1.0_wp + load%strain + compliance%axial * dot_product(n, t)
          across(0) = compliance%shear * dot_product(n, nu)
+         rotation(1) = load%curvature + compliance%bending * m
          x(:, 1) = along(0) * t + across(0) * nu
          dn = -load%line - load%pressure * [-x(2, 1), x(1, 1)]
          along(1) = compliance%axial * (dot_product(dn, t) + turn * dot_product(n, nu))
          across(1) = compliance%shear * (dot_product(dn, nu) - turn * dot_product(n, t))
          x(:, 2) = (along(1) - turn * across(0)) * t + (across(1) + turn * along(0)) * nu
          ddn = -load%pressure * [-x(2, 2), x(1, 2)]
-         turn_rate = bend_rate - compliance%bending * (x(1, 1) * n(2) - x(2, 1) * n(1))
+         rotation(2) = -compliance%bending * (x(1, 1) * n(2) - x(2, 1) * n(1))
+         turn_rate = bend_rate + rotation(2)
          along(2) = compliance%axial * (dot_product(ddn, t) + 2.0_wp * turn * dot_product(dn, nu) + &
             & turn_rate * dot_product(n, nu) - turn**2 * dot_product(n, t))
          across(2) = compliance%shear * (dot_product(ddn, nu) - 2.0_wp * turn * dot_product(dn, t) - &

@@ -22,8 +22,8 @@ module rod_profile
    use ground, only: home_deviation
    implicit none
    private
-   public :: profile_t, new_profile, mend_ends, mended_by, profile_place, profile_displacement, profile_home, profile_angle, &
-      & profile_rate, profile_error, element_place
+   public :: profile_t, new_profile, mend_ends, mended_by, profile_place, profile_displacement, mended_displacement, &
+      & profile_home, profile_angle, profile_rate, profile_error, profile_doubt, element_place
 
    !> One element of one state. Polynomials by their coefficients of tau^0, tau^1, ...
    type :: profile_t
@@ -39,6 +39,7 @@ module rod_profile
       logical, public :: mended = .false.
       integer :: order = 0                      !! of the last derivative that has been mended
       real(wp) :: mend(2, 3, 2) = 0.0_wp        !! (components, derivatives by tau, ends) of what is to be added
+      real(wp) :: twist(2, 2) = 0.0_wp          !! (derivatives by tau, ends) the same of the rotation
    end type profile_t
 
 contains
@@ -170,14 +171,14 @@ contains
       type(state_t), intent(in) :: state
       type(profile_t), intent(inout) :: profile     !! of this state; its places only are mended
       integer, intent(in) :: order                  !! of the last derivative: 2, or 3, whose rounding thin rods feel
-      real(wp) :: along(2), turn(2), bend, bend_rate, home(2, 3), dense(2, 3), tau, whole(2, 0:max_stages), way
+      real(wp) :: along(2), turn(2), bend, bend_rate, home(2, 3), dense(2, 3), spin(2), tau, whole(2, 0:max_stages), way
       integer :: i, k
       whole = profile%axis + profile%moved
       associate (h => profile%length, g => state%geometry%element(profile%element), &
          & curve => problem%model%mesh%curve(profile%element))
          do i = 1, 2
             tau = real(i - 1, wp)
-            call rod_derivatives(problem, state, profile%element, i, dense)
+            call rod_derivatives(problem, state, profile%element, i, dense, spin)
             home = 0.0_wp
             if (profile%curved) then
                along = [cos(g%end_angle(i)), sin(g%end_angle(i))]
@@ -195,6 +196,7 @@ contains
                turn(1) = turn(1) + k * profile%rotation(k) * tau**(k - 1)
                if (k > 1) turn(2) = turn(2) + k * (k - 1) * profile%rotation(k) * tau**(k - 2)
             end do
+            profile%twist(:, i) = [h, h**2] * spin - turn
             way = turning(profile, tau)
             ! The deviation is turned as the rod turns, and vanishes at its ends.
             home(:, 3) = home(:, 3) + 3.0_wp * (turned(0.5_wp * pi, turn(1) * home(:, 2) + turn(2) * home(:, 1)) - &
@@ -272,6 +274,17 @@ contains
    end function profile_home
 
    !> Displacement and rotation of the material point.
+   pure function mended_displacement(problem, profile, tau) result(u)
+      type(problem_t), intent(in) :: problem
+      type(profile_t), intent(in) :: profile        !! mended
+      real(wp), intent(in) :: tau
+      real(wp) :: u(3)
+      u = profile_displacement(problem, profile, tau)
+      u(1:2) = u(1:2) + mended_by(profile, tau)
+      u(3) = u(3) + dot_product(profile%twist(:, 1), hermite(2, tau)) + &
+         & dot_product(profile%twist(:, 2), [-1.0_wp, 1.0_wp] * hermite(2, 1.0_wp - tau))
+   end function mended_displacement
+
    pure function profile_displacement(problem, profile, tau) result(u)
       type(problem_t), intent(in) :: problem
       type(profile_t), intent(in) :: profile
@@ -332,6 +345,13 @@ contains
       d = turned(turning(profile, tau), deviation(problem, profile, tau))
       rate(1:2) = rate(1:2) + load_change * load%strain_rate * d + profile%stretch * rate(3) * [-d(2), d(1)]
    end function profile_rate
+
+   !> What a place may err by: what mending has changed there, and what that leaves.
+   pure real(wp) function profile_doubt(profile, tau) result(doubt)
+      type(profile_t), intent(in) :: profile
+      real(wp), intent(in) :: tau
+      doubt = max(norm2(mended_by(profile, tau)), profile_error(profile))
+   end function profile_doubt
 
    !> About how far the displacements of a GE element are from those of the rod between its nodes: the next term of the polynomial,
    !> as the last ones fall, times the largest of the monic polynomial of one degree more that vanishes with the collocation,

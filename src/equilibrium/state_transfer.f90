@@ -9,7 +9,8 @@ module state_transfer
    use element_families, only: collocates
    use rod_geometry, only: geometry_t, new_geometry, shift_nodes
    use rod_state, only: state_t, element_displacement, element_load, node_position, unknown_push
-   use rod_profile, only: profile_t, new_profile, profile_place, profile_displacement, profile_angle, element_place
+   use rod_profile, only: profile_t, new_profile, mend_ends, mended_displacement, profile_place, profile_displacement, &
+      & profile_angle, element_place
    use reference_curve, only: curve_point
    use conforming_span, only: conforming_forces, conforming_displacement, conforming_resultant, conforming_point, &
       & conforming_guess
@@ -228,6 +229,23 @@ contains
          & profile_displacement(problem, new_profile(problem, state, e), 1.0_wp))
    end function continuous_displacement
 
+   !> The same of a state in equilibrium, near nodes as its own curvature and the rate of that have it. Those of the polynomial err
+   !> by O(h^s), and on a coarse mesh nodes that go along the rod would take that for its motion.
+   pure function smooth_displacement(problem, state, e, tau) result(u)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau
+      real(wp) :: u(3)
+      type(profile_t) :: profile
+      u = continuous_displacement(problem, state, e, tau)
+      if (tau <= 0.0_wp .or. tau >= 1.0_wp .or. .not. problem%has_spans() .or. problem%conforms(e) > 0 .or. &
+         & .not. collocates(problem%model%mesh%family(e)) .or. problem%ground%founded(e)) return
+      profile = new_profile(problem, state, e)
+      call mend_ends(problem, state, profile, 2)
+      u = mended_displacement(problem, profile, tau)
+   end function smooth_displacement
+
    !> Stored resultants of one element. Where contact forces act at its ends they jump there, wherever these ends go.
    pure subroutine carry_resultants(from, state, to, e, range, new)
       type(problem_t), intent(in) :: from
@@ -325,7 +343,7 @@ contains
          else
             call find_point(problem, state, problem%stretch(problem%beside(1, node)), node_coordinate(problem, geometry, node), &
                & e, tau)
-            u(:, node) = continuous_displacement(problem, state, e, tau)
+            u(:, node) = smooth_displacement(problem, state, e, tau)
          end if
       end do
    end function displacements_at

@@ -39,6 +39,7 @@ module run_accuracy
       real(wp) :: load = 0.0_wp               !! largest size of the load factor in a step so far
       integer :: load_step = 0                !! that step
       real(wp) :: reaction = 0.0_wp           !! largest reaction at a node of the run so far
+      real(wp) :: asked = 0.0_wp              !! what displacements may err by as asked, over the structure's size
       real(wp) :: stiffness = 0.0_wp          !! along the path, at the last point without a label
       character(:), allocatable :: rounding_words !! as mesh_words
    end type accuracy_t

@@ -5,7 +5,7 @@ module free_span_gap
    use model, only: family_ge
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t, obstacle_shift
-   use rod_profile, only: profile_error, profile_t, new_profile, mend_ends, mended_by, profile_place
+   use rod_profile, only: profile_t, new_profile, mend_ends, profile_doubt, profile_place
    use obstacle_geometry, only: obstacle_gap
    use state_transfer, only: find_point
    implicit none
@@ -277,7 +277,7 @@ contains
       real(wp) :: tau
       integer :: e
       call find_part(problem, state, line, place, e, tau)
-      doubt = max(norm2(mended_by(line%profile(e), tau)), profile_error(line%profile(e)))
+      doubt = profile_doubt(line%profile(e), tau)
    end function doubt
 
    !> The element at a place along the stretch, and which part of it lies before.

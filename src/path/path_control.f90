@@ -28,7 +28,7 @@ module path_control
    use timing, only: timers_t
    implicit none
    private
-   public :: control_t, control_row, control_error, is_arc_length, set_tangent, path_length, metric, turning, &
+   public :: control_t, control_row, held_row, control_error, is_arc_length, set_tangent, path_length, metric, turning, &
       & displacement_between, follow_nodes
 
    type :: control_t
@@ -115,25 +115,20 @@ contains
       type(system_t), intent(inout) :: system     !! assembled at the iterate
       real(wp), intent(out) :: rhs
       type(timers_t), intent(inout) :: timers
-      real(wp), allocatable :: row(:, :)
-      type(monitor_row_t) :: watched
-      real(wp) :: dl, travelled
+      real(wp), dimension(3, size(state%u, 2)) :: row
+      real(wp) :: dl, travelled, corner, defect
       integer :: node, component
-      allocate (row(3, size(state%u, 2)), source=0.0_wp)
       dl = state%load_factor - start%load_factor
-      select case (control%method)
-      case (method_load)
+      if (any(control%method == [method_load, method_displacement])) then
+         call held_row(problem, control, state, system, row, corner, defect)
          rhs = control%increment - dl
-         call set_path_row(problem, system, row, 1.0_wp)
+         if (control%method == method_displacement) rhs = control%increment - change_so_far(problem, control, start, state) - defect
+         call set_path_row(problem, system, row, corner)
          return
-      case (method_displacement)
-         call monitor_row(problem, state, system, control%monitor, watched)
-         rhs = control%increment - change_so_far(problem, control, start, state) - watched%defect
-         call set_path_row(problem, system, watched%node, watched%load)
-         return
-      end select
+      end if
       if (control%method == method_largest) then
          call largest_component(control, node, component)
+         row = 0.0_wp
          row(component, node) = 1.0_wp
          rhs = control%increment * control%tangent(component, node) - (state%u(component, node) - start%u(component, node))
          call set_path_row(problem, system, row, 0.0_wp)
@@ -143,7 +138,8 @@ contains
       travelled = metric(problem, row, row) + load_weight(control) * dl**2
       if (control%method == method_linearised .or. travelled <= 0.0_wp) then
          rhs = control%increment - metric(problem, control%tangent, row) - load_weight(control) * control%tangent_load * dl
-         call set_metric_row(problem, system, control%tangent, load_weight(control) * control%tangent_load)
+         call held_row(problem, control, state, system, row, corner, defect)
+         call set_path_row(problem, system, row, corner)
       else if (is_free(control%method)) then
          rhs = 0.0_wp
          if (control%method == method_minimum_residual) row = nodal(problem, system, system%tangent)
@@ -151,11 +147,38 @@ contains
             row = control%tangent
             if (allocated(control%previous)) row = control%previous
          end if
-         call set_metric_row(problem, system, row, 0.0_wp)
+         call set_path_row(problem, system, metric_row(problem, row), 0.0_wp)
       else
          call circle_row(problem, control, row, dl, system, rhs, timers)
       end if
    end subroutine control_row
+
+   !> What holds a point of the path, as a row row.u + corner * load factor: the load factor, the monitor, or the plane normal to
+   !> the control's tangent.
+   subroutine held_row(problem, control, state, system, row, corner, defect)
+      type(problem_t), intent(in) :: problem
+      type(control_t), intent(in) :: control
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system        !! assembled there
+      real(wp), intent(out) :: row(:, :)          !! (3, nodes) in global axes
+      real(wp), intent(out) :: corner
+      real(wp), intent(out) :: defect             !! what closes elements' own defects changes a monitor by
+      type(monitor_row_t) :: watched
+      defect = 0.0_wp
+      select case (control%method)
+      case (method_load)
+         row = 0.0_wp
+         corner = 1.0_wp
+      case (method_displacement)
+         call monitor_row(problem, state, system, control%monitor, watched)
+         row = watched%node
+         corner = watched%load
+         defect = watched%defect
+      case default
+         row = metric_row(problem, control%tangent)
+         corner = load_weight(control) * control%tangent_load
+      end select
+   end subroutine held_row
 
    !> What the controlled monitor has changed by since the start.
    pure real(wp) function change_so_far(problem, control, start, state) result(change)
@@ -212,25 +235,23 @@ contains
       if (discriminant > (grazing * control%increment)**2 * a) then
          at = at + root * line
          rhs = metric(problem, at, fixed + root * line) + weight * (dl + root) * root
-         call set_metric_row(problem, system, at, weight * (dl + root))
+         call set_path_row(problem, system, metric_row(problem, at), weight * (dl + root))
       else
          rhs = metric(problem, line, fixed + root * line) + weight * root
-         call set_metric_row(problem, system, line, weight)
+         call set_path_row(problem, system, metric_row(problem, line), weight)
       end if
    end subroutine circle_row
 
-   !> Path row <direction, .> + corner * load factor.
-   subroutine set_metric_row(problem, system, direction, corner)
+   !> Row of <direction, .>.
+   pure function metric_row(problem, direction) result(row)
       type(problem_t), intent(in) :: problem
-      type(system_t), intent(inout) :: system
-      real(wp), intent(in) :: direction(:, :), corner
+      real(wp), intent(in) :: direction(:, :)
       real(wp) :: row(3, size(direction, 2))
       integer :: i
       do i = 1, size(row, 2)
          row(:, i) = problem%weight(i) * [direction(1:2, i), 0.0_wp]
       end do
-      call set_path_row(problem, system, row, corner)
-   end subroutine set_metric_row
+   end function metric_row
 
    !> Solved increments in global axes.
    function nodal(problem, system, x) result(u)

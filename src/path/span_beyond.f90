@@ -11,7 +11,6 @@ module span_beyond
    use span_change, only: leg_t, change_t, change_missed, change_opening
    use span_opening, only: open_line
    use span_set, only: begin_touch, touched_at
-   use state_transfer, only: find_point
    use path_control, only: control_t, path_length
    use path_continuity, only: largest_distance
    use path_run, only: run_t, heading_of
@@ -32,7 +31,6 @@ contains
       type(leg_t), intent(in) :: leg
       type(change_t), intent(inout) :: change    !! by a rule on entry
       type(timers_t), intent(inout) :: timers
-      real(wp) :: tau
       logical :: found
       associate (next => change%next, test => change%tests(change%which))
          if (opens_line(problem, test)) then
@@ -47,7 +45,6 @@ contains
          call begin_sharply(problem, step, run, leg, change, timers)
          associate (test => change%tests(change%which))
             run%beginning = beginning_region(problem, change%place, test%contact, test%stretch, test%at)
-            call find_point(problem, change%place, test%stretch, test%at, run%beginning_in, tau)
          end associate
       end if
    end subroutine look_beyond

@@ -7,7 +7,7 @@
 module span_tests
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
-   use rod_state, only: state_t, candidate_gap
+   use rod_state, only: state_t, candidate_gap, may_react, parallel
    use free_span, only: free_span_t, free_spans, span_ends
    use free_span_gap, only: least_gap
    use line_pressure, only: least_pressure
@@ -120,11 +120,31 @@ contains
          ! Where a line goes on nothing is held, and what is left is what equilibrium leaves.
          noise = max(10.0_wp * problem%model%step(problem%step)%tolerance, 1.0e-10_wp)
          if (abs(push) <= noise) push = 0.0_wp
-         ! A support that leaves takes the node along.
+         ! A support that leaves takes the node along, and so does another obstacle.
+         if (closes_gap(problem, state, c)) return
          call candidate_gap(problem, state, c, lift, normal, bend)
-         if (lift > noise * problem%size) push = -lift / problem%size
+         if (lift > rounding_gap(problem)) push = -lift / problem%size
       end function push
    end function point_tests
+
+   !> True for a touch that holds its node. Where that is a support says, or what acts before it on the same node and in the
+   !> same way; see eliminated_unknowns.
+   pure logical function closes_gap(problem, state, c)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: c              !! candidate
+      real(wp) :: normal(2), other(2), gap, bend
+      integer :: k
+      call candidate_gap(problem, state, c, gap, normal, bend)
+      closes_gap = may_react(problem, c, normal)
+      do k = 1, c - 1
+         if (problem%candidates%node(k) /= problem%candidates%node(c) .or. .not. state%active(k)) cycle
+         call candidate_gap(problem, state, k, gap, other, bend)
+         if (.not. may_react(problem, k, other)) cycle
+         if (any(problem%model%fixed(1:2, problem%candidates%node(c))) .or. &
+            & abs(normal(1) * other(2) - normal(2) * other(1)) < parallel) closes_gap = .false.
+      end do
+   end function closes_gap
 
    !> Free spans: are they outside, and is there anything of them left?
    function gap_tests(problem, state, points) result(tests)
