@@ -165,6 +165,13 @@ def test_rough_liners(seed, scale):
     rough_liner(seed, scale)
 
 
+def test_spans_close_between_two_lines():
+    """A span that has nearly gone holds nothing by its ends, wherever they are: it is none, and lines become one at the loads at which
+    increments of 0.002 find them, to a few times what pressures are tested to (1e-6)."""
+    loads = [c.load_factor for c in rough_liner(5003, 2e-3).labelled("C+")]
+    dr.assert_close(loads[2:], [1.386263577, 1.450006405], relative=5e-6)
+
+
 def test_nodes_tell_a_set_in_doubt():
     """No increment gets on with two contacts whose span is as good as gone: nodes find one. 30.89913737228 is by 48 elements, where
     they find it on most processors only."""

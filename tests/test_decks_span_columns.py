@@ -73,6 +73,20 @@ def test_long_increments_find_the_same_events(ends, waves):
     dr.assert_close([c.load_factor for c in long.results.critical], [c.load_factor for c in short.results.critical], relative=1e-7)
 
 
+def test_a_span_that_is_born_short_grows_at_once():
+    """Behind the end of a line that splits, and where a point divides, the new points have forces, but hardly a curvature against the
+    wall: the moment tells where they are. On the next increment they go as far as any."""
+    run = column("clamped", "0.002, 1\n0.001, 2\n0.0005, 3", accuracy="*ACCURACY, WIDEST=1.\n")
+    divides, _, splits = (c for c in run.labelled("C-")[:3])
+    assert divides.error < 1e-6 and splits.error < 1e-6
+    loads, contact = run.column("load_factor"), run.results.contact
+    for born, first in ((divides, 0), (splits, 0)):
+        row = born.point
+        assert contact.count[row] == 2
+        assert loads[row] > 1.03 * born.load_factor
+        assert contact.start[row, first + 1] - contact.end[row, first] > 0.01
+
+
 def test_two_places_open_at_once():
     """A symmetric line does not part at one of them before the other."""
     run = column("hinged", "0.0014, 1\n-0.0004, 3")

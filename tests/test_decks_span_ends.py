@@ -106,3 +106,14 @@ def test_contact_that_ends_at_a_clamp():
     rows = (run.column("step") == 2) & (force > 0.0011)
     dr.assert_close(contact.end[rows, 0], 1.0 - 1e-3 / force[rows], absolute=1e-6)
     assert contact.count[-1] == 0
+
+
+def test_a_support_that_is_lowered_again():
+    """The pipe's end comes down the way it went up: with the same lifts at the same heights, to what is asked, and flat in the end."""
+    text = dr.changed(dr.example("pipe-lift"), ("*FIELD OUTPUT, EVERY=5\nDISPLACEMENT, REACTION\n", ""))
+    lift = text[text.index("*STEP, NAME=LIFT"):]
+    run = dr.run_deck(text + dr.changed(lift, ("NAME=LIFT", "NAME=LOWER"), ("2, 2, 2, 2.28", "2, 2, 2, -2.28")))
+    lifts = [c.monitors["lift"] for c in run.labelled("UZ")]
+    assert len(lifts) == 6
+    dr.assert_close(lifts[5:2:-1], lifts[:3], relative=1e-5)
+    assert run.results.complete and abs(run.column("height")[-1]) < 1e-12

@@ -305,8 +305,12 @@ def test_coarse_meshes_do_what_is_asked(name, tolerance):
         dr.assert_close(a.load_factor, b.load_factor, absolute=tolerance * largest)
 
 
-@pytest.mark.parametrize("tolerance", [1e-4, 1e-5, 1e-7])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4, 1e-5, 1e-7])
 def test_a_line_that_lifts_off_at_once(tolerance):
-    """The line below the liner lifts off all at once and leaves a point, and many nodes tell. Both sets have one equilibrium there, on
-    two meshes: what these differ by is neither another path nor a limit point."""
-    dr.assert_close(loads(dr.run_deck(asking("liner", tolerance, THICK)), "LP"), thick_liner(), relative=tolerance)
+    """The line below the liner lifts off all at once and leaves the point at its end, from which a span lies down later. Both sets have
+    one equilibrium there, on two meshes: what these differ by is neither another path nor a limit point."""
+    run = dr.run_deck(asking("liner", tolerance, THICK))
+    dr.assert_close(loads(run, "LP"), thick_liner(), relative=tolerance)
+    contact = run.results.contact
+    points = np.flatnonzero(contact.start[:, 0] == contact.end[:, 0])
+    assert 2 <= len(points) <= 8 and contact.end[points[0] - 1, 0] > 3.14 and contact.end[points[-1] + 1, 0] > 3.14

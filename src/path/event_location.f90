@@ -147,7 +147,7 @@ contains
       type(state_t) :: here, below, above
       type(heading_t) :: heading, heading_above
       type(bracket_t) :: bracket
-      real(wp) :: f, f_below, f_above
+      real(wp) :: f, f_below, f_above, left
       logical :: held, low_moved, releases
 
       associate (event => sighting%event, located => sighting%located)
@@ -202,7 +202,11 @@ contains
             end if
             sighting%place = here
             sighting%heading = heading
-            located = abs(f) <= step%locate_tolerance * bracket%scale .and. load_error() <= step%locate_tolerance
+            ! What is left to the zero, as a change of the load factor, by the flatter of the secants to both sides.
+            left = abs(f) * max(abs(above%load_factor - here%load_factor) / max(abs(f_above - f), tiny(f)), &
+               & abs(here%load_factor - below%load_factor) / max(abs(f - f_below), tiny(f)))
+            located = abs(f) <= step%locate_tolerance * bracket%scale .and. left <= step%locate_tolerance * &
+               & max(abs(here%load_factor), abs(trial%load_factor - run%state%load_factor))
             if (located) exit search
             call take_value(bracket, sighting%fraction, f, low_moved)
             if (low_moved) then
@@ -217,15 +221,6 @@ contains
          ! Where the contact set changes, eigenvalues may jump without a bifurcation.
          if (releases .and. located) located = all(below%active .eqv. above%active)
       end associate
-
-   contains
-
-      !> What is left to the zero, as a change of the load factor over its size, by the flatter of the secants to both sides.
-      real(wp) function load_error()
-         load_error = abs(f) * max(abs(above%load_factor - here%load_factor) / max(abs(f_above - f), tiny(f)), &
-            & abs(here%load_factor - below%load_factor) / max(abs(f - f_below), tiny(f))) / &
-            & max(abs(here%load_factor), abs(trial%load_factor - run%state%load_factor))
-      end function load_error
    end subroutine bracket_zero
 
    !> Whether the place lies on the path between both ends, a limit point above (or below) both of them.

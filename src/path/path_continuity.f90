@@ -118,7 +118,7 @@ contains
       last = 0.5_wp * (last - first)
       faster = sqrt(max(turning(problem, first, first), turning(problem, first + 2.0_wp * last, first + 2.0_wp * last)))
       relation%bending = sqrt(turning(problem, chord, chord)) - sqrt(turning(problem, last, last)) - no_motion / length
-      relation%bending = max(relation%bending, 0.0_wp) / max(faster, tiny(1.0_wp))
+      relation%bending = max(relation%bending, 0.0_wp) / max(faster, epsilon(faster) * relation%bending, tiny(1.0_wp))
 
    contains
 

@@ -49,10 +49,8 @@ contains
       type(state_t) :: sample(n_samples)
       type(modes_t) :: modes, near_zero(n_samples)
       type(bracket_t) :: bracket
-      type(control_t) :: hold
       real(wp) :: at(n_samples), mu(n_samples), f, centre, guess, h, near
-      integer :: try, k
-      logical :: branching, told
+      logical :: branching, told, found
 
       sighting%located = .false.
       h = epsilon(h)**0.2_wp
@@ -65,46 +63,10 @@ contains
       sighting%event%scale = bracket%scale
       ! Where the contact set changes the function may jump: no zero can be interpolated there.
       if (.not. division%smooth) return
-      ! To within the reach of the samples.
-      do while (next_guess(bracket, h, centre))
-         if (.not. sampled(centre, sample(1), f)) return
-         if (abs(f) <= h * bracket%scale) exit
-         call take_value(bracket, centre, f)
-      end do
-      do try = 1, max_centres
-         ! Two on each side of it; where the increment ends all on one side, so that none comes near it.
-         near = min(h, 0.125_wp)
-         at = centre + near * [-2.0_wp, -1.0_wp, 1.0_wp, 2.0_wp]
-         if (at(1) < 0.0_wp) at = max(centre, 0.0_wp) + near * [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp]
-         if (at(n_samples) > 1.0_wp) at = min(centre, 1.0_wp) - near * [4.0_wp, 3.0_wp, 2.0_wp, 1.0_wp]
-         guess = centre
-         do k = 1, n_samples
-            if (.not. sampled(at(k), sample(k), mu(k))) return
-            if (branching) near_zero(k) = modes
-         end do
-         if (branching) call follow_through_zero(near_zero, sighting%event, mu)
-         centre = zero_of_cubic(at, mu)
-         if (abs(centre - guess) <= 2.0_wp * near) exit
-      end do
-      ! It lies between the ends, whose signs differ; beyond is rounding. So does its load, where the load grows steadily.
-      if (centre < -near .or. centre > 1.0_wp + near) return
-      centre = min(max(centre, 0.0_wp), 1.0_wp)
-      sighting%fraction = centre
-      call place_there()
-      if (run%heading%load * ahead%load > 0.0_wp) sighting%place%load_factor = min(max(sighting%place%load_factor, &
-         & min(run%state%load_factor, trial%load_factor)), max(run%state%load_factor, trial%load_factor))
-      call linearise(problem, sighting%place, sighting%place, run%system, timers)
-      if (.not. run%system%ok) return
-      ! Ends of contact that have gone far between the samples make more of the cubic's error than the iteration leaves. But at
-      ! bifurcations, see above.
-      sighting%report%residual = max(run%system%force_residual, run%system%defect_residual)
-      if (.not. branching .and. sighting%report%residual > max(step%tolerance, run%system%round_off)) then
-         sample(1) = sighting%place
-         hold = normal_plane(problem, sample(1), sighting%heading)
-         hold%increment = 0.0_wp
-         call correct(problem, sample(1), hold, .true., sighting%place, run%system, sighting%report, timers)
-         if (.not. sighting%report%converged) return
-      end if
+      call narrow_bracket(found)
+      if (found) call interpolate_zero(found)
+      if (found) call bring_to_balance(found)
+      if (.not. found) return
       sighting%event%pivots = run%system%negative_pivots
       sighting%report%residual = max(run%system%force_residual, run%system%defect_residual)
       ! In balance as any point is, and zero relative to its change over the increment. Other functions than the eigenvalue
@@ -134,6 +96,64 @@ contains
          sighting%fraction = 0.0_wp
          sighting%located = abs(bracket%f_low) <= sqrt(step%locate_tolerance) * bracket%scale
       end subroutine bracket_eigenvalue
+
+      !> To within the reach of the samples.
+      subroutine narrow_bracket(found)
+         logical, intent(out) :: found
+         found = .true.
+         do while (next_guess(bracket, h, centre))
+            found = sampled(centre, sample(1), f)
+            if (.not. found .or. abs(f) <= h * bracket%scale) return
+            call take_value(bracket, centre, f)
+         end do
+      end subroutine narrow_bracket
+
+      !> The zero of the cubic through samples around it.
+      subroutine interpolate_zero(found)
+         logical, intent(out) :: found
+         integer :: try, k
+         do try = 1, max_centres
+            ! Two on each side of it; where the increment ends all on one side, so that none comes near it.
+            near = min(h, 0.125_wp)
+            at = centre + near * [-2.0_wp, -1.0_wp, 1.0_wp, 2.0_wp]
+            if (at(1) < 0.0_wp) at = max(centre, 0.0_wp) + near * [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp]
+            if (at(n_samples) > 1.0_wp) at = min(centre, 1.0_wp) - near * [4.0_wp, 3.0_wp, 2.0_wp, 1.0_wp]
+            guess = centre
+            do k = 1, n_samples
+               found = sampled(at(k), sample(k), mu(k))
+               if (.not. found) return
+               if (branching) near_zero(k) = modes
+            end do
+            if (branching) call follow_through_zero(near_zero, sighting%event, mu)
+            centre = zero_of_cubic(at, mu)
+            if (abs(centre - guess) <= 2.0_wp * near) exit
+         end do
+         ! It lies between the ends, whose signs differ; beyond is rounding. So does its load, where the load grows steadily.
+         found = centre >= -near .and. centre <= 1.0_wp + near
+         if (.not. found) return
+         centre = min(max(centre, 0.0_wp), 1.0_wp)
+         sighting%fraction = centre
+         call place_there()
+         if (run%heading%load * ahead%load > 0.0_wp) sighting%place%load_factor = min(max(sighting%place%load_factor, &
+            & min(run%state%load_factor, trial%load_factor)), max(run%state%load_factor, trial%load_factor))
+      end subroutine interpolate_zero
+
+      !> Ends of contact that have gone far between the samples make more of the cubic's error than the iteration leaves. But at
+      !> bifurcations, see above.
+      subroutine bring_to_balance(found)
+         logical, intent(out) :: found
+         type(control_t) :: hold
+         call linearise(problem, sighting%place, sighting%place, run%system, timers)
+         found = run%system%ok
+         if (.not. found .or. branching) return
+         sighting%report%residual = max(run%system%force_residual, run%system%defect_residual)
+         if (sighting%report%residual <= max(step%tolerance, run%system%round_off)) return
+         sample(1) = sighting%place
+         hold = normal_plane(problem, sample(1), sighting%heading)
+         hold%increment = 0.0_wp
+         call correct(problem, sample(1), hold, .true., sighting%place, run%system, sighting%report, timers)
+         found = sighting%report%converged
+      end subroutine bring_to_balance
 
       !> A point of the increment and the function there; false where there is none, or its contact set is another one.
       logical function sampled(fraction, here, value) result(ok)

@@ -51,7 +51,8 @@ contains
       if (found) found = comes_next()
       wave = .false.
       if (.not. found) wave = is_wave(problem, leg%to, leg%after(which))
-      if (wave .and. .not. turns(run, leg)) then
+      ! As long as there is a gap between them, and both push, they are two.
+      if (wave .and. is_gone(problem, leg%after(which)) .and. .not. turns(run, leg)) then
          call become_one(problem, run, leg, which, next, found, timers)
          if (found) found = leads_to_next(problem, run, next)
          if (found) found = comes_next()
@@ -91,20 +92,19 @@ contains
       associate (test => leg%after(which))
          left = test%value
          come = leg%before(which)%value
-         gone = abs(left) * problem%size <= rounding_gap(problem) .or. &
-            & test%ends(2) - test%ends(1) < shortest * problem%layout%stretch(test%stretch)%length
+         gone = is_gone(problem, test)
          next%problem = new_span_problem(problem, laid_down(present_touches(problem, leg%to), test%beside, test%ends))
       end associate
       call find_begin(problem, run, leg, gone, next, lies, timers)
       if (.not. lies) return
       if (gone) return
-      ! A straight obstacle presses a straight line at no load: then only a gap that is gone tells. Else not some other equilibrium:
-      ! a gap that has changed its sign on the way was gone there; one that falls as it did is gone where it leads to, as far as
-      ! paths are followed as straight.
+      ! A straight obstacle presses a straight line at no load: then only a gap that is gone tells. Else not some other equilibrium,
+      ! as far as paths are followed as straight: a gap that falls as it did is gone there, or hardly anything is left of it at the
+      ! end of the increment.
       associate (load => next%state%load_factor - leg%from%load_factor, whole => leg%to%load_factor - leg%from%load_factor)
-         lies = abs(load * (come - left) - whole * come) <= largest_distance * abs(whole * (come - left))
-         if (left <= 0.0_wp) lies = load * (load - whole) <= 0.0_wp
-         lies = lies .and. abs(next%rate) > 0.0_wp
+         lies = abs(next%rate) > 0.0_wp .and. &
+            & (abs(load * (come - left) - whole * come) <= largest_distance * abs(whole * (come - left)) .or. &
+            & (left <= largest_distance * come .and. load * (load - whole) <= 0.0_wp))
       end associate
    end subroutine lie_down
 
@@ -200,6 +200,14 @@ contains
          if (ok) least = minval(tests%value, mask=tests%kind == test_pressure)
       end subroutine look_at
    end subroutine find_begin
+
+   !> True for a span that nothing is left of.
+   pure logical function is_gone(problem, test) result(gone)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: test      !! of the span
+      gone = abs(test%value) * problem%size <= rounding_gap(problem) .or. &
+         & test%ends(2) - test%ends(1) < shortest * problem%layout%stretch(test%stretch)%length
+   end function is_gone
 
    !> True for a span between two points where the obstacle would have to pull to hold the rod down.
    logical function is_wave(problem, state, test)
