@@ -98,13 +98,13 @@ contains
       call find_begin(problem, run, leg, gone, next, lies, timers)
       if (.not. lies) return
       if (gone) return
-      ! A straight obstacle presses a straight line at no load: then only a gap that is gone tells. Else not some other equilibrium,
-      ! as far as paths are followed as straight: a gap that falls as it did is gone there, or hardly anything is left of it at the
-      ! end of the increment.
+      ! A straight obstacle presses a straight line at no load: then only a gap that is gone tells. Else not some other equilibrium:
+      ! a gap that has changed its sign on the way was gone there; one that falls as it did is gone where it leads to, as far as
+      ! paths are followed as straight.
       associate (load => next%state%load_factor - leg%from%load_factor, whole => leg%to%load_factor - leg%from%load_factor)
-         lies = abs(next%rate) > 0.0_wp .and. &
-            & (abs(load * (come - left) - whole * come) <= largest_distance * abs(whole * (come - left)) .or. &
-            & (left <= largest_distance * come .and. load * (load - whole) <= 0.0_wp))
+         lies = abs(load * (come - left) - whole * come) <= largest_distance * abs(whole * (come - left))
+         if (left <= 0.0_wp) lies = load * (load - whole) <= 0.0_wp
+         lies = lies .and. abs(next%rate) > 0.0_wp
       end associate
    end subroutine lie_down
 
