@@ -41,6 +41,7 @@ module path_run
       integer :: touches = 0                     !! contacts that have begun so far: their numbers
       character(:), allocatable :: stuck         !! what contact spans could not do: the step ends with that reason
       type(region_t), allocatable :: beginning   !! a point contact that begins at the next point
+      integer :: beginning_in = 0                !! the element that it begins in, or 0
       logical :: on_bifurcation = .false.        !! the last point is one that was recorded: its pivots have the sign of rounding
       real(wp) :: motion(2) = 0.0_wp             !! largest displacement and rotation so far
       real(wp) :: excess = 0.0_wp                !! of the last trial that wanted another mesh: its error over what is allowed

@@ -22,11 +22,12 @@ module point_checks
 contains
 
    !> Raises the worst values by those of a point, which gets a warning where mesh or numbers begin to carry too little.
-   subroutine check_point(problem, state, system, at, point, accuracy)
+   subroutine check_point(problem, state, system, at, touches_in, point, accuracy)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
       type(system_t), intent(in) :: system       !! assembled and factored there
       type(place_t), intent(in) :: at            !! the point
+      integer, intent(in) :: touches_in          !! the element in which a contact begins there; 0: none does
       type(point_t), intent(inout) :: point      !! gives its residual
       type(accuracy_t), intent(inout) :: accuracy
       type(verdict_t) :: verdict
@@ -34,7 +35,7 @@ contains
          accuracy%asked = max(accuracy%asked, max(step%asked, step%asked_of_path) * maxval(norm2(state%u(1:2, :), 1)) / &
             & problem%size)
       end associate
-      call measure_balance(problem, state, at, point%residual, accuracy)
+      call measure_balance(problem, state, at, point%residual, accuracy, touches_in)
       call judge_mesh(problem, state, verdict)
       if (size(verdict%element) > 0) call note_worst(accuracy%mesh, verdict%ratio, at, element=verdict%element(1))
       if (verdict%ratio > 1.0_wp) call warn('the mesh is too coarse', verdict_words(verdict), accuracy%mesh_words)

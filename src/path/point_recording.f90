@@ -69,8 +69,8 @@ contains
       run%points = run%points + 1
       if (allocated(run%beginning) .and. label == 'C+') point%region = [point%region, run%beginning]
       if (allocated(point%bars) .and. allocated(point%region)) call tell_places(point%bars, point%region)
-      call check_point(problem, state, run%system, place_t(run%branch, problem%step, run%points, state%load_factor), point, &
-         & outcome%accuracy)
+      call check_point(problem, state, run%system, place_t(run%branch, problem%step, run%points, state%load_factor), &
+         & merge(run%beginning_in, 0, label == 'C+'), point, outcome%accuracy)
       call note_load(problem%step, state%load_factor, outcome%accuracy)
       call count_up(timers, counter_points)
       if (.not. problem%is_sampled()) call count_largest(timers, counter_largest, problem%model%mesh%n_elements)

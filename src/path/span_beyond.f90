@@ -5,6 +5,7 @@ module span_beyond
    use model, only: step_t, method_load
    use problem, only: problem_t
    use rod_state, only: state_t
+   use state_transfer, only: find_point
    use bordered_system, only: linearise
    use span_regions, only: beginning_region
    use span_tests, only: span_test_t, run_span_tests, test_gap, test_force, test_pressure
@@ -31,6 +32,7 @@ contains
       type(leg_t), intent(in) :: leg
       type(change_t), intent(inout) :: change    !! by a rule on entry
       type(timers_t), intent(inout) :: timers
+      real(wp) :: tau
       logical :: found
       associate (next => change%next, test => change%tests(change%which))
          if (opens_line(problem, test)) then
@@ -45,6 +47,7 @@ contains
          call begin_sharply(problem, step, run, leg, change, timers)
          associate (test => change%tests(change%which))
             run%beginning = beginning_region(problem, change%place, test%contact, test%stretch, test%at)
+            call find_point(problem, change%place, test%stretch, test%at, run%beginning_in, tau)
          end associate
       end if
    end subroutine look_beyond

@@ -133,6 +133,7 @@ contains
          & divides=divides, changes=.true., bars=change%bars, tries=tries)
       run%control%increment = increment
       if (allocated(run%beginning)) deallocate (run%beginning)
+      run%beginning_in = 0
    end subroutine record_change
 
    !> What is told of a change: contact gained or lost; where it only spreads, nothing.
