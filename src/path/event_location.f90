@@ -110,6 +110,8 @@ contains
       if (.not. found%event%before * found%event%after < 0.0_wp) return
       behind%control%increment = -fraction * run%control%increment
       part = new_division(problem, behind, run%state, run%heading, found%event%load_tells)
+      found%place = run%state
+      found%heading = run%heading
       call bracket_zero(problem, step, behind, run%state, run%heading, part, found, timers)
       if (.not. found%located) return
       found%event%before = sighting%event%before

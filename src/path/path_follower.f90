@@ -220,7 +220,7 @@ contains
             end if
          end if
          ! A path turns at once where the contact set changes.
-         if (cuts > cuts_before_corner .or. (astray .and. any(run%state%active .neqv. trial%active))) then
+         if (cuts > cuts_before_corner .or. (astray .and. other_set(run%state%active, trial%active))) then
             call turn_corner(problem, step, run, recorder, turned, finished, outcome, timers)
             if (finished .or. allocated(outcome%why)) return
             if (turned) cuts = 0
@@ -307,4 +307,11 @@ contains
             & ' cannot follow it (an arc-length METHOD can)'
       end if
    end subroutine turn_corner
+
+   !> True for other contacts of the same mesh. The trial's may be gone, as that of the set before.
+   pure logical function other_set(one, other)
+      logical, intent(in) :: one(:), other(:)
+      other_set = size(one) == size(other)
+      if (other_set) other_set = any(one .neqv. other)
+   end function other_set
 end module path_follower
