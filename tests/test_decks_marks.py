@@ -178,3 +178,42 @@ def test_reactions_at_the_nodes_of_the_deck():
         density = file["fields/reaction_density"][row]
     np.testing.assert_allclose(np.nanmax(density), 340.133172173, atol=0.13)
     assert np.nanargmax(density) == density.size - 1
+
+
+ARCH_IN_ITS_BED = """*HEADING
+Arch that fits its soil, loaded off the middle
+*NODE
+1, -0.5, 0.
+2, 0.1, 0.19307033081725355
+3, 0.5, 0.
+*ARC, ELSET=ARCH, NSET=ARCH, TYPE=GE8, DIRECTION=CLOCKWISE
+1, 2, 0., -0.525
+2, 3, 0., -0.525
+*BEAM SECTION, ELSET=ARCH, SECTION=STIFFNESS
+6000., 1.
+*BOUNDARY
+1, PINNED
+3, PINNED
+*OBSTACLE, NAME=SOIL, TYPE=CIRCLE, SIDE=INSIDE, FOUNDATION=WINKLER, MODULUS=3000.
+0., -0.525, 0.725
+*CONTACT, OBSTACLE=SOIL, NSET=ARCH
+*MONITOR, NAME=v
+2, U2, -1.
+*STEP
+*ACCURACY, TOLERANCE={tolerance}
+*STATIC, METHOD=CYLINDRICAL
+0.5, , 0.02
+*CLOAD
+2, 2, -1.
+*STOP
+v, ABOVE, 0.1
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
+def test_contact_that_ends_where_the_last_point_got_another_mesh(tolerance):
+    """What is told of it may not do, and the run says so; the limit point is right."""
+    run = dr.run_deck(ARCH_IN_ITS_BED.format(tolerance=tolerance), code=None)
+    assert run.code in (0, 2)
+    dr.assert_close(run.load("LP"), 25.753654836, relative=tolerance)

@@ -324,3 +324,44 @@ def test_obstacles_of_the_result_file():
     spline = beside_drum("SPLINE", 40).results.obstacles["WALL"]
     assert (spline.kind, spline.points.shape) == ("spline", (41, 2))
     dr.assert_close(np.hypot(*(spline.surface - (0.5, 2.02)).T), np.full(len(spline.surface), 2.0), absolute=1e-4)
+
+
+# A trench whose bottom nothing reaches ------------------------------------------------------------------------------------------
+
+TRENCH = """*HEADING
+Pipe over half of a trench
+*NODE
+1, 0., 0.
+2, 3., 0.
+*LINE, ELSET=PIPE, NSET=PIPE, TYPE=GE8
+1, 2{elements}
+*BEAM SECTION, ELSET=PIPE, SECTION=STIFFNESS
+1e6, 1.
+*BOUNDARY
+1, 1
+1, 6
+*OBSTACLE, NAME=GROUND, TYPE=POLYLINE, RADIUS=0.1
+-5., {floor}
+0.3, {floor}
+0.5, 0.
+4., 0.
+*CONTACT, OBSTACLE=GROUND, NSET=PIPE, POINTS={points}
+*MONITOR, NAME=sag
+1, U2, -1.
+*STEP
+*STATIC, METHOD=LOAD
+0.1
+*DLOAD
+PIPE, PY, -1.
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("floor", [-0.1, -0.3])
+def test_no_rod_lies_in_a_hollow_corner(floor):
+    """It would have to bend at once. The sag is that over the same trench with contact at nodes, and proportional to the load."""
+    run = dr.run_deck(TRENCH.format(elements=", 32", floor=floor, points="ALONG"))
+    nodes = dr.run_deck(TRENCH.format(elements=", 240", floor=floor, points="NODES"))
+    dr.assert_close(run.column("sag")[-1], nodes.column("sag")[-1], relative=2e-2)
+    dr.assert_close(run.column("sag")[1] / run.column("sag")[-1], run.column("load_factor")[1], relative=2e-2)
+    assert np.all(run.column("sag") < 0.1 * abs(floor))

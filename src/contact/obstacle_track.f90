@@ -12,7 +12,7 @@ module obstacle_track
    use obstacle_curve, only: foot_t, nearest_point, shape_arc, shape_cubic, arc_length, turned_angle
    implicit none
    private
-   public :: track_t, track_foot, track_at, track_ahead, track_between, rate_jumps
+   public :: jump_between, track_t, track_foot, track_at, track_ahead, track_between, rate_jumps
 
    !> A point of the track.
    type :: track_t
@@ -27,6 +27,8 @@ module obstacle_track
    end type track_t
 
    real(wp), parameter :: smooth = 1.0e-9_wp !! jump of curvature times length of a piece: far above rounding in splines
+
+   real(wp), parameter :: at_joint = 1.0e-6_wp !! of a stretch of the track: its end is at the joint
 
 contains
 
@@ -117,6 +119,24 @@ contains
       end do
       between%piece = i
    end function track_between
+
+   !> True where the track's curvature jumps between two of its points: a rod cannot lie along it there, for its moment would jump.
+   pure logical function jump_between(obstacle, offset, first, last)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset
+      type(track_t), intent(in) :: first, last   !! in either order
+      real(wp) :: ends(2), joint, margin
+      integer :: i
+      jump_between = .false.
+      if (first%piece == last%piece) return
+      ends = [min(first%sigma, last%sigma), max(first%sigma, last%sigma)]
+      margin = at_joint * (ends(2) - ends(1))
+      do i = min(first%piece, last%piece), max(first%piece, last%piece) - 1
+         if (.not. jumps(obstacle, i)) cycle
+         joint = piece_start(obstacle, offset, i + 1)
+         jump_between = jump_between .or. (joint > ends(1) + margin .and. joint < ends(2) - margin)
+      end do
+   end function jump_between
 
    !> What the curvature's rate gains, along the track, at each joint between two of its points where the curvature itself does not
    !> jump: the points of a spline.

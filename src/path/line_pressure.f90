@@ -2,9 +2,9 @@
 module line_pressure
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, element_load
+   use rod_state, only: state_t, element_load, candidate_offset
    use conforming_span, only: conforming_forces, excess_curvature, node_track, track_sense, rod_angle
-   use obstacle_track, only: track_t
+   use obstacle_track, only: track_t, jump_between
    use ge_element, only: ge_load_t
    use contact_touch, only: touch_t
    use state_transfer, only: find_point
@@ -39,7 +39,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: which                 !! index into problem%touch, of a line
-      real(wp), intent(out) :: least
+      real(wp), intent(out) :: least               !! -huge(least): its track bends at once, where no rod can follow
       real(wp), intent(out) :: where               !! along the stretch
       integer, intent(out) :: side                 !! -1: at its first end, 0: inside, 1: at its last
       real(wp) :: local(3), place(2), angle, density, tau
@@ -47,6 +47,12 @@ contains
       least = huge(least)
       associate (element => problem%touch(which)%element)
          do e = element(1), element(2)
+            if (bends_at_once(problem, state, e)) then
+               least = -huge(least)
+               where = state%geometry%element(e)%s(1) + problem%origin(e)
+               side = 0
+               return
+            end if
             do i = 0, samples
                tau = real(i, wp) / samples
                call conforming_forces(problem, state, e, tau, local, place, angle, density)
@@ -62,6 +68,17 @@ contains
          end do
       end associate
    end subroutine least_pressure
+
+   !> True for an element that would need an infinite force to lie on its track.
+   logical function bends_at_once(problem, state, e)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e                     !! on an obstacle
+      associate (c => problem%conforms(e), list => problem%candidates)
+         bends_at_once = jump_between(problem%model%obstacle(list%obstacle(c)), -candidate_offset(problem, state, list, c), &
+            & node_track(problem, state, c), node_track(problem, state, list%neighbour(2, c)))
+      end associate
+   end function bends_at_once
 
    !> The density of the obstacle's force if the rod lay on it at a point contact: what bends it onto the track, r = m'' with
    !> m = EI (curvature of the track less its own), and what the normal force and the loads across press.

@@ -243,7 +243,7 @@ contains
          if (.not. problem%touch(k)%line) cycle
          test = span_test_t(kind=test_pressure, touch=k)
          call least_pressure(problem, state, k, test%value, test%at, side)
-         test%value = test%value * problem%size / scale
+         test%value = max(test%value, -scale / problem%size) * problem%size / scale
          test%sense = real(side, wp)
          tests = [tests, test]
       end do
