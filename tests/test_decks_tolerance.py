@@ -282,6 +282,43 @@ def thick_liner():
     return loads(dr.run_deck(re.sub(r"\*ACCURACY[^\n]*\n", "", text)), "LP")
 
 
+HEATED = """*HEADING
+Column heated between clamps: nothing moves until it buckles
+*NODE
+1, 0., 0.
+2, 0.5, 0.
+3, 1., 0.
+*LINE, ELSET=COLUMN, NSET=COLUMN, TYPE=GE8
+1, 2
+2, 3
+*BEAM SECTION, ELSET=COLUMN, SECTION=STIFFNESS
+1e5, 1., , , 0.001
+*BOUNDARY
+1, ENCASTRE
+3, ENCASTRE
+*MONITOR, NAME=midspan
+2, U2
+*STEP
+*ACCURACY, TOLERANCE={tolerance}
+*STATIC, METHOD=LOAD
+0.1, , 0.1
+*TEMPERATURE
+COLUMN, 1.
+*STOP
+LOAD, ABOVE, 0.7
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9])
+def test_buckling_where_nothing_moves(tolerance):
+    """EA alpha T = 4 pi^2 EI/L^2."""
+    bifurcation = dr.run_deck(HEATED.format(tolerance=tolerance)).only("BP")
+    exact = 4.0 * math.pi**2 / 100.0
+    dr.assert_close(bifurcation.load_factor, exact, relative=tolerance)
+    assert abs(bifurcation.load_factor - exact) <= bifurcation.error
+
+
 def test_one_sided_bifurcation():
     """A line without pressure lets go at 16 Pcr; its bar is as wide as the error."""
     coarse, fine = (next(c for c in dr.run_deck(asking("column-walls", t)).results.critical if c.label == "BP") for t in (1e-4, 1e-6))

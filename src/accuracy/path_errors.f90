@@ -108,12 +108,14 @@ contains
       integer :: e
       bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state, located_gap(problem, zero, state)))
       if (bars%why /= '') return
-      if (.not. metric(problem, heading%u, heading%u) > 0.0_wp .or. .not. (length > 0.0_wp .or. abs(rise) > 0.0_wp)) then
+      allocate (modes(size(system%residual), 0))
+      if (allocated(zero%modes)) modes = zero%modes
+      ! A rod that only gets stressed, as one heated between clamps, may buckle all the same.
+      if (.not. (metric(problem, heading%u, heading%u) > 0.0_wp .or. size(modes, 2) > 0) .or. &
+         & .not. (length > 0.0_wp .or. abs(rise) > 0.0_wp)) then
          bars%why = 'nothing moves there'
          return
       end if
-      allocate (modes(size(system%residual), 0))
-      if (allocated(zero%modes)) modes = zero%modes
       control%method = method_linearised
       control = holding(problem, state, control, heading)
       ! A bifurcation is looked for by its load, which does not turn there: what a stiff structure's small displacements err by
@@ -123,6 +125,7 @@ contains
       reach = length
       if (control%method == method_linearised) reach = sqrt(metric(problem, control%tangent, control%tangent)) * length + &
          & control%load_scale**2 * abs(control%tangent_load * rise)
+      if (control%method == method_load) reach = abs(rise)
       ends = moving_ends(problem)
       call watched_gap(problem, zero, state, system, watched)
       call begin(problem, state, system, control, heading, ends, modes, path, first, shares, value, timers, watched)
@@ -253,8 +256,9 @@ contains
          end if
          more = -more / (slope * max(bend, least_bend))
          crossing%near = near%value
-         crossing%rate(1) = near%heading%load / (metric(path%problem, control%tangent, near%heading%u) + &
-            & control%load_scale**2 * control%tangent_load * near%heading%load)
+         crossing%rate(1) = 1.0_wp
+         if (control%method /= method_load) crossing%rate(1) = near%heading%load / (metric(path%problem, control%tangent, &
+            & near%heading%u) + control%load_scale**2 * control%tangent_load * near%heading%load)
          ! At a limit point that is the function itself, which falls to zero.
          if (zero_is(zero, event_limit)) crossing%rate(1) = 0.5_wp * crossing%rate(1)
       end associate

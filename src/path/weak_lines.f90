@@ -12,7 +12,7 @@ module weak_lines
    use contact_touch, only: touch_t
    use conforming_span, only: conforming_forces
    use span_problem, only: new_span_problem, present_touches
-   use touchdown_points, only: carry_forces
+   use touchdown_points, only: carry_forces, held_force
    use past_breakpoints, only: beyond
    use state_transfer, only: carried
    use linear_system, only: system_t, new_system
@@ -54,7 +54,7 @@ contains
       do k = 1, size(weak)
          if (.not. weak(k)) cycle
          do side = 1, 2
-            if (ends_nowhere(problem, touch, k, side)) cycle
+            if (ends_nowhere(problem, touch, k, side) .and. .not. (side == 2 .and. pressed_end(k))) cycle
             rest = [rest, touch(k)]
             associate (point => rest(size(rest)))
                point%line = .false.
@@ -78,6 +78,17 @@ contains
             if (any(weak .and. touch%number == number) .or. number > maxval(touch%number)) free%candidates%follows(k) = .true.
          end associate
       end do
+
+   contains
+
+      !> True where a force presses the node at which a line goes on as the next one.
+      logical function pressed_end(k)
+         integer, intent(in) :: k
+         integer :: c
+         c = problem%touch(k)%candidate(2)
+         pressed_end = .not. problem%candidates%moves(c)
+         if (pressed_end) pressed_end = held_force(problem, state, c) > none
+      end function pressed_end
    end subroutine release_lines
 
    !> Negative pivots of the tangent without lines that carry no force.
