@@ -113,6 +113,9 @@ contains
             quadrature = quadrature + tab%b(i) * [cos(g%angle(i)), sin(g%angle(i))]
          end do
          quadrature = quadrature * g%length
+         ! An element that has been left no length is singular, as its matrix will tell.
+         g%scale = 1.0_wp
+         if (.not. norm2(quadrature) > 0.0_wp) return
          g%scale = norm2(g%chord) / norm2(quadrature)
          turn = atan2(quadrature(1) * g%chord(2) - quadrature(2) * g%chord(1), dot_product(quadrature, g%chord))
          g%angle(:tab%stages) = g%angle(:tab%stages) + turn
