@@ -292,7 +292,8 @@ contains
       if (profile%curved) x = x + deviation(problem, profile, tau)
    end function profile_home
 
-   !> Displacement and rotation of the material point, mended.
+   !> Displacements and rotation with the rotation mended at its ends. Places are not: thin rods feel the rounding of their second
+   !> derivatives.
    pure function mended_displacement(problem, profile, tau) result(u)
       type(problem_t), intent(in) :: problem
       type(profile_t), intent(in) :: profile        !! mended
@@ -300,7 +301,6 @@ contains
       real(wp) :: u(3)
       real(wp) :: twist(2, 3, 2), turn(2)
       u = profile_displacement(problem, profile, tau)
-      u(1:2) = u(1:2) + mended_by(profile, tau)
       twist = 0.0_wp
       twist(1, :2, :) = profile%twist
       turn = hermite_place(hermite_sum(twist, 2), 2, tau)
