@@ -15,7 +15,7 @@ module limit_marks
    use timing, only: timers_t
    implicit none
    private
-   public :: renew_marks, take_marks_off
+   public :: renew_marks, take_marks_off, stand_on
 
 contains
 

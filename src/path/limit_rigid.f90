@@ -2,21 +2,17 @@
 !> pushes lies on the obstacle then, in contact spans, or at nodes where rods or deck do not allow these.
 module limit_rigid
    use kinds, only: wp
-   use model, only: model_t, limit_curve_t, method_linearised
+   use model, only: model_t, limit_curve_t
    use problem, only: problem_t, new_problem
    use rod_state, only: state_t
-   use linear_system, only: system_t, new_system
    use contact_touch, only: touch_t, choose_spans
    use span_problem, only: new_span_problem, present_touches, place_spans
    use ground_mark, only: cut_t
    use ground_cuts, only: find_cuts
    use ground_segments, only: segment_at
    use force_law, only: carries
-   use mesh_change, only: carry_over
-   use path_control, only: control_t
-   use corrector, only: increment_t, correct
    use second_parameter, only: rigid_problem, carry_state
-   use limit_marks, only: take_marks_off
+   use limit_marks, only: take_marks_off, stand_on
    use timing, only: timers_t
    implicit none
    private
@@ -68,24 +64,12 @@ contains
       type(timers_t), intent(inout) :: timers
       type(problem_t) :: base
       type(touch_t), allocatable :: touch(:)
-      type(state_t) :: there
-      type(system_t) :: system
-      type(control_t) :: hold
-      type(increment_t) :: report
       base = problem
       base%deck = deck
       call place_spans(new_problem(deck), base)
       touch = present_touches(problem, state)
-      base = new_span_problem(base, [touch, pressed_lines(curve, problem, state, maxval([0, touch%number]))], state)
-      call carry_over(problem, base, state, direction)
-      problem = base
-      system = new_system(problem)
-      hold%method = method_linearised
-      hold%tangent = direction
-      hold%increment = 0.0_wp
-      there = state
-      call correct(problem, there, hold, .true., state, system, report, timers)
-      ok = report%converged
+      call stand_on(new_span_problem(base, [touch, pressed_lines(curve, problem, state, maxval([0, touch%number]))], state), &
+         & problem, state, direction, ok, timers)
    end subroutine lay_down
 
    !> Where the curve's obstacle pushes, as lines: between the places where contact ends, one for each stretch.
