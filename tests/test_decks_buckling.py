@@ -285,6 +285,7 @@ def test_ring_of_straight_elements():
     assert np.all(errors < 4e-3 * exact / 3.0)
 
 
+@dr.release_only
 @pytest.mark.parametrize("kind", ["GE2", "GE4", "GE6", "GE8"])
 def test_error_bars_of_columns(kind):
     """Bars hold the error where they are told, and the estimate is most of it."""

@@ -245,6 +245,7 @@ arch of 215 degrees, clamped and hinged
 """
 
 
+@dr.release_only
 def test_rounding_of_stiff_elements_is_told():
     """EA L^2/EI n^2 of 1e18: nothing that the tangent tells is right; 1e12 is, and nothing is said."""
     run = dr.run_deck(arch(640, "1e12", stop="*STOP\nv, ABOVE, 0.7\n"), code=2)

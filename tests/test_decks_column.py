@@ -126,6 +126,7 @@ def test_fourth_order_elements(number):
     dr.assert_close(column(40, "GE4").results.critical[number].load_factor, EVENTS[number][1], relative=1e-6)
 
 
+@dr.release_only
 @pytest.mark.parametrize("kind, order, number, meshes", [
     ("GE4", 4, 0, (10, 20, 40)), ("GE4", 4, 1, (10, 20, 40)), ("GE4", 4, 2, (10, 20, 40)), ("GE4", 4, 3, (10, 20, 40)),
     ("GE6", 6, 1, (7, 14, 28)), ("GE6", 6, 2, (7, 14, 28)), ("GE6", 6, 3, (5, 10))])

@@ -99,6 +99,7 @@ def test_lift_off_of_nodes_is_an_event(elements, close):
     dr.assert_close(event.load_factor, 1.0, absolute=close)
 
 
+@dr.release_only
 def test_lift_off_load_converges_at_fourth_order():
     """The load at which the region splits. What vanishes there is a reaction e^pi times smaller than the one under the
     load, of whose errors, (lambda h)^4/720, more than a tenth never gets there. Between the nodes the gap errs by less."""
@@ -147,6 +148,7 @@ def test_lifted_pipe_against_the_elastica():
     dr.assert_close(lift, np.zeros(3), absolute=2.5e-7)
 
 
+@dr.release_only
 @pytest.mark.parametrize("quantity", [0, 1])
 def test_lifted_pipe_converges_at_fourth_order(quantity):
     """The worst of three lengths, touchdown and lift. With EA = 1e11 the pipe is as inextensible as that of the table, to 1e-11."""
@@ -201,17 +203,20 @@ def liner(force="0.001", times=1):
     return dr.run_deck(text).labelled("LP")[0].load_factor
 
 
+@dr.release_only
 def test_liner_against_glock():
     """Without the force at the apex: the load falls linearly with small forces."""
     load = [liner("0.002"), liner()]
     dr.assert_close(2.0 * load[1] - load[0], GLOCK, relative=5e-3)
 
 
+@dr.release_only
 def test_liner_on_a_finer_mesh():
     """Fourth order: four times the elements of the coarser deck are 256 times better."""
     dr.assert_close(liner(times=2), liner(), relative=2e-7)
 
 
+@dr.release_only
 def test_liner_lifts_off_smoothly():
     """The end of contact travels over elements of two lengths; the deck against a mesh twice as fine and shorter increments, between
     which the cubic errs less. In the fine part to a millionth of a radian, in the coarse one to a thousandth of an element."""

@@ -64,6 +64,7 @@ def assert_bars(points, exact, known):
     assert np.median([abs(point.corrected - exact) for point in np.array(points)[tells]] / error[tells]) < 0.5
 
 
+@dr.release_only
 @pytest.mark.parametrize("element, meshes", [("GE4", (15, 20, 27, 40, 80)), ("GE6", (7, 10, 13, 20)), ("GE8", (5, 7, 10, 14, 20))])
 def test_bars_of_contact_that_splits(element, meshes):
     """Far inside contact, where no node is: most of the error is that of the elements' polynomials between their nodes."""
@@ -110,6 +111,7 @@ def test_contact_begins_as_well_as_asked():
         assert abs(point.load_factor - 0.5) <= point.error + 1e-8 and point.error <= 1.001 * float(tolerance)
 
 
+@dr.release_only
 def test_a_mesh_too_coarse_for_waves_has_no_bar():
     """Elements of three times 1/lambda: what they tell of contact has no estimate, or a wide one."""
     text = dr.changed(dr.on_given_mesh("winkler-weight"), ("1, 2, 80", "1, 2, 4"))

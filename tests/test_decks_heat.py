@@ -225,6 +225,7 @@ def shoot(amplitude, steps=2000):
     return e, p, -2 * quarter(p, e)[3]
 
 
+@dr.release_only
 def test_heated_column_beyond_buckling():
     """The whole branch against shooting."""
     run = dr.run_deck(COLUMN.format(kind="GE6", elements=20))

@@ -111,6 +111,7 @@ def test_modulus_back():
         dr.assert_close(at(curve_of(run), modulus), limit_load(plain_ring(modulus)), relative=1e-7)
 
 
+@dr.release_only
 def test_gap():
     """More room, less load."""
     def held(modulus, gap=0.0):

@@ -52,6 +52,7 @@ SEEN = {"ring": ("v", ["49, U1", *(f"{node}, {u}" for node, u in zip(range(40, 6
         "liner": ("v", ["LINER, UR", "2, U1", *(f"{node}, U1" for node in range(20, 60))])}
 
 
+@dr.release_only
 @pytest.mark.parametrize("name", SEEN)
 def test_a_monitor_changes_nothing(name):
     known, lines = SEEN[name]
@@ -72,6 +73,7 @@ REQUESTS = {"ring": ("*LOCATE\nLOAD, 28., 34., 57., 62.\nwatch0, -0.002, -0.003,
             "liner": ("*LOCATE\nwatch0, 0.01, 0.02\nLOAD, 20., 40.\n*TURNING POINTS\nwatch0, watch1\n", ["30, UR", "40, U1"])}
 
 
+@dr.release_only
 @pytest.mark.parametrize("name", REQUESTS)
 def test_requests_change_nothing(name):
     cards, lines = REQUESTS[name]

@@ -81,9 +81,9 @@ def test_no_elements_given(k):
 
 @dr.release_only
 def test_stiffer_ground_tends_to_the_rigid_cavity():
-    """k R^4/EI = 1e10 to 1e14: monotone to the rigid load, each within its bar of what another mesh says. What is missing there falls with
+    """k R^4/EI = 1e12 and 1e14: monotone to the rigid load, each within its bar of what another mesh says. What is missing there falls with
     the layer's stiffness EI/l^3, that is with k^(3/4)."""
-    stiffness = 10.0**np.arange(10, 15, 2)
+    stiffness = np.array([1e12, 1e14])
     values = []
     for k in stiffness:
         one, other = limit(k, 32), limit(k, 48)
@@ -116,6 +116,7 @@ def test_contact_that_splits_behind_its_end_is_told_as_that():
     assert abs(point.load_factor - 65.91675634) <= point.error <= 0.02
 
 
+@dr.release_only
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-7])
 def test_splits_of_contact_are_as_good_as_asked(tolerance):
     """The gap is least inside an element, several layers from the end of contact, and opens by little per load."""

@@ -62,6 +62,7 @@ def test_spline_through_points_of_a_circle(points, close):
     dr.assert_close(loads, events(beside_drum("CIRCLE"))[1], relative=close)
 
 
+@dr.release_only
 @pytest.mark.parametrize("number", [0, 1, 2])
 def test_events_on_a_spline_converge_at_fourth_order(number):
     """Against the next finer mesh: differences fall by 16."""
@@ -292,6 +293,7 @@ def test_pipe_lies_down_from_its_end_then_in_the_valley():
     dr.assert_close(valley.monitors["valley"], bottom - top, absolute=1e-6)
 
 
+@dr.release_only
 @pytest.mark.parametrize("elements, error", [(80, 2e-7), (160, 4e-8), (320, 1e-8)])
 def test_valley_load_on_any_mesh(elements, error):
     """The spline's curvature has kinks inside the elements, and meshes are made anew as spans grow: orders are not clean."""

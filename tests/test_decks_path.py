@@ -142,6 +142,7 @@ def any_end(text):
         return run
 
 
+@dr.release_only
 @pytest.mark.parametrize("increments", ["0.02", "0.005, 1e-9, 0.01"])
 def test_load_control_gives_one_answer(increments):
     """The end of the sheet hangs upright, but for 4e-8, and stands on the floor: as a column it buckles at V = 1.78. A long
@@ -652,6 +653,7 @@ def slopes(run):
     return found
 
 
+@dr.release_only
 @pytest.mark.parametrize("name, static, first", [("cantilever", "1., 1E-3, 1.", 0.25), ("indenter", "0.04, 1e-6, 0.1", 0.01),
                                                  ("winkler-weight", "0.02, 1e-6, 0.02", 0.02)])
 def test_the_rates_of_the_path_are_its_derivatives(name, static, first):

@@ -319,6 +319,7 @@ def test_ul2_converges_at_second_order():
     assert abs(errors[-1]) < 2.5e-4 * CRITICAL_LOAD
 
 
+@dr.release_only
 def test_nodal_reactions_keep_ge4_at_second_order():
     """Reactions at nodes make the moment at the lift-off point wrong by r h^2/12, whatever the element."""
     errors = [critical(n, points="NODES").load_factor - CRITICAL_LOAD for n in (80, 160, 320, 640)]
@@ -326,6 +327,7 @@ def test_nodal_reactions_keep_ge4_at_second_order():
     assert abs(errors[-1]) < 2.5e-5 * CRITICAL_LOAD
 
 
+@dr.release_only
 def test_a_sliding_lift_off_point_restores_order_4():
     limits = [critical(n) for n in (40, 80, 160, 320)]
     dr.assert_mean_order([c.load_factor - CRITICAL_LOAD for c in limits], 4, below=0.5)
@@ -375,6 +377,7 @@ def test_paper_deck_has_one_contact_region():
 # ---- the Winkler medium ----
 
 
+@dr.release_only
 def test_winkler_critical_load():
     dr.assert_close(winkler().load("LP"), WINKLER_LOAD, relative=1e-4)
 

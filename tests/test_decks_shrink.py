@@ -161,6 +161,7 @@ def test_least_lobe_of_a_ring(heat):
     assert lost.step == 3 and abs(lost.monitors["push"]) < 1e-8
 
 
+@dr.release_only
 def test_least_lobe_is_near_that_of_a_shallow_one():
     """The shooting itself, against the shallow lobe: tan b = b, P = EI k^2, e = P/EA + b^3/(12 pi k^3); of the order of the
     square of its half angle, 0.33."""

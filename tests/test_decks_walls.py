@@ -190,6 +190,7 @@ def load_between(points, amplitude):
     return low
 
 
+@dr.release_only
 @pytest.mark.parametrize("amplitude", [1e-6, 1e-7])
 def test_an_imperfect_column_jumps(amplitude):
     """A wave of the middle away from the wall: two points touch instead of a line, and the load has a maximum below 16."""
@@ -214,6 +215,7 @@ def test_a_point_divides_where_a_support_holds_its_rotation():
     dr.assert_close(held.load("LP"), free.load("LP"), relative=1e-6)
 
 
+@dr.release_only
 def test_what_is_lost_goes_with_the_root_of_the_imperfection():
     """As at every unsymmetric bifurcation (Koiter). What the mesh is worth at contact that is lost with next to no force is not
     asked here."""
