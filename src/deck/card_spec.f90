@@ -106,12 +106,13 @@ contains
       logical, intent(in), optional :: once, free_text !! default false
       character(*), intent(in), optional :: follows  !! default ''
       type(card_spec_t), allocatable :: longer(:)
-      integer :: n
-      n = size(table)
-      allocate (longer(n + 1))
-      longer(:n) = table
+      integer :: n, i
+      n = size(table) + 1
+      allocate (longer(n))
+      do i = 1, n - 1
+         call move_card(table(i), longer(i))  ! copies of all at every card would take longer than to read a deck
+      end do
       call move_alloc(longer, table)
-      n = n + 1
       table(n)%keyword = keyword
       table(n)%where = where
       table(n)%meaning = meaning
@@ -121,6 +122,20 @@ contains
       if (present(follows)) table(n)%follows = follows
       allocate (table(n)%parameter(0), table(n)%layout(0))
    end subroutine add_card
+
+   !> Makes one card another; nothing is left of the first.
+   pure subroutine move_card(from, to)
+      type(card_spec_t), intent(inout) :: from
+      type(card_spec_t), intent(inout) :: to
+      call move_alloc(from%keyword, to%keyword)
+      to%where = from%where
+      to%once = from%once
+      call move_alloc(from%follows, to%follows)
+      to%free_text = from%free_text
+      call move_alloc(from%meaning, to%meaning)
+      call move_alloc(from%parameter, to%parameter)
+      call move_alloc(from%layout, to%layout)
+   end subroutine move_card
 
    !> Adds a parameter to the last card of a table. It is required unless it has a default or is optional.
    pure subroutine add_parameter(table, name, kind, meaning, default, words, only, optional, bound, former)
