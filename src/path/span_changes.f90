@@ -163,7 +163,9 @@ contains
             if (change%where == place_here) return
             ! Contact begins where a clamp stands.
             at_clamp = stands(problem, change%place, test%candidate)
-            divides = .not. at_clamp .and. virtual_pressure(problem, change%place, test%candidate) < 0.0_wp
+            ! At the end of a rod one point comes of it.
+            divides = .not. at_clamp .and. all(problem%beside(:, problem%candidates%node(test%candidate)) > 0)
+            if (divides) divides = virtual_pressure(problem, change%place, test%candidate) < 0.0_wp
             if (divides) label = 'C-'
             if (at_clamp) label = 'C+'
          case (test_length)
