@@ -176,3 +176,47 @@ def test_nodes_tell_a_set_in_doubt():
     """No increment gets on with two contacts whose span is as good as gone: nodes find one. 30.89913737228 is by 48 elements, where
     they find it on most processors only."""
     dr.assert_close(rough_liner(5027, 2e-3, 24).load("LP"), 30.89913737228, relative=1e-9)
+
+
+LOBES = """*HEADING
+Half of a liner with lobes in a host pipe, pushed against its springing bottom
+*NODE
+1, 0., 1.
+2, 0., -1.
+*ARC, ELSET=R, NSET=R, TYPE=GE8, DIRECTION=ANTICLOCKWISE
+1, 2, 0., 0.
+*BEAM SECTION, ELSET=R, SECTION=STIFFNESS
+120000., 1.
+*BOUNDARY
+1, XSYMM
+2, XSYMM
+*IMPERFECTION, ELSET=R, SHAPE=COSINE
+0.004, 4
+*OBSTACLE, NAME=HOST, TYPE=CIRCLE, SIDE=INSIDE
+0., 0., 1.
+*CONTACT, OBSTACLE=HOST, NSET=R, GAP=0.01
+*SPRING
+2, 2, 1.
+*MONITOR, NAME=v
+1, U2, -1.
+*STEP
+*ACCURACY, TOLERANCE=1E-6
+*STATIC
+0.2, , 0.01
+*DLOAD
+R, P, 1.
+*CLOAD
+1, 2, -0.01
+*STOP
+v, ABOVE, 0.3
+*END STEP
+"""
+
+
+def test_lobes_on_long_elements():
+    """Lines of contact as long as the waves of the liner: moment, shear force and pressure of what lies on the wall follow from the
+    stress-free curvature itself. So the mesh that the limit load needs is enough, and the forces at every node are in balance."""
+    run = dr.run_deck(LOBES)
+    # The same with 24 and with 60 elements.
+    dr.assert_close(run.load("LP"), 23.59058549, relative=1e-6)
+    assert float(run.results.accuracy["node_balance"]) < 1e-7

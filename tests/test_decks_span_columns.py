@@ -129,6 +129,56 @@ def test_a_load_beside_the_line(ends):
     assert not any("imperfection" in c.note for c in late)
 
 
+BETWEEN = """*HEADING
+Hinged column with two waves between walls
+*NODE
+1, 0., 0.
+3, 1.0, 0.
+*LINE, ELSET=COLUMN, NSET=COLUMN, TYPE=GE8
+1, 3, 24
+*IMPERFECTION, ELSET=COLUMN, SHAPE=SINE
+0.0005, 3
+0.0003, 2
+*BEAM SECTION, ELSET=COLUMN, SECTION=STIFFNESS
+1e5, 1.
+*BOUNDARY
+1, PINNED
+3, 2
+*OBSTACLE, NAME=UPPER, TYPE=LINE
+1., 0.01, 0., 0.01
+*OBSTACLE, NAME=LOWER, TYPE=LINE
+0., -0.02, 1., -0.02
+*CONTACT, OBSTACLE=UPPER, NSET=COLUMN
+*CONTACT, OBSTACLE=LOWER, NSET=COLUMN
+*STEP
+*STATIC
+0.5, , 0.002
+*CLOAD
+3, 1, -1.
+*STOP
+LOAD, ABOVE, 215.
+*END STEP
+"""
+
+
+def test_increments_that_land_on_another_path():
+    """Where contact changes at the end of an increment its tangent has the pivots of another path: shorter ones stay on their own.
+
+    Along a path without bifurcations the load grows where the number of negative pivots is even, and falls where it is odd (the index
+    of a path of complementarity problems), and without events it stays: a column with one wave lies down on the wall as it came.
+    """
+    run = dr.run_deck(BETWEEN)
+    assert events(run) == ["C+", "C-", "LP", "C-", "C-", "EP"]
+    # The same on 60 elements, and with increments of 0.0005.
+    dr.assert_close(run.labelled("C-")[-1].load_factor, 206.94927, relative=1e-7)
+    row, load, pivots = np.arange(run.results.n_points - 1), run.column("load_factor"), run.column("negative_pivots")
+    assert np.all(np.sign(np.diff(load)) == (-1)**pivots[row + 1])
+    stays = column("clamped", "0.00001, 1")
+    assert not np.any(stays.column("negative_pivots"))
+    # Free parts are (Pcr/P)^(1/2) long but for the square of their slopes, 0.3 at the most.
+    dr.assert_close(stays.results.contact.start[-1, 0], 20.0**-0.5, relative=0.3**2)
+
+
 def test_paths_that_pass_each_other_closely():
     """A load across keeps the path that bends away from that of the straight column, by far less than an increment; where it
     touches is a straight line in that load."""

@@ -176,8 +176,8 @@ contains
    !> N positive in tension, Q along the normal to the left of the rod. N and M are those of sigma and P there,
    !>   Q = -M'/(1 + e),   M' = EI (k' (1 + e)^2 + o k N'/EA - k0'),   N' = -o k M' - q_t,
    !> and the reaction is what the balance along the normal needs, Q' by differentiating these once more.
-   pure subroutine conforming_resultants(tab, h, sense, bend, obstacle, offset, first, last, compliance, load, z, tau, sigma, &
-      & n, q, m, density, bend_rate)
+   pure subroutine conforming_resultants(tab, h, sense, bend, obstacle, offset, first, last, compliance, load, z, tau, k0, sigma, &
+      & n, q, m, density)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h, sense
       real(wp), intent(in) :: bend(:)          !! (stages)
@@ -188,14 +188,13 @@ contains
       type(ge_load_t), intent(in) :: load
       real(wp), intent(in) :: z(:)
       real(wp), intent(in) :: tau              !! place, 0 to 1 of the stress-free length
+      real(wp), intent(in) :: k0(0:2)          !! stress-free curvature there, and its two derivatives by the stress-free length
       real(wp), intent(out) :: sigma           !! less that of the first end
       real(wp), intent(out) :: n, q, m         !! N, Q and M there
       real(wp), intent(out), optional :: density !! reaction of the obstacle per unit stress-free length, positive when it pushes
-      real(wp), intent(in), optional :: bend_rate(:) !! (stages) dk0/ds: then k0 is as exact as the collocation, else of order
-      !! `stages`, the polynomial through `bend`
       type(section_t) :: at
       type(track_t) :: near, here
-      real(wp) :: basis(max_stages), k0(0:2), p, ei, d, along, across, n1, m1, m2, stretch1, k1, k2, q1, normal(2)
+      real(wp) :: basis(max_stages), p, ei, d, along, across, n1, m1, m2, stretch1, k1, k2, q1, normal(2)
       integer :: i, s
       s = tab%stages
       near = track_between(obstacle, offset, first, last)
@@ -207,7 +206,6 @@ contains
          sigma = sigma + (h * basis(i)) * (sense * at%stretch)
          p = p + (h * basis(i)) * at%pull
       end do
-      call interpolate(tab, h, bend, tau, k0, bend_rate)
       here = track_at(obstacle, offset, first%sigma + sigma, near)
       at = section_at(here, sense, k0(0), compliance, load, p)
       n = at%n
@@ -266,40 +264,4 @@ contains
       section%pull_by_load = at%curvature_rate * (stretch_by_load * section%m + section%stretch * m_by_load) - &
          & sense * dot_product(load%line_rate, at%tangent)
    end function section_at
-
-   !> Value and two derivatives by s of the polynomial through values at the stages, and their rates where given.
-   pure subroutine interpolate(tab, h, value, tau, f, rate)
-      type(tableau_t), intent(in) :: tab
-      real(wp), intent(in) :: h, value(:), tau
-      real(wp), intent(out) :: f(0:2)
-      real(wp), intent(in), optional :: rate(:)
-      real(wp) :: l(0:2), slope, square(0:2), x, factor
-      integer :: i, j
-      f = 0.0_wp
-      do j = 1, tab%stages
-         ! Lagrange polynomial and its derivatives by tau, factor by factor; its slope at its own stage.
-         l = [1.0_wp, 0.0_wp, 0.0_wp]
-         slope = 0.0_wp
-         do i = 1, tab%stages
-            if (i == j) cycle
-            factor = 1.0_wp / (tab%c(j) - tab%c(i))
-            slope = slope + factor
-            x = (tau - tab%c(i)) * factor
-            l = [l(0) * x, l(1) * x + l(0) * factor, l(2) * x + 2 * l(1) * factor]
-         end do
-         if (.not. present(rate)) then
-            f = f + value(j) * l
-            cycle
-         end if
-         ! Hermite: (value (1 - 2 slope x) + rate h x) l^2.
-         square = [l(0)**2, 2 * l(0) * l(1), 2 * (l(1)**2 + l(0) * l(2))]
-         x = tau - tab%c(j)
-         factor = h * rate(j) - 2 * slope * value(j)
-         f = f + (value(j) + factor * x) * square
-         f(1) = f(1) + factor * square(0)
-         f(2) = f(2) + 2 * factor * square(1)
-      end do
-      f(1) = f(1) / h
-      f(2) = f(2) / h**2
-   end subroutine interpolate
 end module conforming_element

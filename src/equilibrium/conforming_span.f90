@@ -7,7 +7,7 @@ module conforming_span
    use kinds, only: wp, pi
    use problem, only: problem_t
    use rod_state, only: state_t, element_load, element_displacement, node_position, obstacle_shift, candidate_offset, closing_rate
-   use reference_curve, only: curve_point, curve_abscissa, curve_bend
+   use reference_curve, only: curve_point, curve_abscissa, curve_length, curve_bend
    use gauss_tableau, only: max_stages
    use obstacle_track, only: track_t, track_foot, track_at, track_ahead, track_between, rate_jumps
    use ge_element, only: ge_load_t, ge_columns, ge_end_forces
@@ -17,7 +17,7 @@ module conforming_span
    private
    public :: evaluate_conforming, conforming_forces, conforming_point, conforming_displacement, &
       & conforming_resultant, conforming_guess, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple, flat_excess, &
-      & excess_curvature, node_track, track_sense, rod_angle, ge_end, joint_forces
+      & excess_curvature, node_track, track_sense, rod_angle, bend_at, ge_end, joint_forces
 
    !> Excess of curvature times size that is as good as none: what rounding and the tolerance of Newton's method leave.
    real(wp), parameter :: flat_excess = 1.0e-8_wp
@@ -185,21 +185,48 @@ contains
    end function touchdown_couple
 
    !> Stress-free curvature at the stages of an element.
-   pure subroutine stage_bends(problem, state, e, bend, rate)
+   pure function stage_bends(problem, state, e) result(bend)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(out) :: bend(:), rate(:)     !! (stages) and its derivative by the stress-free length
+      real(wp) :: bend(problem%model%mesh%stages(e))
       integer :: i
       bend = 0.0_wp
-      rate = 0.0_wp
       associate (c => problem%model%mesh%curve(e), g => state%geometry%element(e))
          if (c == 0) return
          do i = 1, size(bend)
-            call curve_bend(problem%model%curve(c), problem%model%imperfection, g%at(i), bend(i), rate(i))
+            call curve_bend(problem%model%curve(c), problem%model%imperfection, g%at(i), bend(i))
          end do
       end associate
-   end subroutine stage_bends
+   end function stage_bends
+
+   !> Stress-free curvature at a place of an element, and its two derivatives by the stress-free length; at its ends those on its
+   !> own side. The second is that of the parabola through three values of the first.
+   pure function bend_at(problem, state, e, tau) result(bend)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau                   !! 0 to 1 of its stress-free length
+      real(wp) :: bend(0:2), s, middle, step, rate(-1:1), unused
+      integer :: i
+      bend = 0.0_wp
+      if (problem%model%mesh%curve(e) == 0) return
+      associate (curve => problem%model%curve(problem%model%mesh%curve(e)), imperfection => problem%model%imperfection, &
+         & g => state%geometry%element(e))
+         bend(0) = curve%curvature
+         if (curve%imperfection == 0) return
+         s = curve_abscissa(curve, imperfection, g%s(1), tau * g%length)
+         step = epsilon(step) * (g%s(2) - g%s(1))
+         call curve_bend(curve, imperfection, min(max(s, g%s(1) + step), g%s(2) - step), bend(0), bend(1))
+         step = epsilon(step)**(1.0_wp / 3.0_wp) * (g%s(2) - g%s(1))
+         middle = min(max(s, g%s(1) + step), g%s(2) - step)
+         do i = -1, 1
+            call curve_bend(curve, imperfection, middle + i * step, unused, rate(i))
+         end do
+         bend(2) = (0.5_wp * (rate(1) - rate(-1)) + (s - middle) / step * (rate(1) - 2.0_wp * rate(0) + rate(-1))) / &
+            & (0.5_wp * curve_length(curve, imperfection, middle - step, middle + step))
+      end associate
+   end function bend_at
 
    !> A conforming element as linear_system wants every element: in global axes, its unknowns the displacements of both nodes.
    !> What an obstacle does that moves is what the nodes would do that move the other way; a gap that closes takes the nodes
@@ -214,15 +241,14 @@ contains
       type(track_t) :: track(2), moved(2)
       type(ge_load_t) :: load
       real(wp) :: f2(2), raw2(2), k2(2, 2), fl2(2), op4(1 + 2 * max_stages, 4), t(2, 2), sense, offset, rate, along(2)
-      real(wp) :: f2b(2), raw2b(2), k2b(2, 2), fl2b(2), op4b(1 + 2 * max_stages, 4), defect_b(2), step, bend(max_stages), &
-         & bend_rate(max_stages)
+      real(wp) :: f2b(2), raw2b(2), k2b(2, 2), fl2b(2), op4b(1 + 2 * max_stages, 4), defect_b(2), step, bend(max_stages)
       integer :: c(2), s, z, i, j, at
       c(1) = problem%conforms(e)
       c(2) = problem%candidates%neighbour(2, c(1))
       s = problem%model%mesh%stages(e)
       z = conforming_size(s)
       load = element_load(problem, state, e)
-      call stage_bends(problem, state, e, bend(:s), bend_rate(:s))
+      bend(:s) = stage_bends(problem, state, e)
       do i = 1, 2
          track(i) = node_track(problem, state, c(i))
          t(:, i) = track(i)%tangent
@@ -284,7 +310,7 @@ contains
       real(wp), intent(out) :: place(2), angle      !! deformed; tangent angle in (-pi, pi]
       real(wp), intent(out), optional :: density
       type(track_t) :: track(2), here
-      real(wp) :: sense, offset, bend(max_stages), bend_rate(max_stages), sigma
+      real(wp) :: sense, offset, sigma
       integer :: c(2), s, i
       c = [problem%conforms(e), problem%candidates%neighbour(2, problem%conforms(e))]
       s = problem%model%mesh%stages(e)
@@ -293,11 +319,10 @@ contains
       end do
       sense = track_sense(problem, state, c(1), track(1))
       offset = -candidate_offset(problem, state, problem%candidates, c(1))
-      call stage_bends(problem, state, e, bend(:s), bend_rate(:s))
       associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(c(1))))
-         call conforming_resultants(problem%tableau(s), state%geometry%element(e)%length, sense, bend(:s), obstacle, offset, &
-            & track(1), track(2), problem%compliance(e), element_load(problem, state, e), state%z(:conforming_size(s), e), tau, &
-            & sigma, local(1), local(2), local(3), density, bend_rate(:s))
+         call conforming_resultants(problem%tableau(s), state%geometry%element(e)%length, sense, stage_bends(problem, state, e), &
+            & obstacle, offset, track(1), track(2), problem%compliance(e), element_load(problem, state, e), &
+            & state%z(:conforming_size(s), e), tau, bend_at(problem, state, e, tau), sigma, local(1), local(2), local(3), density)
          here = track_at(obstacle, offset, track(1)%sigma + sigma, track_between(obstacle, offset, track(1), track(2)))
          place = here%place + obstacle_shift(problem, state, problem%candidates%obstacle(c(1)))
          angle = atan2(sense * here%tangent(2), sense * here%tangent(1))

@@ -15,17 +15,19 @@ module event_order
 contains
 
    !> Changes of the pivot count that are no bifurcations of their own: a limit point's change of sign, further eigenvalues of
-   !> a multiple bifurcation, jumps where the contact set changes, and rounding at a point that is a bifurcation itself. And
-   !> loads that turn back at once where a contact is gained or lost: that is what is told.
+   !> a multiple bifurcation, jumps where the contact set changes on the way, and rounding at a point that is a bifurcation itself.
+   !> And loads that turn back at once where a contact is gained or lost: that is what is told. Where the set stays up to the trial
+   !> there are no jumps: a count that changes without an event is that of another path.
    function told_otherwise(run, trial, changes, seen) result(told)
       type(run_t), intent(in) :: run
       type(state_t), intent(in) :: trial
       logical, intent(in) :: changes             !! the contact set is about to change at the trial
       type(sighting_t), intent(in) :: seen(:)
       logical :: told(size(seen))
-      logical :: set_changes, contact_located, limit_told
+      logical :: set_changes, jumps, contact_located, limit_told
       integer :: i, k
-      set_changes = changes .or. any(run%state%active .neqv. trial%active) .or. any(seen%event%kind == event_contact)
+      jumps = any(run%state%active .neqv. trial%active) .or. any(seen%event%kind == event_contact)
+      set_changes = changes .or. jumps
       contact_located = changes .or. any(seen%event%kind == event_contact .and. seen%located)
       limit_told = .false.
       told = .false.
@@ -35,7 +37,7 @@ contains
          if (seen(i)%later) then
             told(i) = .true.
          else if (.not. seen(i)%located) then
-            told(i) = set_changes
+            told(i) = jumps
          else
             ! Where a contact begins or ends its reaction is zero, and a count means nothing.
             told(i) = (run%on_bifurcation .or. set_changes) .and. seen(i)%fraction <= same_place

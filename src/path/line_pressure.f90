@@ -3,12 +3,11 @@ module line_pressure
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t, element_load, candidate_offset
-   use conforming_span, only: conforming_forces, excess_curvature, node_track, track_sense, rod_angle
+   use conforming_span, only: conforming_forces, excess_curvature, node_track, track_sense, rod_angle, bend_at
    use obstacle_track, only: track_t, jump_between
    use ge_element, only: ge_load_t
    use contact_touch, only: touch_t
    use state_transfer, only: find_point
-   use reference_curve, only: curve_bend
    implicit none
    private
    public :: density_at, least_pressure, virtual_pressure
@@ -88,8 +87,8 @@ contains
       integer, intent(in) :: candidate
       type(ge_load_t) :: load
       type(track_t) :: track
-      real(wp) :: angle, sense, stretch, excess, axial, normal(2), at, step, bend, rate(2)
-      integer :: e, i
+      real(wp) :: angle, sense, stretch, excess, axial, normal(2), bend(0:2)
+      integer :: e
       e = maxval(problem%candidates%element(:, candidate))
       load = element_load(problem, state, e)
       track = node_track(problem, state, candidate)
@@ -98,15 +97,8 @@ contains
       normal = [-sin(angle), cos(angle)]
       call excess_curvature(problem, state, candidate, excess, stretch)
       axial = (stretch - 1.0_wp - load%strain) / problem%compliance(e)%axial
-      associate (g => state%geometry%element(e), curve => problem%model%curve(problem%model%mesh%curve(e)))
-         ! Of the stress-free curvature the second derivative, by a difference of the first.
-         at = g%s(merge(1, 2, problem%model%mesh%node(1, e) == problem%candidates%node(candidate)))
-         step = epsilon(step)**(1.0_wp / 3.0_wp) * g%length
-         do i = 1, 2
-            call curve_bend(curve, problem%model%imperfection, at + merge(-step, step, i == 1), bend, rate(i))
-         end do
-      end associate
-      density = (track%curvature_second * stretch**3 - sense * (rate(2) - rate(1)) / (2.0_wp * step)) / &
+      bend = bend_at(problem, state, e, merge(0.0_wp, 1.0_wp, problem%model%mesh%node(1, e) == problem%candidates%node(candidate)))
+      density = (track%curvature_second * stretch**3 - sense * bend(2)) / &
          & problem%compliance(e)%bending - (axial * track%curvature * stretch + sense * (dot_product(load%line, normal) + &
          & load%pressure * stretch))
    end function virtual_pressure

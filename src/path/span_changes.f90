@@ -67,6 +67,11 @@ contains
          ! Something may lie before it that is better found from nearer.
          changed = .not. (shorter .or. wants_another(run))
          if (wants_another(run)) return
+         if (shorter .and. change%where /= place_ahead) then
+            changed = .true.
+            call go_less_far(problem, step, run, leg%after(change%which), timers)
+            return
+         end if
       end if
       if (.not. changed) then
          call linearise(problem, trial, run%state, run%system, timers)
@@ -129,7 +134,7 @@ contains
          & change%which, change%bars, timers)
       ! Two changes at once, of which the first has its point: where contact only spreads Newton's method has yet to follow.
       if (.not. (change%where == place_here .and. label == '  ')) call accept(problem, step, run, change%place, change%heading, &
-         & label, change%report, change%where == place_ahead .and. .not. stuck, recorder, shorter, finished, outcome, timers, &
+         & label, change%report, .not. stuck, recorder, shorter, finished, outcome, timers, &
          & divides=divides, changes=.true., bars=change%bars, tries=tries)
       run%control%increment = increment
       if (allocated(run%beginning)) deallocate (run%beginning)
@@ -158,7 +163,9 @@ contains
             if (change%where == place_here) return
             ! Contact begins where a clamp stands.
             at_clamp = stands(problem, change%place, test%candidate)
-            divides = .not. at_clamp .and. virtual_pressure(problem, change%place, test%candidate) < 0.0_wp
+            ! At the end of a rod one point comes of it.
+            divides = .not. at_clamp .and. all(problem%beside(:, problem%candidates%node(test%candidate)) > 0)
+            if (divides) divides = virtual_pressure(problem, change%place, test%candidate) < 0.0_wp
             if (divides) label = 'C-'
             if (at_clamp) label = 'C+'
          case (test_length)
