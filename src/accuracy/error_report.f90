@@ -1,18 +1,18 @@
 !> Which points of a run have their discretisation errors told, and of what kind they are.
 module error_report
    use kinds, only: wp
-   use model, only: step_t, method_load, method_displacement, quantity_displacement
+   use model, only: step_t, method_load
    use problem, only: problem_t
    use rod_state, only: state_t
    use state_transfer, only: find_point, carried_field
-   use path_control, only: control_t, path_length
+   use path_control, only: control_t, path_length, holding_value
    use path_continuity, only: heading_t, heading_at
    use monitors, only: monitor_rate
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
    use weak_lines, only: release_lines
    use span_tests, only: span_test_t, run_span_tests, test_force
-   use path_events, only: event_t, event_limit, event_bifurcation, event_contact, event_release, event_value_reached, event_stop
+   use path_events, only: event_t, event_limit, event_bifurcation, event_contact, event_release
    use path_run, only: run_t
    use error_bar, only: error_bar_t, error_bars_t, no_error_bars, moved_error_bar
    use path_errors, only: point_errors, event_errors
@@ -47,7 +47,6 @@ contains
       type(timers_t), intent(inout) :: timers
       type(timers_t) :: own                      ! the work is not the path's
       type(zero_t) :: zero
-      type(control_t) :: control
       if (.not. step%error_bars) return
       allocate (bars)
       call timing_start(timers, phase_accuracy)
@@ -55,11 +54,8 @@ contains
          call bars_at_release()
       else if (event%kind == event_contact .and. event%ground%contact == 0) then
          bars = no_error_bars(size(problem%model%monitor), at_nodes)
-      else if (any(event%kind == [event_value_reached, event_stop]) .and. can_be_held(problem, event%monitor)) then
-         control%method = method_load
-         if (event%monitor > 0) control%method = method_displacement
-         control%monitor = event%monitor
-         call point_errors(problem, place, run%system, control, heading, bars, own, places=.true.)
+      else if (event%held) then
+         call point_errors(problem, place, run%system, holding_value(event%monitor, 0.0_wp), heading, bars, own, places=.true.)
       else
          call new_zero(problem, event, place, run%system, zero, own)
          call event_errors(problem, place, run%system, zero, heading, path_length(problem, run%state, trial), &
@@ -115,14 +111,6 @@ contains
          end do
       end function shares_here
    end subroutine bars_at_event
-
-   !> True for the load factor, and for monitors that an increment can prescribe.
-   pure logical function can_be_held(problem, monitor)
-      type(problem_t), intent(in) :: problem
-      integer, intent(in) :: monitor             !! 0: the load factor
-      can_be_held = monitor == 0
-      if (monitor > 0) can_be_held = problem%deck%monitor(monitor)%quantity == quantity_displacement
-   end function can_be_held
 
    !> Bars of an accepted point: of one where a test of contact spans is zero, or of any, which the control holds.
    subroutine bars_at_point(problem, step, run, place, heading, label, finished, test, bars, timers, wanted)

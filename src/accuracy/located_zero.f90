@@ -9,7 +9,7 @@ module located_zero
    use element_products, only: element_deformation
    use path_events, only: event_t, new_probe, event_value, event_bifurcation
    use span_tests, only: span_test_t, run_span_tests
-   use ground_events, only: ground_event_place, ground_event_value
+   use ground_events, only: ground_event_place, ground_event_gap
    use ground_segments, only: told_gap
    use element_gap, only: element_gap_t, gap_value, gap_look
    use rod_profile, only: profile_error
@@ -85,16 +85,16 @@ contains
       type(system_t), intent(in) :: system       !! assembled there
       real(wp), allocatable, intent(out) :: row(:, :) !! (3, nodes) global axes; not allocated at other events
       type(node_gradient_t) :: gradient
-      real(wp) :: tau, x(2), gap, normal(2), bend
+      real(wp) :: tau, factor, x(2), gap, normal(2), bend
       integer :: candidate, k
       if (.not. is_on_ground(zero)) return
-      call ground_event_place(problem, state, zero%event%ground, candidate, tau)
+      call ground_event_place(problem, state, zero%event%ground, candidate, tau, factor)
       if (candidate == 0) return
       call gap_look(problem, told_gap(problem, state, candidate), tau, x, gap, normal, bend)
       call place_gradient(problem, state, system, problem%ground%chain%element(2, candidate), tau, gradient)
       allocate (row(3, problem%model%mesh%n_nodes), source=0.0_wp)
       do k = 1, 2
-         row(:, gradient%node(k)) = matmul(normal, gradient%ends(1:2, :, k)) / zero%event%gap_scale
+         row(:, gradient%node(k)) = matmul(normal, gradient%ends(1:2, :, k)) * factor / zero%event%gap_scale
       end do
    end subroutine watched_gap
 
@@ -115,7 +115,7 @@ contains
       real(wp), intent(out) :: doubt             !! what both problems' profiles may err by there
       type(element_gap_t) :: gap(2)
       type(timers_t), intent(inout) :: timers
-      real(wp) :: tau
+      real(wp) :: tau, factor
       integer :: j
       integer :: candidate
       element = 0
@@ -123,16 +123,16 @@ contains
       most = 0.0_wp
       doubt = 0.0_wp
       if (.not. is_on_ground(zero)) return
-      call ground_event_place(finer, there, zero%event%ground, candidate, tau)
+      call ground_event_place(finer, there, zero%event%ground, candidate, tau, factor)
       if (candidate == 0) return
       element = problem%ground%chain%element(2, candidate)
       gap = [told_gap(problem, state, candidate), told_gap(finer, there, candidate)]
-      part = value - zero_value(problem, zero, state, system, load_rate, timers) + along(tau) / zero%event%gap_scale
+      factor = factor / zero%event%gap_scale
+      part = value - zero_value(problem, zero, state, system, load_rate, timers) + along(tau) * factor
       ! Nothing is unknown at the nodes.
-      most = 4.0_wp * tau * (1.0_wp - tau) * maxval([(abs(gap_change(0.125_wp * j) - along(0.125_wp * j)), j=1, 7)]) / &
-         & zero%event%gap_scale
+      most = 4.0_wp * tau * (1.0_wp - tau) * maxval([(abs(gap_change(0.125_wp * j) - along(0.125_wp * j)), j=1, 7)]) * factor
       if (gap(1)%profile%mended) doubt = (4.0_wp * tau * (1.0_wp - tau))**4 * &
-         & max(profile_error(gap(1)%profile), profile_error(gap(2)%profile)) / zero%event%gap_scale
+         & max(profile_error(gap(1)%profile), profile_error(gap(2)%profile)) * factor
 
    contains
 
@@ -161,7 +161,7 @@ contains
       type(zero_t), intent(in) :: zero
       type(state_t), intent(in) :: state
       located_gap = 0.0_wp
-      if (is_on_ground(zero)) located_gap = 1.01_wp * abs(ground_event_value(problem, state, zero%event%ground))
+      if (is_on_ground(zero)) located_gap = 1.01_wp * ground_event_gap(problem, state, zero%event%ground)
    end function located_gap
 
    !> Of the eigenvalues whose modes are mostly combinations of given ones the one that is nearest to zero.

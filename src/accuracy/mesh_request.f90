@@ -15,14 +15,20 @@ module mesh_request
    use error_bar, only: error_bar_t, error_bars_t
    implicit none
    private
-   public :: request_mesh, spare_mesh, motion_sizes, value_sizes, excess
+   public :: refinement_t, request_mesh, spare_mesh, motion_sizes, value_sizes, excess
+
+   !> What the meshes of a point have been worth: by one of at least twice as many elements errors fall to a sixteenth, whatever the
+   !> order, where elements are what they come from.
+   type :: refinement_t
+      real(wp) :: ratio = huge(1.0_wp)           !! the error over what is allowed
+      integer :: elements = 0                    !! and how many elements had it
+   end type refinement_t
 
    real(wp), parameter :: part_of_asked = 0.5_wp !! of what is asked that a new mesh is to need: its bar is a forecast
    real(wp), parameter :: part_of_iteration = 0.1_wp !! of what is asked
    real(wp), parameter :: of_rest = 1.4_wp       !! times what the iteration has left is its part of a bar, see error_bar
    real(wp), parameter :: most_spared = 0.7_wp   !! of the elements: a mesh that is hardly coarser is not worth its change
    integer, parameter :: most_unbounded = 2      !! meshes for a bar that is narrow enough, but has no bounds
-   integer, parameter :: few = 4                 !! on a stretch, to see how errors fall
    integer, parameter :: most_unknown = 5        !! and for one that has none at all
    !> Nothing is asked of what rounding leaves of a place, over the size: in runs of a prototype it was up to this.
    real(wp), parameter :: place_rounding = 3.0e-14_wp
@@ -44,16 +50,17 @@ contains
       real(wp), intent(in) :: asked              !! relative error
       logical, intent(in) :: critical            !! a load's bar without bounds does not do, however narrow
       integer, intent(in) :: tries               !! requests for the same point that did not suffice
-      real(wp), intent(inout) :: last            !! of these: the error over what is allowed; on return that of this one
+      type(refinement_t), intent(inout) :: last  !! of these
       logical, intent(in) :: can_settle          !! the iteration can go on
       logical, intent(out) :: unsettled          !! the iteration has left more than its part: it is to go on first
       type(demand_t), allocatable, intent(out) :: demand(:) !! (stretches)
       real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio
-      logical :: free(problem%model%mesh%n_elements), known, bounded, cut
+      logical :: free(problem%model%mesh%n_elements), known, bounded, cut, doubled
       integer :: now, k
       free = problem%layout%stretch(problem%stretch)%placed
       now = count(free)
       unsettled = .false.
+      if (tries == 0) last = refinement_t()
       if (now == 0) return
       call indicate(bars, sizes, counted, asked, critical, critical .and. tries < most_unbounded, can_settle, indicator, ratio, &
          & known, bounded, unsettled)
@@ -77,19 +84,25 @@ contains
          whole = now
       end if
       if (known) then
-         ! Where more elements do not help it is not their number. Of a few errors may cancel, and no longer of some more.
-         if (tries > most_unbounded .and. ratio > enough_progress * last .and. now > few * count(problem%layout%stretch%placed)) &
-            & return
-         last = ratio
+         ! Where more elements do not help it is not their number. Of a few errors may cancel, and no longer of some more: of twice
+         ! as many they do not.
+         doubled = .false.
+         if (tries > most_unbounded .and. ratio > enough_progress * last%ratio) then
+            if (now >= 2 * last%elements) return
+            doubled = .true.
+         else
+            last = refinement_t(ratio, now)
+         end if
          ! What the given elements contribute no other mesh takes away.
          if (2.0_wp * sum(indicator, mask=free) < sum(indicator)) return
          wanted = number_for(problem, free, whole, part_of_asked * asked)
          if (tries > 0 .or. .not. bounded) wanted = max(wanted, least * now)
+         if (doubled) wanted = max(wanted, 2.0_wp * last%elements)
          wanted = min(wanted, most * now)
          g = g / whole
       else
          if (tries > most_unknown) return
-         last = huge(last)
+         last = refinement_t()
          wanted = 2.0_wp * now
       end if
       if (.not. (known .and. bounded)) then

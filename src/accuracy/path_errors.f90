@@ -32,6 +32,7 @@ module path_errors
       real(wp), allocatable :: near(:)           !! values at the end of the way that these two give
       real(wp) :: more = 0.0_wp                  !! what is left of it
       real(wp), allocatable :: rate(:)           !! of the values along what is left of the path
+      real(wp), allocatable :: doubt(:)          !! what elements of two orders more make of the values there beside those of one
       real(wp) :: rounding = 0.0_wp              !! what is left of its function where the way is too short to leave any
       character(:), allocatable :: why           !! it is not to be had: the reason
    end type crossing_t
@@ -139,13 +140,14 @@ contains
       bars%unfolding = shares%unfolding
       bars%missed = unstable_difference(problem, state, system, path, first, max(1, size(modes, 2)), timers)
       call find_crossing(path, zero, reach, first, crossing, timers)
+      if (.not. allocated(crossing%why)) call doubt_crossing(path, zero, first, crossing, timers)
       if (allocated(crossing%why)) then
          bars%why = crossing%why
          bars%too_coarse = bars%why == no_convergence .or. size(modes, 2) > 0
          return
       end if
       final = crossing%near + crossing%more * crossing%rate
-      unseen = abs(first%value - value - shares%sum) + abs(crossing%more * crossing%rate)
+      unseen = abs(first%value - value - shares%sum) + abs(crossing%more * crossing%rate) + abs(crossing%doubt)
       sizes = shares%size + abs(crossing%near - first%value)
       noise = location_rounding()
       rounding = shares%rounding + abs(crossing%rate) * noise / abs(crossing%slope)
@@ -271,6 +273,29 @@ contains
          value_at = zero_value(path%problem, zero, point%state, point%system, point%heading%load, timers)
       end function value_at
    end subroutine find_crossing
+
+   !> How far the finer path can be trusted: what elements of one order more still make of it, at a point and of the event's
+   !> function there. On meshes that hardly resolve the solution the two differ by as much as the first one tells, and of a few
+   !> elements' shares that cancel more is left.
+   subroutine doubt_crossing(path, zero, first, crossing, timers)
+      type(finer_path_t), intent(in) :: path
+      type(zero_t), intent(in) :: zero           !! what vanishes
+      type(finer_point_t), intent(in) :: first   !! next to where it was located
+      type(crossing_t), intent(inout) :: crossing
+      type(timers_t), intent(inout) :: timers
+      type(finer_path_t) :: next
+      type(finer_point_t) :: point
+      call new_finer_path(path%problem, first%state, path%control, path%heading, path%ends, next)
+      next%modes = path%modes
+      call start_point(next, point, timers)
+      call next_point(next, 0.0_wp, point, timers)
+      if (.not. point%ok) then
+         crossing%why = no_convergence
+         return
+      end if
+      crossing%doubt = point%value - first%value - crossing%rate / crossing%slope * (zero_value(next%problem, zero, point%state, &
+         & point%system, point%heading%load, timers) - crossing%f)
+   end subroutine doubt_crossing
 
    !> What holds a point of a path: the load or the monitor that the strategy prescribes, else the plane normal to it.
    function holding(problem, state, control, heading) result(held)

@@ -14,7 +14,8 @@ module ground_regions
    use element_foundation, only: foundation_forces
    use rod_profile, only: profile_place, profile_angle
    use ground_segments, only: told_gap
-   use element_gap, only: element_gap_t, gap_parts, gap_value, gap_extreme, most_parts, most_samples
+   use element_gap, only: element_gap_t, gap_root_t, gap_parts, gap_value, gap_extreme, root_factor, is_at, &
+      & most_parts, most_samples
    use reference_curve, only: curve_length
    use inner_forces, only: inner_forces_t
    use path_record, only: region_t
@@ -87,6 +88,8 @@ contains
                open_end = .false.
             end if
          end do
+         ! Ends that have come to a support may leave the mesh an element of no length.
+         regions = pack(regions, regions%end > regions%start)
          do i = 1, size(regions)
             associate (obstacle => problem%model%obstacle(problem%model%contact(regions(i)%contact)%obstacle))
                if (has_angle(obstacle)) call unwrap_angle(obstacle, regions(i)%end - regions(i)%start, &
@@ -117,27 +120,40 @@ contains
    end function find_ground_regions
 
    !> Smallest gap on a stretch of a contact's chain; what lies beyond the chain's ends does not count.
-   real(wp) function smallest_ground_gap(problem, state, contact, from, to, candidate, place) result(least)
+   real(wp) function smallest_ground_gap(problem, state, contact, from, to, candidate, place, root, factor) result(least)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
       real(wp), intent(in) :: from, to           !! arc lengths; on a closed chain `to` may lie in the next round
       integer, intent(out), optional :: candidate !! it is on the element after this one, 0: nowhere
       real(wp), intent(out), optional :: place   !! and there, 0 to 1
-      real(wp) :: range(2), value, tau
+      type(gap_root_t), intent(in), optional :: root(:) !! divided out, see held_ends
+      real(wp), intent(out), optional :: factor  !! what that makes of the gap there; 0: the place is a root
+      type(gap_root_t), allocatable :: there(:)
+      real(wp) :: range(2), value, tau, h
       integer :: c, round
       least = huge(1.0_wp)
       if (present(candidate)) candidate = 0
       if (present(place)) place = 0.0_wp
+      if (present(factor)) factor = 1.0_wp
       do round = 0, rounds(problem, contact)
          do c = 1, problem%ground%chain%n
             if (.not. part_of_stretch(problem, state, contact, c, round, from, to, range)) cycle
-            call gap_extreme(problem, told_gap(problem, state, c), .false., range(1), range(2), &
-               & value, tau)
+            if (present(root)) then
+               h = state%geometry%element(problem%ground%chain%element(2, c))%length
+               there = root
+               there%at = (root%at - chain_place(problem, state, c)) / h
+               there%scale = root%scale / h
+               call gap_extreme(problem, told_gap(problem, state, c), .false., range(1), range(2), value, tau, there)
+            else
+               call gap_extreme(problem, told_gap(problem, state, c), .false., range(1), range(2), value, tau)
+            end if
             if (value >= least) cycle
             least = value
             if (present(candidate)) candidate = c
             if (present(place)) place = tau
+            if (present(factor) .and. present(root)) factor = merge(0.0_wp, root_factor(tau, there), &
+               & any(is_at(there, tau)))
          end do
       end do
    end function smallest_ground_gap

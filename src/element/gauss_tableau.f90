@@ -1,4 +1,5 @@
-!> Gauss collocation with s = 1 to 5 points on (0, 1): order 2 s, symplectic. Decks have up to four; one more tells errors.
+!> Gauss collocation with s = 1 to 6 points on (0, 1): order 2 s, symplectic. Decks have up to four; one more tells errors, two more
+!> how far that can be trusted.
 !> Source: Hairer, Lubich, Wanner, Geometric Numerical Integration, II.1; b_i a_ij + b_j a_ji = b_i b_j.
 module gauss_tableau
    use kinds, only: wp
@@ -6,7 +7,7 @@ module gauss_tableau
    private
    public :: tableau_t, max_stages, new_tableau, gauss_points, stage_basis, raised_values
 
-   integer, parameter :: max_stages = 5
+   integer, parameter :: max_stages = 6
 
    type :: tableau_t
       integer :: stages = 0

@@ -308,10 +308,11 @@ contains
             if (.not. problem%candidates%bilateral(c) .and. state%reaction(c) > 0.0_wp .and. gap > 0.0_wp) &
                & call note_worst(accuracy%complementarity, state%reaction(c) * gap / (largest * problem%size), at, node=label)
             call foundation_answer(problem, c, gap, push, spring)
+            ! An open node may lie as deep as makes a force that equilibrium lets pass: where contact begins, as well as located.
             uncertain = rounding_gap(problem)
             if (.not. state%active(c)) uncertain = let_in * problem%size
             call note_worst(accuracy%foundation, (abs(state%reaction(c) - push) - spring * uncertain - &
-               & merge(unsettled, 0.0_wp, push <= 0.0_wp)) / largest, at, node=label)
+               & merge(unsettled, 0.0_wp, push <= 0.0_wp .or. .not. state%active(c))) / largest, at, node=label)
          end if
          if (problem%candidates%bilateral(c)) cycle
          pull = -state%reaction(c) - unsettled

@@ -15,8 +15,8 @@ module element_gap
    use force_law, only: segment_open, segment_unknown
    implicit none
    private
-   public :: element_gap_t, new_element_gap, ground_gap, gap_look, gap_value, gap_parts, gap_crossings, gap_extreme, &
-      & most_samples, most_crossings, most_parts
+   public :: element_gap_t, gap_root_t, new_element_gap, ground_gap, gap_look, gap_value, gap_parts, gap_crossings, gap_extreme, &
+      & root_factor, is_at, most_samples, most_crossings, most_parts
 
    integer, parameter :: most_samples = 2 * max_stages + 2
    integer, parameter :: most_crossings = 2 * most_samples  !! of a value: none or one, or two in a dip, between two samples
@@ -37,6 +37,18 @@ module element_gap
       logical :: sampled = .false.
       real(wp) :: sample(0:most_samples) = 0.0_wp
    end type element_gap_t
+
+   !> A root that the gap has whatever happens, see held_ends.
+   type :: gap_root_t
+      real(wp) :: at = 0.0_wp                   !! where; of the element or elsewhere on the rod
+      real(wp) :: scale = 1.0_wp                !! > 0, what distances from it are measured in
+      integer :: order = 1
+      real(wp) :: limit = 0.0_wp                !! the gap over that power of the measured distance, there
+   end type gap_root_t
+
+   !> Measured distance from a root below which it is the limit that counts: of first order the rounding of gaps over the distance
+   !> is then as small as what the limit changes by, to second order.
+   real(wp), parameter :: at_root = epsilon(1.0_wp)**(1.0_wp / 3.0_wp)
 
 contains
 
@@ -214,12 +226,13 @@ contains
    end subroutine gap_crossings
 
    !> Largest or smallest gap between two places, ends included: from samples, the best improved by parabolas.
-   pure subroutine gap_extreme(problem, gap, largest, from, to, value, tau)
+   pure subroutine gap_extreme(problem, gap, largest, from, to, value, tau, root)
       type(problem_t), intent(in) :: problem
       type(element_gap_t), intent(in) :: gap
       logical, intent(in) :: largest            !! false: the smallest
       real(wp), intent(in) :: from, to          !! 0 <= from <= to <= 1
       real(wp), intent(out) :: value, tau
+      type(gap_root_t), intent(in), optional :: root(:) !! divided out; `at` and `scale` in parts of the element
       integer, parameter :: rounds = 40
       real(wp), parameter :: finest = 1.0e-4_wp !! of the stretch: differences of three values have half their digits
       real(wp) :: step, f(3), curvature, place, middle, last, sense
@@ -255,9 +268,42 @@ contains
 
       pure real(wp) function at(t)
          real(wp), intent(in) :: t
-         at = sense * gap_value(problem, gap, t)
+         at = gap_value(problem, gap, t)
+         if (present(root)) at = without_roots(at, t, root)
+         at = sense * at
       end function at
    end subroutine gap_extreme
+
+   !> A gap over its roots' powers of the distance.
+   pure real(wp) function without_roots(gap, at, root) result(value)
+      real(wp), intent(in) :: gap
+      real(wp), intent(in) :: at                !! where it is, as the roots have it
+      type(gap_root_t), intent(in) :: root(:)
+      integer :: k
+      value = gap
+      do k = 1, size(root)
+         if (is_at(root(k), at)) value = root(k)%limit
+      end do
+      value = value * root_factor(at, root)
+   end function without_roots
+
+   !> What that makes of a gap; at a root, of its limit.
+   pure real(wp) function root_factor(at, root) result(factor)
+      real(wp), intent(in) :: at
+      type(gap_root_t), intent(in) :: root(:)
+      integer :: k
+      factor = 1.0_wp
+      do k = 1, size(root)
+         if (.not. is_at(root(k), at)) factor = factor * (root(k)%scale / abs(at - root(k)%at))**root(k)%order
+      end do
+   end function root_factor
+
+   !> True for a place that is a root's but for rounding.
+   elemental logical function is_at(root, at)
+      type(gap_root_t), intent(in) :: root
+      real(wp), intent(in) :: at
+      is_at = abs(at - root%at) <= at_root * root%scale
+   end function is_at
 
    !> Values at equal distances.
    subroutine take_samples(problem, gap)

@@ -25,7 +25,7 @@ module ground_segments
    !> k h^4/EI up to which the collocation of so many stages follows what a foundation does to a rod. There the amplitudes fall
    !> along the rod as the exponential of z = (k/EI)^(1/4) h at 45 degrees to the real axis; the stability function of the
    !> method, the diagonal Pade approximant, falls up to the fourth root of these values only: stiffer is longer waves.
-   real(wp), parameter :: stiffest(max_stages) = [16.0_wp, 144.0_wp, 667.4_wp, 2059.0_wp, 4434.6_wp]
+   real(wp), parameter :: stiffest(max_stages) = [16.0_wp, 144.0_wp, 667.4_wp, 2059.0_wp, 4434.6_wp, 7682.8_wp]
 
 contains
 

@@ -89,7 +89,8 @@ contains
       end do
    end function equal_shares
 
-   !> The same, nowhere so much less than beside it that neighbours would differ by more than a factor in length.
+   !> The same, nowhere so much less than beside it that neighbours would differ by more than a factor in length; but no more than
+   !> lengths that grow by this factor, from the one beside on, take to fill a piece: beside a span that has all but gone.
    pure function with_smooth_density(demand) result(smooth)
       type(demand_t), intent(in) :: demand
       type(demand_t) :: smooth
@@ -99,11 +100,23 @@ contains
       n = size(length)
       length = demand%at(2:) - demand%at(:n)
       do i = 2, n
-         smooth%elements(i) = max(smooth%elements(i), length(i) * smooth%elements(i - 1) / (steepest * length(i - 1)))
+         smooth%elements(i) = max(smooth%elements(i), beside(length(i), length(i - 1), smooth%elements(i - 1)))
       end do
       do i = n - 1, 1, -1
-         smooth%elements(i) = max(smooth%elements(i), length(i) * smooth%elements(i + 1) / (steepest * length(i + 1)))
+         smooth%elements(i) = max(smooth%elements(i), beside(length(i), length(i + 1), smooth%elements(i + 1)))
       end do
+
+   contains
+
+      !> How many elements a piece wants beside one with some.
+      pure real(wp) function beside(length, next, elements) result(wanted)
+         real(wp), intent(in) :: length, next   !! of the pieces
+         real(wp), intent(in) :: elements       !! of the other one
+         wanted = 0.0_wp
+         if (.not. next > 0.0_wp) return
+         wanted = length * elements / (steepest * next)
+         if (wanted > 1.0_wp) wanted = min(wanted, 2.0_wp + log(wanted) / log(steepest))
+      end function beside
    end function with_smooth_density
 
    !> The same in whole parts of an element. Pieces that are alike but for rounding want the same to the last bit: symmetric

@@ -6,10 +6,12 @@ module event_location
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: linearise
-   use path_control, only: path_length, is_arc_length
+   use path_control, only: path_length, is_arc_length, can_be_held, holding_value
    use path_continuity, only: heading_t, lies_between, alike, largest_distance
    use increment_points, only: division_t, new_division, point_within, chord_fraction
-   use path_events, only: event_t, event_value, event_bifurcation, event_release, event_contact, event_limit, event_turning
+   use corrector, only: increment_t, correct
+   use path_events, only: event_t, event_value, event_bifurcation, event_release, event_contact, event_limit, event_turning, &
+      & event_value_reached, event_stop
    use sightings, only: sighting_t
    use smooth_zero, only: locate_smooth, zero_eigenvalue
    use path_run, only: run_t, heading_of, probe_at
@@ -57,6 +59,7 @@ contains
          call bracket_zero(problem, step, run, trial, ahead, division, sighting, timers)
       end if
       if (.not. sighting%located) return
+      if (any(sighting%event%kind == [event_value_reached, event_stop])) call meet_value(problem, run, sighting, timers)
       if (division%smooth) then
          sighting%located = is_what_it_says(problem, step, run, trial, ahead, sighting)
       else if (division%length > 0.0_wp .and. is_arc_length(run%control%method)) then
@@ -224,6 +227,30 @@ contains
          if (releases .and. located) located = all(below%active .eqv. above%active)
       end associate
    end subroutine bracket_zero
+
+   !> The point at the value itself, from the place next to it that the bracket has left. Where it cannot be prescribed, or Newton's
+   !> method does not get there, the place stays; its bars have what is left.
+   subroutine meet_value(problem, run, sighting, timers)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(inout) :: run            !! its system ends up factored at the place
+      type(sighting_t), intent(inout) :: sighting  !! located
+      type(timers_t), intent(inout) :: timers
+      type(increment_t) :: report
+      type(state_t) :: there
+      type(heading_t) :: heading
+      real(wp) :: left
+      if (.not. can_be_held(problem, sighting%event%monitor)) return
+      call linearise(problem, sighting%place, sighting%place, run%system, timers)
+      left = event_value(problem, sighting%event, sighting%place, probe_at(problem, run, sighting%place, sighting%heading))
+      there = sighting%place
+      call correct(problem, sighting%place, holding_value(sighting%event%monitor, -left), .false., there, run%system, report, &
+         & timers)
+      if (.not. report%converged) return
+      heading = heading_of(problem, run, there)
+      sighting%event%held = .true.
+      sighting%place = there
+      sighting%heading = heading
+   end subroutine meet_value
 
    !> Whether the place lies on the path between both ends, a limit point above (or below) both of them.
    logical function is_what_it_says(problem, step, run, trial, ahead, sighting) result(right)

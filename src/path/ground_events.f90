@@ -1,16 +1,18 @@
 !> Regions of contact with distributed foundations that appear, vanish, split or merge between two points of the path.
 !>
 !> The event's function is the smallest gap on the stretch where the region is, or the largest local maximum of the gap
-!> where it opens: it changes smoothly, wherever inside an element that happens, and follows what moves.
+!> where it opens: it changes smoothly, wherever inside an element that happens, and follows what moves. Roots that the gap has at
+!> held ends of the chain are divided out of it (held_ends).
 module ground_events
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
    use ground_regions, only: smallest_ground_gap, inner_opening
+   use held_ends, only: root_orders, chain_roots
    use path_record, only: region_t
    implicit none
    private
-   public :: ground_event_t, find_ground_events, ground_event_value, ground_event_place
+   public :: ground_event_t, find_ground_events, find_roots, ground_event_value, ground_event_place, ground_event_gap
 
    !> What happens on a stretch of a contact's chain.
    type :: ground_event_t
@@ -18,6 +20,7 @@ module ground_events
       integer :: contact = 0                   !! index into model%contact
       real(wp) :: from = 0.0_wp, to = 0.0_wp   !! arc lengths
       logical :: divided = .false.             !! a region splits there, or two merge
+      integer :: root(2) = 0                   !! orders of the gap's roots at ends of the chain, see held_ends; 0: none
    end type ground_event_t
 
 contains
@@ -235,35 +238,59 @@ contains
       overlap_length = min(a%end, b%end) - max(a%start, b%start)
    end function overlap_length
 
+   !> The roots that the gap has at ends of the stretch in both states.
+   subroutine find_roots(problem, from, to, event)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, to
+      type(ground_event_t), intent(inout) :: event
+      if (event%divided) return
+      event%root = min(root_orders(problem, from, event%contact, event%from, event%to), &
+         & root_orders(problem, to, event%contact, event%from, event%to))
+   end subroutine find_roots
+
    !> Positive on the side where the region is (whole).
    real(wp) function ground_event_value(problem, state, event) result(value)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(ground_event_t), intent(in) :: event
       integer :: candidate
-      real(wp) :: tau
-      call look_at_place(problem, state, event, value, candidate, tau)
+      real(wp) :: tau, factor
+      call look_at_place(problem, state, event, value, candidate, tau, factor)
    end function ground_event_value
 
-   !> Where that value is.
-   subroutine ground_event_place(problem, state, event, candidate, tau)
+   !> The gap at that place: what is left of contact where the event is.
+   real(wp) function ground_event_gap(problem, state, event) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(ground_event_t), intent(in) :: event
-      integer, intent(out) :: candidate        !! of the foundations' chain: on the element after it, 0: nowhere
+      type(ground_event_t) :: with_roots
+      with_roots = event
+      with_roots%root = 0
+      gap = abs(ground_event_value(problem, state, with_roots))
+   end function ground_event_gap
+
+   !> Where that value is.
+   subroutine ground_event_place(problem, state, event, candidate, tau, factor)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(ground_event_t), intent(in) :: event
+      integer, intent(out) :: candidate        !! of the foundations' chain: on the element after it, 0: nowhere, or at a root
       real(wp), intent(out) :: tau             !! 0 to 1
+      real(wp), intent(out) :: factor          !! of the gap there: what the roots make of it
       real(wp) :: value
-      call look_at_place(problem, state, event, value, candidate, tau)
+      call look_at_place(problem, state, event, value, candidate, tau, factor)
+      if (.not. factor > 0.0_wp) candidate = 0
    end subroutine ground_event_place
 
-   subroutine look_at_place(problem, state, event, value, candidate, tau)
+   subroutine look_at_place(problem, state, event, value, candidate, tau, factor)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(ground_event_t), intent(in) :: event
       real(wp), intent(out) :: value
       integer, intent(out) :: candidate
-      real(wp), intent(out) :: tau
+      real(wp), intent(out) :: tau, factor
       real(wp) :: closed, from, to
+      factor = 1.0_wp
       closed = problem%ground%chain%chain_length(event%contact)
       from = event%from
       ! The chain's list covers one round and the next.
@@ -271,6 +298,9 @@ contains
       to = event%to + (from - event%from)
       if (event%divided) then
          value = -inner_opening(problem, state, event%contact, from, to, candidate, tau)
+      else if (any(event%root > 0)) then
+         value = -smallest_ground_gap(problem, state, event%contact, from, to, candidate, tau, &
+            & chain_roots(problem, state, event%contact, event%root), factor)
       else
          value = -smallest_ground_gap(problem, state, event%contact, from, to, candidate, tau)
       end if

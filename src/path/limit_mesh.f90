@@ -13,7 +13,7 @@ module limit_mesh
    use error_report, only: bars_on_curve
    use error_bar, only: error_bars_t
    use mesh_demand, only: demand_t
-   use mesh_request, only: request_mesh
+   use mesh_request, only: refinement_t, request_mesh
    use timing, only: timers_t, count_up, counter_remeshed
    implicit none
    private
@@ -43,11 +43,11 @@ contains
       type(trial_t) :: trial
       type(error_bars_t), allocatable :: bars
       type(demand_t), allocatable :: demand(:)
-      real(wp) :: place(2), last, sizes(1 + size(follower%problem%deck%monitor))
+      type(refinement_t) :: last
+      real(wp) :: place(2), sizes(1 + size(follower%problem%deck%monitor))
       integer :: tries, searches
       logical :: unsettled
       if (.not. (step%error_bars .and. step%asked > 0.0_wp .and. any(follower%problem%layout%stretch%placed))) return
-      last = huge(last)
       do tries = 0, most_meshes
          call bars_here(follower, bars, timers)
          sizes = abs(follower%state%load_factor)

@@ -18,7 +18,7 @@
 module path_control
    use kinds, only: wp
    use model, only: method_load, method_displacement, method_cylindrical, method_spherical, method_linearised, &
-      & method_minimum_residual, method_variable_load, method_generalised, method_largest
+      & method_minimum_residual, method_variable_load, method_generalised, method_largest, quantity_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
    use state_transfer, only: displacements_at, field_at
@@ -29,7 +29,7 @@ module path_control
    implicit none
    private
    public :: control_t, control_row, held_row, control_error, is_arc_length, set_tangent, path_length, metric, turning, &
-      & displacement_between, follow_nodes
+      & displacement_between, follow_nodes, can_be_held, holding_value
 
    type :: control_t
       integer :: method = method_load
@@ -51,6 +51,23 @@ contains
       is_arc_length = any(method == [method_cylindrical, method_spherical, method_linearised, &
          & method_minimum_residual, method_variable_load, method_generalised, method_largest])
    end function is_arc_length
+
+   !> True for the load factor, and for monitors that an increment can prescribe.
+   pure logical function can_be_held(problem, monitor)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: monitor             !! 0: the load factor
+      can_be_held = monitor == 0
+      if (monitor > 0) can_be_held = problem%deck%monitor(monitor)%quantity == quantity_displacement
+   end function can_be_held
+
+   !> The control that goes on until a number that can be held has changed by so much.
+   pure type(control_t) function holding_value(monitor, change) result(control)
+      integer, intent(in) :: monitor             !! 0: the load factor
+      real(wp), intent(in) :: change             !! in its unit
+      control%method = merge(method_displacement, method_load, monitor > 0)
+      control%monitor = monitor
+      control%increment = change
+   end function holding_value
 
    !> True for the strategies whose corrections are normal to something: they have no constraint that a point must meet.
    pure logical function is_free(method)

@@ -10,7 +10,7 @@ module path_events
    use contact_regions, only: region_of, resolved_contact
    use gap_profile, only: smallest_gap
    use ground_regions, only: find_ground_regions, taken_along
-   use ground_events, only: ground_event_t, find_ground_events, ground_event_value
+   use ground_events, only: ground_event_t, find_ground_events, find_roots, ground_event_value
    use path_record, only: region_t
    implicit none
    private
@@ -48,6 +48,7 @@ module path_events
       logical :: divided = .false.            !! contact: a region splits there, or two merge
       type(ground_event_t) :: ground          !! contact with a distributed foundation: what happens where
       real(wp) :: gap_scale = 1.0_wp, reaction_scale = 1.0_wp !! contact: make both branches comparable
+      logical :: held = .false.               !! value events: it has been met by prescribing it, to rounding
       logical :: load_tells = .false.         !! the load grows so steadily over the increment that it tells parts of it
       real(wp) :: scale = 1.0_wp              !! what the zero of its function was measured against
       real(wp) :: before = 0.0_wp, after = 0.0_wp !! its function at both ends of the increment
@@ -155,6 +156,7 @@ contains
          do k = 1, size(found)
             event = event_t(kind=event_contact, label=found(k)%label)
             event%ground = found(k)
+            call find_roots(problem, from, to, event%ground)
             event%divided = found(k)%divided
             allocate (event%marked(problem%candidates%n), source=.false.)
             if (found(k)%label == 'C-') event%note = merge('a contact region splits', 'contact lost           ', event%divided)

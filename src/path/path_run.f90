@@ -9,6 +9,7 @@ module path_run
    use mesh_demand, only: demand_t
    use path_control, only: control_t, displacement_between
    use error_bar, only: error_bars_t
+   use mesh_request, only: refinement_t
    use landmarks, only: landmark_t, landmarks_t
    use monitor_rows, only: monitor_change
    use path_continuity, only: heading_t, heading_at, goes_back
@@ -44,7 +45,7 @@ module path_run
       integer :: beginning_in = 0                !! the element that it begins in, or 0
       logical :: on_bifurcation = .false.        !! the last point is one that was recorded: its pivots have the sign of rounding
       real(wp) :: motion(2) = 0.0_wp             !! largest displacement and rotation so far
-      real(wp) :: excess = 0.0_wp                !! of the last trial that wanted another mesh: its error over what is allowed
+      type(refinement_t) :: refinement           !! what the meshes of the point have been worth
       logical :: unsettled = .false.             !! the last trial wants smaller residuals, and nothing was recorded
       type(demand_t), allocatable :: wanted(:)   !! (stretches) the mesh that the last trial asks for, of which nothing was
       !! recorded; not allocated: it is as good as the deck asks

@@ -10,6 +10,7 @@ module span_mesh
    use span_start, only: prepare_spans
    use span_problem, only: new_span_problem, present_touches, present_demand, outgrown
    use mesh_change, only: carry_over
+   use mesh_demand, only: demand_t
    use ground_mark, only: cut_t
    use ground_cuts, only: find_cuts, marked
    use ground_segments, only: tell_segments
@@ -64,18 +65,20 @@ contains
       logical, intent(out) :: taken                  !! the trial is in equilibrium on the new mesh, and the system factored there
       logical, intent(out) :: done                   !! false: no equilibrium was found on it, nothing has changed
       type(timers_t), intent(inout) :: timers
-      type(problem_t) :: asked
+      type(problem_t) :: asked, here
       type(cut_t), allocatable :: cut(:)
       taken = .false.
       done = .false.
       asked = problem
       asked%demand = run%wanted
       deallocate (run%wanted)
+      here = asked
+      here%demand = taken_along(problem, run%state, asked%demand)
       cut = find_cuts(problem, trial)
       ! Without a load nothing says where contact will end.
       if (settled .and. run%fresh) call take_trial(asked, problem, run, trial, taken, timers)
       if (.not. taken .and. (problem%has_spans() .or. run%from_point .or. marked(problem, trial, cut))) &
-         & call stand_on(new_span_problem(asked, &
+         & call stand_on(new_span_problem(here, &
          & present_touches(problem, run%state), run%state, find_cuts(problem, run%state)), problem, run, done, timers)
       ! Where contact has just been told by nodes, or by elements on foundations, the run does not stand on a point of these spans.
       if (.not. (taken .or. done)) run%before = present_demand(problem, run%state)
@@ -83,6 +86,24 @@ contains
       done = done .or. taken
       if (done) call count_up(timers, counter_remeshed)
    end subroutine refine_mesh
+
+   !> What elements are wanted of a mesh, as its nodes stand in a state: those of a span go with its ends, so that where they are
+   !> wanted at a trial they come to from here.
+   function taken_along(problem, state, demand) result(here)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(demand_t), intent(in) :: demand(:)        !! of pieces that are the elements of the problem, or others
+      type(demand_t) :: here(size(demand))
+      integer :: k
+      here = present_demand(problem, state)
+      do k = 1, size(demand)
+         if (size(here(k)%elements) == size(demand(k)%elements)) then
+            here(k)%elements = demand(k)%elements
+         else
+            here(k) = demand(k)
+         end if
+      end do
+   end function taken_along
 
    !> The trial on another mesh, and the run's point, as it is, with it.
    subroutine take_trial(asked, problem, run, trial, taken, timers)

@@ -117,9 +117,9 @@ contains
             return
          end if
          push = held_force(problem, state, c) / scale
-         ! Where a line goes on nothing is held, and what is left is what equilibrium leaves.
+         ! Where a line goes on nothing is held, and what is left is what equilibrium leaves. A point's force has its zero there.
          noise = max(10.0_wp * problem%model%step(problem%step)%tolerance, 1.0e-10_wp)
-         if (abs(push) <= noise) push = 0.0_wp
+         if (problem%touch(problem%candidates%touch(c))%line .and. abs(push) <= noise) push = 0.0_wp
          ! A support that leaves takes the node along, and so does another obstacle.
          if (closes_gap(problem, state, c)) return
          call candidate_gap(problem, state, c, lift, normal, bend)
