@@ -22,6 +22,7 @@ module mesh_request
    type :: refinement_t
       real(wp) :: ratio = huge(1.0_wp)           !! the error over what is allowed
       integer :: elements = 0                    !! and how many elements had it
+      integer :: too_coarse = 0                  !! the most elements of a mesh, here or before, that told nothing of its errors
    end type refinement_t
 
    real(wp), parameter :: part_of_asked = 0.5_wp !! of what is asked that a new mesh is to need: its bar is a forecast
@@ -60,7 +61,7 @@ contains
       free = problem%layout%stretch(problem%stretch)%placed
       now = count(free)
       unsettled = .false.
-      if (tries == 0) last = refinement_t()
+      if (tries == 0) last = refinement_t(too_coarse=last%too_coarse)
       if (now == 0) return
       call indicate(bars, sizes, counted, asked, critical, critical .and. tries < most_unbounded, can_settle, indicator, ratio, &
          & known, bounded, unsettled)
@@ -91,7 +92,7 @@ contains
             if (now >= 2 * last%elements) return
             doubled = .true.
          else
-            last = refinement_t(ratio, now)
+            last = refinement_t(ratio, now, last%too_coarse)
          end if
          ! What the given elements contribute no other mesh takes away.
          if (2.0_wp * sum(indicator, mask=free) < sum(indicator)) return
@@ -102,7 +103,7 @@ contains
          g = g / whole
       else
          if (tries > most_unknown) return
-         last = refinement_t()
+         last = refinement_t(too_coarse=max(last%too_coarse, problem%model%mesh%n_elements))
          wanted = 2.0_wp * now
       end if
       if (.not. (known .and. bounded)) then

@@ -67,6 +67,7 @@ contains
       type(timers_t), intent(inout) :: timers
       type(problem_t) :: asked, here
       type(cut_t), allocatable :: cut(:)
+      integer :: k
       taken = .false.
       done = .false.
       asked = problem
@@ -77,14 +78,27 @@ contains
       cut = find_cuts(problem, trial)
       ! Without a load nothing says where contact will end.
       if (settled .and. run%fresh) call take_trial(asked, problem, run, trial, taken, timers)
-      if (.not. taken .and. (problem%has_spans() .or. run%from_point .or. marked(problem, trial, cut))) &
-         & call stand_on(new_span_problem(here, &
-         & present_touches(problem, run%state), run%state, find_cuts(problem, run%state)), problem, run, done, timers)
+      if (.not. taken .and. (problem%has_spans() .or. run%from_point .or. marked(problem, trial, cut))) call stand_here()
       ! Where contact has just been told by nodes, or by elements on foundations, the run does not stand on a point of these spans.
       if (.not. (taken .or. done)) run%before = present_demand(problem, run%state)
       if (.not. (taken .or. done)) call take_trial(asked, problem, run, trial, taken, timers)
+      ! Newton's method may not settle on one mesh and does on another, which may be finer than was asked for.
+      if (.not. (taken .or. done) .and. problem%has_spans()) then
+         do k = 1, size(here%demand)
+            here%demand(k)%elements = 2.0_wp * here%demand(k)%elements
+         end do
+         call stand_here()
+      end if
       done = done .or. taken
       if (done) call count_up(timers, counter_remeshed)
+
+   contains
+
+      !> The run's point on the mesh that is asked for.
+      subroutine stand_here()
+         call stand_on(new_span_problem(here, present_touches(problem, run%state), run%state, find_cuts(problem, run%state)), &
+            & problem, run, done, timers)
+      end subroutine stand_here
    end subroutine refine_mesh
 
    !> What elements are wanted of a mesh, as its nodes stand in a state: those of a span go with its ends, so that where they are
