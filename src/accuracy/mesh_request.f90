@@ -17,8 +17,7 @@ module mesh_request
    private
    public :: refinement_t, request_mesh, spare_mesh, motion_sizes, value_sizes, excess
 
-   !> What the meshes of a point have been worth: by one of at least twice as many elements errors fall to a sixteenth, whatever the
-   !> order, where elements are what they come from.
+   !> What the meshes of a point have been worth.
    type :: refinement_t
       real(wp) :: ratio = huge(1.0_wp)           !! the error over what is allowed
       integer :: elements = 0                    !! and how many elements had it
@@ -30,6 +29,7 @@ module mesh_request
    real(wp), parameter :: of_rest = 1.4_wp       !! times what the iteration has left is its part of a bar, see error_bar
    real(wp), parameter :: most_spared = 0.7_wp   !! of the elements: a mesh that is hardly coarser is not worth its change
    integer, parameter :: most_unbounded = 2      !! meshes for a bar that is narrow enough, but has no bounds
+   integer, parameter :: few = 4                 !! on a stretch
    integer, parameter :: most_unknown = 5        !! and for one that has none at all
    !> Nothing is asked of what rounding leaves of a place, over the size: in runs of a prototype it was up to this.
    real(wp), parameter :: place_rounding = 3.0e-14_wp
@@ -86,10 +86,10 @@ contains
       end if
       if (known) then
          ! Where more elements do not help it is not their number. Of a few errors may cancel, and no longer of some more: of twice
-         ! as many they do not.
+         ! as many they do not. (Twice as many at any number would be twice as many at every point where it is not their number.)
          doubled = .false.
          if (tries > most_unbounded .and. ratio > enough_progress * last%ratio) then
-            if (now >= 2 * last%elements) return
+            if (now > few * count(problem%layout%stretch%placed)) return
             doubled = .true.
          else
             last = refinement_t(ratio, now, last%too_coarse)
