@@ -74,18 +74,15 @@ contains
    end subroutine start_point
 
    !> From a point, or the start, to the one at the control's increment.
-   subroutine next_point(path, increment, point, timers, roughly)
+   subroutine next_point(path, increment, point, timers)
       type(finer_path_t), intent(in) :: path
       real(wp), intent(in) :: increment
       type(finer_point_t), intent(inout) :: point
       type(timers_t), intent(inout) :: timers
-      logical, intent(in), optional :: roughly   !! one Newton step: all but what that leaves, of second order
       type(contact_step_t) :: step
-      integer :: k, most
-      most = steps
-      if (present(roughly)) most = merge(1, steps, roughly)
+      integer :: k
       associate (problem => path%problem)
-         do k = 1, most
+         do k = 1, steps
             if (.not. point%ok) return
             call solve_step(path, increment, point, step, timers)
             if (.not. point%ok) return
