@@ -30,14 +30,16 @@ contains
       type(finer_point_t), intent(in) :: point   !! the same point of it
       integer, intent(in) :: allowed             !! differences that an event at the point explains
       type(timers_t), intent(inout) :: timers
+      integer :: own, finer                      !! of the event's eigenvalues, that rounding makes negative
       difference = point%system%negative_pivots - system%negative_pivots
       if (abs(difference) <= allowed .or. size(problem%hinge) > 0) difference = 0
       if (difference == 0) return
       if (.not. points_tell(problem, state, path%problem, point%state)) difference = 0
       if (difference == 0) return
-      if (.not. signs_tell(problem, state, system, allowed, timers)) difference = 0
+      if (.not. signs_tell(problem, state, system, allowed, own, timers)) difference = 0
       if (difference == 0) return
-      if (.not. signs_tell(path%problem, point%state, point%system, allowed, timers)) difference = 0
+      if (.not. signs_tell(path%problem, point%state, point%system, allowed, finer, timers)) difference = 0
+      if (difference /= 0) difference = difference - (finer - own)
    end function unstable_difference
 
    !> True where both agree how much more than its obstacle the rod is curved at every contact point: its stiffness against turning
@@ -57,20 +59,23 @@ contains
    end function points_tell
 
    !> True where no eigenvalue is zero as far as rounding tells, but those of an event.
-   logical function signs_tell(problem, state, system, zeros, timers)
+   logical function signs_tell(problem, state, system, zeros, negative, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
       integer, intent(in) :: zeros               !! eigenvalues of the event
+      integer, intent(out) :: negative           !! of these
       type(timers_t), intent(inout) :: timers
       type(modes_t) :: modes
       type(error_t), allocatable :: error
       type(zero_t) :: zero
       integer :: k
+      negative = 0
       k = 1 + zeros
       call lowest_modes(problem, state, system, k, modes, error, timers)
       signs_tell = .not. allocated(error) .and. modes%n >= k
       if (.not. signs_tell) return
+      negative = count(modes%mu(:zeros) < 0.0_wp)
       zero%modes = modes%x(:, k:k)
       signs_tell = abs(modes%mu(k)) > beyond_rounding * mode_rounding(problem, state, system, zero, timers)
    end function signs_tell
