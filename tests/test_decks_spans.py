@@ -197,3 +197,48 @@ def test_a_stop_inside_a_line_contact():
     stopped = dr.run_deck(dr.changed(text, ("*MONITOR, NAME=height", "*GAP, NAME=LID, DIRECTION=-90\n1, 100.\n*MONITOR, NAME=height")))
     assert "do not get on" not in stopped.stdout
     dr.assert_close(stopped.column("load_factor")[-1], alone.column("load_factor")[-1], relative=1e-7)
+
+
+BEAM_OVER_A_WALL = """*HEADING
+A beam on two supports sags onto a wall; a node divides it, nothing else
+*NODE
+1, 0., 0.
+2, {node}, 0.
+3, 1., 0.
+*LINE, ELSET=LEFT, NSET=BEAM, TYPE=GE8
+1, 2{count}
+*LINE, ELSET=RIGHT, NSET=BEAM, TYPE=GE8
+2, 3{count}
+*BEAM SECTION, ELSET=LEFT, SECTION=STIFFNESS
+1e5, 1.
+*BEAM SECTION, ELSET=RIGHT, SECTION=STIFFNESS
+1e5, 1.
+*BOUNDARY
+1, PINNED
+3, 2
+*OBSTACLE, NAME=WALL, TYPE=LINE
+0., -0.01, 1., -0.01
+*CONTACT, OBSTACLE=WALL, NSET=BEAM
+*STEP
+*ACCURACY
+*STATIC, METHOD=LOAD
+0.05
+*DLOAD
+LEFT, PY, -10.
+RIGHT, PY, -10.
+*CLOAD
+3, 6, 0.3
+*STOP
+LOAD, ABOVE, 0.1
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("node", [0.48, 0.5, 0.53])
+def test_where_contact_begins_beside_a_node(node):
+    """Between the node and the first place inside an element where the gap is looked at the rod came down, and it touched at the node later.
+    The node only divides a uniform beam."""
+    (begins,) = dr.run_deck(BEAM_OVER_A_WALL.format(node=node, count="")).labelled("C+")
+    finer, *_ = dr.run_deck(BEAM_OVER_A_WALL.format(node=node, count=", 12")).labelled("C+")
+    dr.assert_close(begins.load_factor, finer.load_factor, relative=1e-6)
+    dr.assert_close(begins.load_factor, 0.0671384205, relative=1e-6)

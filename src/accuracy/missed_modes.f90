@@ -7,9 +7,12 @@ module missed_modes
    use errors, only: error_t
    use problem, only: problem_t
    use rod_state, only: state_t
-   use linear_system, only: system_t
+   use linear_system, only: system_t, new_system
+   use bordered_system, only: linearise
    use conforming_span, only: excess_curvature
    use tangent_modes, only: modes_t, lowest_modes
+   use weak_lines, only: release_lines
+   use finer_problem, only: new_finer_problem, new_finer_state
    use finer_path, only: finer_path_t, finer_point_t
    use located_zero, only: zero_t, mode_rounding
    use timing, only: timers_t
@@ -30,17 +33,54 @@ contains
       type(finer_point_t), intent(in) :: point   !! the same point of it
       integer, intent(in) :: allowed             !! differences that an event at the point explains
       type(timers_t), intent(inout) :: timers
-      integer :: own, finer                      !! of the event's eigenvalues, that rounding makes negative
-      difference = point%system%negative_pivots - system%negative_pivots
-      if (abs(difference) <= allowed .or. size(problem%hinge) > 0) difference = 0
-      if (difference == 0) return
-      if (.not. points_tell(problem, state, path%problem, point%state)) difference = 0
-      if (difference == 0) return
-      if (.not. signs_tell(problem, state, system, allowed, own, timers)) difference = 0
-      if (difference == 0) return
-      if (.not. signs_tell(path%problem, point%state, point%system, allowed, finer, timers)) difference = 0
-      if (difference /= 0) difference = difference - (finer - own)
+      difference = 0
+      if (size(problem%hinge) > 0) return
+      difference = certain_difference(problem, state, system, path%problem, point%state, point%system, allowed, timers)
+      if (difference == 0) difference = released_difference(problem, state, system, allowed, timers)
    end function unstable_difference
+
+   !> The same of a problem and a finer one; 0 where the signs do not tell.
+   integer function certain_difference(problem, state, system, finer, better, linear, allowed, timers) result(difference)
+      type(problem_t), intent(in) :: problem, finer
+      type(state_t), intent(in) :: state, better
+      type(system_t), intent(in) :: system, linear  !! factored there
+      integer, intent(in) :: allowed
+      type(timers_t), intent(inout) :: timers
+      integer :: zeros(2)                        ! of the event's eigenvalues, that rounding makes negative
+      difference = linear%negative_pivots - system%negative_pivots
+      if (abs(difference) <= allowed) difference = 0
+      if (difference == 0) return
+      if (.not. points_tell(problem, state, finer, better)) difference = 0
+      if (difference == 0) return
+      if (.not. signs_tell(problem, state, system, allowed, zeros(1), timers)) difference = 0
+      if (difference == 0) return
+      if (.not. signs_tell(finer, better, linear, allowed, zeros(2), timers)) difference = 0
+      if (difference /= 0) difference = difference - (zeros(2) - zeros(1))
+   end function certain_difference
+
+   !> The same without lines that carry no force: a straight rod that lies on a straight wall is exact on any mesh, and held.
+   integer function released_difference(problem, state, system, allowed, timers) result(difference)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system       !! factored there
+      integer, intent(in) :: allowed
+      type(timers_t), intent(inout) :: timers
+      type(problem_t) :: free, finer
+      type(state_t) :: released, better
+      type(system_t) :: loose, linear
+      logical :: any_weak
+      difference = 0
+      call release_lines(problem, state, system, free, released, any_weak)
+      if (.not. any_weak) return
+      loose = new_system(free)
+      call linearise(free, released, released, loose, timers)
+      call new_finer_problem(free, finer)
+      call new_finer_state(free, released, finer, better)
+      linear = new_system(finer)
+      call linearise(finer, better, better, linear, timers)
+      if (.not. (loose%ok .and. linear%ok)) return
+      difference = certain_difference(free, released, loose, finer, better, linear, allowed, timers)
+   end function released_difference
 
    !> True where both agree how much more than its obstacle the rod is curved at every contact point: its stiffness against turning
    !> goes with the inverse, and as it becomes a line, or two points, the sign of that is the sign of the error.

@@ -102,10 +102,15 @@ contains
          where = 0.5_wp * (from + to)
          do i = begin, end
             if (line%at(i) >= counts(1) .and. line%at(i) <= counts(2)) call take(gap(i), line%at(i))
-            if (i == 1 .or. i == size(gap)) cycle
-            if (gap(i) > gap(i - 1) .or. gap(i) > gap(i + 1)) cycle
-            ! No lower than the others, however deep it is between.
-            if (2.0_wp * gap(i) - max(gap(i - 1), gap(i + 1)) > least) cycle
+            if (i == 1 .or. i == size(gap)) then
+               ! Beside a breakpoint without a touch the rod may come down further inside.
+               if (line%touches(merge(1, 2, i == 1))) cycle
+               if (.not. falls_inwards(problem, state, line, i)) cycle
+            else
+               if (gap(i) > gap(i - 1) .or. gap(i) > gap(i + 1)) cycle
+               ! No lower than the others, however deep it is between.
+               if (2.0_wp * gap(i) - max(gap(i - 1), gap(i + 1)) > least) cycle
+            end if
             call find_minimum(problem, state, line, i, value, place)
             ! Next to a touch rounding makes minima, too.
             tops = [merge(maxval(gap(:i)), huge(value), line%touches(1)), merge(maxval(gap(i:)), huge(value), line%touches(2))]
@@ -224,7 +229,21 @@ contains
       end subroutine add
    end subroutine take_samples
 
-   !> The minimum between the neighbours of a sample that is lower than both, by golden sections.
+   !> True where the gap falls from the first or the last sample to the inside, and is larger again at the next one.
+   logical function falls_inwards(problem, state, line, i) result(falls)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(sampled_gap_t), intent(in) :: line
+      integer, intent(in) :: i
+      integer :: next
+      next = merge(i + 1, i - 1, i == 1)
+      falls = line%gap(next) >= line%gap(i)
+      ! A gap that falls by no more than rounding over the root of it falls by no more than rounding at all.
+      if (falls) falls = gap_along(problem, state, line, line%at(i) + sqrt(epsilon(1.0_wp)) * (line%at(next) - line%at(i))) &
+         & < line%gap(i)
+   end function falls_inwards
+
+   !> The minimum between the neighbours of a sample that is lower than these, by golden sections.
    subroutine find_minimum(problem, state, line, i, value, place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -235,7 +254,7 @@ contains
       integer, parameter :: sections = ceiling(log(epsilon(value)) / (2.0_wp * log(golden))) ! to the root of rounding
       real(wp) :: ends(2), inner(2), f(2)
       integer :: k
-      ends = [line%at(i - 1), line%at(i + 1)]
+      ends = [line%at(max(i - 1, 1)), line%at(min(i + 1, size(line%at)))]
       inner = [ends(2) - golden * (ends(2) - ends(1)), ends(1) + golden * (ends(2) - ends(1))]
       f = [gap_along(problem, state, line, inner(1)), gap_along(problem, state, line, inner(2))]
       do k = 1, sections
