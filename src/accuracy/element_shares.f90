@@ -312,30 +312,37 @@ contains
       integer, intent(in) :: e
       real(wp) :: force(6)
       real(wp) :: difference(6), by_end(6, 2)
-      integer, parameter :: first(3) = [1, 2, 3], second(3) = [4, 5, 6]
       logical :: singular(2)
       difference = finer%ef(:, e) - system%ef(:, e)
       force = difference
       if (.not. collocates(problem%model%mesh%family(e)) .or. problem%conforms(e) > 0) return
-      call by_displacement(first, second, by_end(:, 1), singular(1))
-      call by_displacement(second, first, by_end(:, 2), singular(2))
+      call by_displacement(0, 3, by_end(:, 1), singular(1))
+      call by_displacement(3, 0, by_end(:, 2), singular(2))
       if (.not. any(singular)) force = 0.5_wp * sum(by_end, dim=2)
 
    contains
 
       !> What one end would have to move by, the other one held, gives the finer element its forces there.
       subroutine by_displacement(held, moved, forces, singular)
-         integer, intent(in) :: held(3), moved(3)
+         integer, intent(in) :: held, moved      !! rows before those of the end
          real(wp), intent(out) :: forces(6)
          logical, intent(out) :: singular
          real(wp) :: stiffness(3, 3), gap(3, 1), h
-         stiffness = finer%ek(held, moved, e)
-         gap(:, 1) = difference(held)
+         integer :: j
+         stiffness = finer%ek(held + 1:held + 3, moved + 1:moved + 3, e)
+         gap(:, 1) = difference(held + 1:held + 3)
          h = problem%size
          call solve_small(3, stiffness, gap, singular, [h, h, 1.0_wp])
          if (singular) return
-         forces(held) = matmul(system%ek(held, moved, e), gap(:, 1))
-         forces(moved) = difference(moved) + matmul(system%ek(moved, moved, e) - finer%ek(moved, moved, e), gap(:, 1))
+         forces(held + 1:held + 3) = 0.0_wp
+         forces(moved + 1:moved + 3) = difference(moved + 1:moved + 3)
+         do j = 1, 3
+            associate (mine => system%ek(:, moved + j, e), its => finer%ek(:, moved + j, e))
+               forces(held + 1:held + 3) = forces(held + 1:held + 3) + mine(held + 1:held + 3) * gap(j, 1)
+               forces(moved + 1:moved + 3) = forces(moved + 1:moved + 3) + &
+                  & (mine(moved + 1:moved + 3) - its(moved + 1:moved + 3)) * gap(j, 1)
+            end associate
+         end do
       end subroutine by_displacement
    end function unbalanced
 
