@@ -9,8 +9,9 @@ module span_changes
    use span_regions, only: find_span_regions
    use line_pressure, only: virtual_pressure
    use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_pressure, test_length
-   use span_change, only: leg_t, change_t, next_t, new_leg, change_none, change_missed, change_by_rule, &
+   use span_change, only: leg_t, change_t, new_leg, change_none, change_missed, change_by_rule, &
       & change_opening, change_vanishing, place_here, place_ahead
+   use next_spans, only: next_t
    use span_events, only: find_change
    use span_beyond, only: look_beyond
    use span_set, only: take_set
