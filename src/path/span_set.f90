@@ -9,10 +9,10 @@ module span_set
    use contact_touch, only: touch_t
    use span_problem, only: present_touches, touch_place
    use free_span_gap, only: gap_at
-   use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, shortest
-   use span_rules, only: answer_t, answer_to
+   use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length
+   use span_rules, only: answer_t
    use span_mesh, only: take_touches
-   use held_openings, only: open_span, rest_held, find_flat_point, small_load, spreading_rate, first_length
+   use held_openings, only: open_span, rest_held, find_flat_point, small_load, spreading_rate
    use path_control, only: control_t, is_arc_length
    use path_continuity, only: heading_at
    use path_events, only: new_probe
@@ -27,19 +27,18 @@ module span_set
 contains
 
    !> Goes on with the set that a test's rule tells, in the sense in which what is new grows.
-   subroutine take_set(problem, run, test, timers)
+   subroutine take_set(problem, run, test, answer, timers)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run          !! at the place where the test is zero; stuck where there is no way on
       type(span_test_t), intent(in) :: test      !! there
+      type(answer_t), intent(in) :: answer       !! to it
       type(timers_t), intent(inout) :: timers
       type(problem_t) :: next
       type(run_t) :: on
       type(touch_t) :: before(size(problem%touch))
-      type(answer_t) :: answer
       real(wp) :: rate
       logical :: ok, parts
       before = present_touches(problem, run%state)
-      answer = answer_to(problem, run%state, test, before, run%touches, 2.0_wp * shortest, first_length)
       if (allocated(answer%why)) then
          run%stuck = answer%why
          return
