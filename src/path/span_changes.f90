@@ -18,6 +18,7 @@ module span_changes
    use span_arrival, only: take_next, come_nearer
    use contact_in_doubt, only: ask_nodes
    use path_continuity, only: heading_t
+   use path_control, only: path_length
    use path_run, only: run_t
    use path_acceptance, only: accept, wants_another
    use path_outcome, only: outcome_t
@@ -49,12 +50,14 @@ contains
       type(leg_t) :: leg
       type(change_t) :: change
       type(answer_t) :: answer
+      real(wp) :: reach
       logical :: shorter
       finished = .false.
       leg = new_leg(problem, run, trial, ahead, stuck)
       call find_change(problem, step, run, leg, change, timers)
       if (change%kind == change_by_rule) call look_beyond(problem, step, run, leg, change, timers)
       changed = change%kind /= change_none
+      reach = path_length(problem, leg%from, leg%to)
       if (change%kind == change_missed) then
          call go_less_far(problem, step, run, leg%after(change%which), timers)
          return
@@ -85,7 +88,7 @@ contains
       end if
       if (finished .or. allocated(outcome%why)) return
       if (change%kind == change_by_rule) then
-         call take_set(problem, run, change%tests(change%which), answer, timers)
+         call take_set(problem, run, change%tests(change%which), answer, reach, timers)
       else
          call come_nearer(problem, step, run, leg, change, timers)
          call take_next(problem, step, run, change%next, recorder, finished, outcome, timers)
