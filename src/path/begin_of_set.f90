@@ -2,7 +2,7 @@
 module begin_of_set
    use kinds, only: wp
    use span_tests, only: span_test_t, any_fails
-   use span_change, only: next_t, go_to_load
+   use next_spans, only: next_t, go_to_load
    use timing, only: timers_t
    implicit none
    private

@@ -5,13 +5,11 @@ module branches
    use errors, only: error_t
    use model, only: step_t, branch_t
    use problem, only: problem_t
-   use rod_state, only: state_t
    use linear_system, only: new_system
    use bordered_system, only: linearise
    use path_control, only: is_arc_length
    use path_run, only: run_t
    use landmarks, only: landmarks_t
-   use path_events, only: new_probe
    use point_recording, only: record
    use path_outcome, only: outcome_t, note_trouble
    use path_follower, only: follow_points

@@ -15,7 +15,7 @@ module contact_in_doubt
    use set_differences, only: differences_t, compare_sets
    use span_problem, only: new_sampled_problem, present_touches
    use nodes_to_spans, only: find_spans_ahead
-   use span_change, only: next_t
+   use next_spans, only: next_t
    use begin_of_set, only: go_back
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t, is_arc_length, displacement_between, path_length

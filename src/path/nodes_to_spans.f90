@@ -1,24 +1,21 @@
 !> From contact at many nodes, where the complementarity problem finds what touches, to points and lines along the rod.
 module nodes_to_spans
    use kinds, only: wp
-   use model, only: method_load, method_cylindrical
+   use model, only: method_cylindrical
    use problem, only: problem_t
    use rod_state, only: state_t
-   use linear_system, only: system_t, new_system
    use contact_touch, only: touch_t
    use touch_edits, only: same_set, laid_down
-   use span_problem, only: new_span_problem, present_touches
-   use span_tests, only: span_test_t, run_span_tests, spans_hold, test_slack, test_flat
+   use span_problem, only: present_touches
+   use span_tests, only: span_test_t, test_slack, test_flat
    use nodal_touches, only: touches_at_nodes
-   use state_transfer, only: carried
    use bordered_system, only: linearise
-   use span_change, only: next_t
+   use next_spans, only: next_t, new_next, settle, tests_of, holds
    use lying_ahead, only: leads_to_next
-   use path_control, only: control_t, set_tangent
+   use path_control, only: set_tangent
    use path_continuity, only: heading_t, relation_t, relate, same_path, too_far
    use path_run, only: run_t, heading_of
-   use corrector, only: increment_t, correct, take_increment
-   use touchdown_points, only: with_held
+   use corrector, only: increment_t, take_increment
    use timing, only: timers_t
    implicit none
    private
@@ -85,12 +82,9 @@ contains
       logical, intent(out) :: found
       character(:), allocatable, intent(out) :: why !! not found: the reason
       type(timers_t), intent(inout) :: timers
-      type(increment_t) :: report
-      type(control_t) :: here
       type(touch_t), allocatable :: touch(:), first(:)
       integer :: wave, k, c
       found = .false.
-      here%method = method_load
       ! From what the nodes say to what they may mean.
       waves: do wave = 1, size(open_nodes)
          touch = touches_at_nodes(problem, trial, open_nodes(wave))
@@ -98,7 +92,7 @@ contains
             if (same_set(touch, first)) cycle waves
          end if
          first = touch
-         call settle()
+         call take_these()
          if (found) call lay_flat_spans()
          if (found) exit waves
       end do waves
@@ -110,15 +104,15 @@ contains
       subroutine lay_flat_spans()
          type(next_t) :: kept
          type(span_test_t), allocatable :: tests(:)
-         tests = run_span_tests(next%problem, next%state, next%system%force_scale)
+         tests = tests_of(next)
          k = 1
          do while (k <= size(tests))
             if (tests(k)%kind == test_flat .and. abs(tests(k)%value) <= test_slack(test_flat)) then
                kept = next
                touch = laid_down(present_touches(next%problem, next%state), tests(k)%beside, tests(k)%ends)
-               call settle()
+               call take_these()
                if (found) then
-                  tests = run_span_tests(next%problem, next%state, next%system%force_scale)
+                  tests = tests_of(next)
                   k = 0
                else
                   found = .true.
@@ -130,21 +124,14 @@ contains
       end subroutine lay_flat_spans
 
       !> Equilibrium with these touches, and whether it holds.
-      subroutine settle()
-         found = .false.
+      subroutine take_these()
          touch%number = [(c, c=1, size(touch))]
-         next%problem = new_span_problem(problem, touch)
-         next%state = carried(problem, trial, next%problem)
-         next%system = new_system(next%problem)
-         ! Touchdown points move where they are told by forces in equilibrium.
-         call correct(with_held(next%problem, [(c, c=1, next%problem%candidates%n)]), next%state, here, .true., next%state, &
-            & next%system, report, timers)
-         if (report%converged) call correct(next%problem, next%state, here, .true., next%state, next%system, report, timers, &
-            & far_off=.true.)
+         next = new_next(problem, trial, touch)
+         call settle(next, found, timers)
          why = 'equilibrium was not found'
-         if (.not. report%converged) return
+         if (.not. found) return
          why = 'contact did not settle'
-         found = spans_hold(next%problem, next%state, next%system%force_scale)
-      end subroutine settle
+         found = holds(next)
+      end subroutine take_these
    end subroutine find_spans
 end module nodes_to_spans

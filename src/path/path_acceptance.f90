@@ -17,8 +17,8 @@ module path_acceptance
    use path_run, only: run_t, probe_at, keep_landmark, leave_trail, rest_of_mesh
    use homecoming, only: is_home, see_home
    use step_control, only: stop_met
-   use path_events, only: probe_t, event_t, new_probe, detect_events, value_events, event_stop, event_bifurcation, event_release, &
-      & event_limit, event_contact, event_value_reached, event_turning
+   use path_events, only: probe_t, event_t, new_probe, detect_events, value_events, event_stop, event_bifurcation, &
+      & event_release, event_limit, event_value_reached, event_turning
    use ground_cuts, only: find_cuts, marked
    use sightings, only: sighting_t
    use event_order, only: told_otherwise, one_sided, count_before, by_fraction, same_place

@@ -1,7 +1,7 @@
 !> Where a path stands: the last accepted point and what is known about it.
 module path_run
    use kinds, only: wp
-   use model, only: method_cylindrical, method_load, method_displacement
+   use model, only: method_load, method_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t

@@ -4,7 +4,8 @@ module span_arrival
    use model, only: step_t, method_load
    use problem, only: problem_t
    use rod_state, only: state_t
-   use span_change, only: leg_t, change_t, next_t
+   use span_change, only: leg_t, change_t
+   use next_spans, only: next_t
    use span_opening, only: open_line
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t, displacement_between
@@ -83,8 +84,8 @@ contains
          control%increment = here%load_factor - run%state%load_factor
          call correct(problem, run%state, control, .true., here, run%system, report, timers)
          if (.not. report%converged) return
-         call open_line(problem, run%state, here, change%tests(change%which), leg%scale, run%touches + 1, nearer%problem, &
-            & nearer%state, nearer%system, found, timers)
+         call open_line(problem, run%state, here, change%tests(change%which), leg%scale, run%touches + 1, nearer, &
+            & found, timers)
          if (.not. found) return
          nearer%report = report
          change%next = nearer

@@ -37,8 +37,8 @@ contains
       associate (next => change%next, test => change%tests(change%which))
          if (opens_line(problem, test)) then
             ! Here nothing tells yet where the span that opens ends; a little further on it does.
-            call open_line(problem, change%place, leg%to, leg%after(change%which), leg%scale, run%touches + 1, next%problem, &
-               & next%state, next%system, found, timers)
+            call open_line(problem, change%place, leg%to, leg%after(change%which), leg%scale, run%touches + 1, next, &
+               & found, timers)
             change%kind = merge(change_opening, change_missed, found)
             return
          end if

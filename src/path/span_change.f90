@@ -1,20 +1,17 @@
 !> What may happen to contact spans on an increment.
 module span_change
    use kinds, only: wp
-   use model, only: method_load
    use problem, only: problem_t
    use rod_state, only: state_t
-   use linear_system, only: system_t
    use span_tests, only: span_test_t, run_span_tests
    use path_continuity, only: heading_t
    use path_run, only: run_t
-   use path_control, only: control_t
-   use corrector, only: increment_t, correct
+   use next_spans, only: next_t
+   use corrector, only: increment_t
    use error_bar, only: error_bars_t
-   use timing, only: timers_t
    implicit none
    private
-   public :: leg_t, change_t, next_t, new_leg, go_to_load
+   public :: leg_t, change_t, new_leg
    public :: change_none, change_missed, change_by_rule, change_opening, change_vanishing
    public :: place_within, place_here, place_ahead
 
@@ -39,22 +36,6 @@ module span_change
       real(wp) :: scale = 0.0_wp                  !! of forces
       type(span_test_t), allocatable :: before(:), after(:) !! tests at both ends
    end type leg_t
-
-   !> The equilibrium with another set, known before the run goes there: its next point.
-   type :: next_t
-      type(problem_t) :: problem
-      type(state_t) :: state
-      type(system_t) :: system                    !! factored there
-      type(heading_t) :: heading                  !! of the path that arrives there; without displacements: the run's own way
-      real(wp) :: rate = 0.0_wp                   !! of a line that has lain down: of its least pressure, per unit of load factor;
-      !! 0: the path goes on as it came
-      type(increment_t) :: report = increment_t(converged=.true.)
-      character(2) :: label = '  '                !! what is told there: contact gained or lost
-      logical :: divides = .false.                !! of the contact that is lost a part stays on both sides
-      integer :: times = 1                        !! so often
-      type(error_bars_t), allocatable :: bars
-      character(:), allocatable :: trouble        !! what of it could not be told
-   end type next_t
 
    type :: change_t
       integer :: kind = change_none
@@ -87,24 +68,4 @@ contains
       leg%after = run_span_tests(problem, leg%to, leg%scale)
       leg%before = run_span_tests(problem, leg%from, leg%scale)
    end function new_leg
-
-   !> The next set at another load factor, and its tests there. Its state stays where there is no equilibrium: no tests.
-   subroutine go_to_load(next, load, tests, timers)
-      type(next_t), intent(inout) :: next
-      real(wp), intent(in) :: load
-      type(span_test_t), allocatable, intent(out) :: tests(:)
-      type(timers_t), intent(inout) :: timers
-      type(control_t) :: control
-      type(increment_t) :: report
-      type(state_t) :: start
-      start = next%state
-      control%method = method_load
-      control%increment = load - start%load_factor
-      call correct(next%problem, start, control, .true., next%state, next%system, report, timers)
-      if (report%converged) then
-         tests = run_span_tests(next%problem, next%state, max(next%system%force_scale, tiny(1.0_wp)))
-      else
-         next%state = start
-      end if
-   end subroutine go_to_load
 end module span_change

@@ -7,17 +7,18 @@ module span_changes
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use span_regions, only: find_span_regions
-   use line_pressure, only: virtual_pressure
-   use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_pressure, test_length
-   use span_change, only: leg_t, change_t, next_t, new_leg, change_none, change_missed, change_by_rule, &
+   use span_tests, only: span_test_t, test_words, test_curvature
+   use span_change, only: leg_t, change_t, new_leg, change_none, change_missed, change_by_rule, &
       & change_opening, change_vanishing, place_here, place_ahead
+   use next_spans, only: next_t
    use span_events, only: find_change
    use span_beyond, only: look_beyond
+   use span_rules, only: answer_t, answer_to
    use span_set, only: take_set
    use span_arrival, only: take_next, come_nearer
    use contact_in_doubt, only: ask_nodes
-   use touchdown_points, only: stands
    use path_continuity, only: heading_t
+   use path_control, only: path_length
    use path_run, only: run_t
    use path_acceptance, only: accept, wants_another
    use path_outcome, only: outcome_t
@@ -48,12 +49,15 @@ contains
       type(timers_t), intent(inout) :: timers
       type(leg_t) :: leg
       type(change_t) :: change
+      type(answer_t) :: answer
+      real(wp) :: reach
       logical :: shorter
       finished = .false.
       leg = new_leg(problem, run, trial, ahead, stuck)
       call find_change(problem, step, run, leg, change, timers)
       if (change%kind == change_by_rule) call look_beyond(problem, step, run, leg, change, timers)
       changed = change%kind /= change_none
+      reach = path_length(problem, leg%from, leg%to)
       if (change%kind == change_missed) then
          call go_less_far(problem, step, run, leg%after(change%which), timers)
          return
@@ -62,8 +66,13 @@ contains
          call take_next(problem, step, run, change%next, recorder, finished, outcome, timers)
          return
       end if
+      if (change%kind == change_by_rule) then
+         answer = answer_to(problem, change%place, change%tests(change%which), run%touches)
+         ! At once with another change that has its point.
+         if (change%where == place_here .and. change%tests(change%which)%kind == test_curvature) answer%label = '  '
+      end if
       if (changed) then
-         call record_change(problem, step, run, stuck, tries, change, recorder, shorter, finished, outcome, timers)
+         call record_change(problem, step, run, stuck, tries, change, answer, recorder, shorter, finished, outcome, timers)
          ! Something may lie before it that is better found from nearer.
          changed = .not. (shorter .or. wants_another(run))
          if (wants_another(run)) return
@@ -79,7 +88,7 @@ contains
       end if
       if (finished .or. allocated(outcome%why)) return
       if (change%kind == change_by_rule) then
-         call take_set(problem, run, change%tests(change%which), timers)
+         call take_set(problem, run, change%tests(change%which), answer, reach, timers)
       else
          call come_nearer(problem, step, run, leg, change, timers)
          call take_next(problem, step, run, change%next, recorder, finished, outcome, timers)
@@ -108,13 +117,14 @@ contains
    end subroutine pass_doubt
 
    !> The run goes to the place of a change, which is recorded.
-   subroutine record_change(problem, step, run, stuck, tries, change, recorder, shorter, finished, outcome, timers)
+   subroutine record_change(problem, step, run, stuck, tries, change, answer, recorder, shorter, finished, outcome, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
       logical, intent(in) :: stuck               !! no nearer place is to be had
       integer, intent(in) :: tries               !! as accept has it
       type(change_t), intent(inout) :: change
+      type(answer_t), intent(in) :: answer       !! where it has a rule
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: shorter            !! the run stays where it is: something else comes before
       logical, intent(out) :: finished
@@ -125,7 +135,7 @@ contains
       logical :: divides
       shorter = .false.
       finished = .false.
-      call describe(problem, change, label, divides)
+      call describe(problem, change, answer, label, divides)
       increment = run%control%increment
       ! What happens on the way to a place beyond is looked for in parts of the increment.
       if (change%where == place_ahead .and. run%control%method == method_load) &
@@ -142,38 +152,20 @@ contains
    end subroutine record_change
 
    !> What is told of a change: contact gained or lost; where it only spreads, nothing.
-   subroutine describe(problem, change, label, divides)
+   subroutine describe(problem, change, answer, label, divides)
       type(problem_t), intent(in) :: problem
       type(change_t), intent(in) :: change
+      type(answer_t), intent(in) :: answer       !! where it has a rule
       character(2), intent(out) :: label
       logical, intent(out) :: divides            !! of the contact that is lost a part stays on both sides
-      logical :: at_clamp
-      label = '  '
-      divides = .false.
-      associate (test => change%tests(change%which), next => change%next)
-         select case (test%kind)
-         case (test_gap)
-            label = 'C+'
-         case (test_force, test_pressure)
-            label = 'C-'
-            if (change%kind /= change_opening) return
-            divides = size(find_span_regions(next%problem, next%state)) > size(find_span_regions(problem, change%place))
-            if (.not. divides) label = '  '
-         case (test_curvature)
-            if (change%where == place_here) return
-            ! Contact begins where a clamp stands.
-            at_clamp = stands(problem, change%place, test%candidate)
-            ! At the end of a rod one point comes of it.
-            divides = .not. at_clamp .and. all(problem%beside(:, problem%candidates%node(test%candidate)) > 0)
-            if (divides) divides = virtual_pressure(problem, change%place, test%candidate) < 0.0_wp
-            if (divides) label = 'C-'
-            if (at_clamp) label = 'C+'
-         case (test_length)
-            associate (ends => problem%touch(test%touch)%candidate)
-               if (stands(problem, change%place, ends(1)) .or. stands(problem, change%place, ends(2))) label = 'C-'
-            end associate
-         end select
-      end associate
+      if (change%kind == change_opening) then
+         divides = size(find_span_regions(change%next%problem, change%next%state)) > &
+            & size(find_span_regions(problem, change%place))
+         label = merge('C-', '  ', divides)
+      else
+         label = answer%label
+         divides = answer%divides
+      end if
    end subroutine describe
 
    !> A shorter increment may tell.

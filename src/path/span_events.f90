@@ -5,8 +5,9 @@ module span_events
    use problem, only: problem_t, rounding_gap
    use free_span_gap, only: gap_at
    use span_tests, only: span_test_t, any_fails, another_fails, test_slack, test_gap, test_curvature, test_flat
-   use span_change, only: leg_t, change_t, next_t, change_none, change_missed, change_by_rule, change_vanishing, place_here, &
+   use span_change, only: leg_t, change_t, change_none, change_missed, change_by_rule, change_vanishing, place_here, &
       & place_ahead
+   use next_spans, only: next_t
    use span_location, only: locate, locate_flat_point
    use lying_ahead, only: turns, reach_of
    use vanishing_span, only: locate_vanishing

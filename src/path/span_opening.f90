@@ -17,21 +17,17 @@
 !> From there Newton's method finds the ends.
 module span_opening
    use kinds, only: wp
-   use model, only: method_load
    use problem, only: problem_t
    use rod_state, only: state_t, may_react, candidate_gap
-   use linear_system, only: system_t, new_system
    use conforming_span, only: conforming_forces, node_track
    use obstacle_track, only: track_t
    use contact_touch, only: touch_t
    use touch_edits, only: begun, lost, opened, end_moved, shrunk, numbered, same_set
-   use span_problem, only: new_span_problem, present_touches
+   use span_problem, only: present_touches
    use line_pressure, only: density_at
-   use span_tests, only: span_test_t, spans_hold, test_force, test_pressure, test_slack, well_below
-   use touchdown_points, only: held_force, with_held
-   use state_transfer, only: carried, find_point
-   use path_control, only: control_t
-   use corrector, only: increment_t, correct
+   use span_tests, only: span_test_t, test_force, test_pressure, test_slack, well_below
+   use touchdown_points, only: held_force
+   use next_spans, only: next_t, new_next, settle, holds
    use timing, only: timers_t
    implicit none
    private
@@ -44,23 +40,17 @@ contains
 
    !> The equilibrium with the span open at a state whose line is pulled somewhere. Not found where the zone is too long for the
    !> laws, or what opens leaves nothing of the line.
-   subroutine open_line(problem, place, beyond, test, scale, number, next, state, system, found, timers)
+   subroutine open_line(problem, place, beyond, test, scale, number, next, found, timers)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: place           !! of `problem`, in equilibrium, where the test is zero
       type(state_t), intent(in) :: beyond          !! the same a little further on
       type(span_test_t), intent(in) :: test        !! of pressure or force, below zero beyond
       real(wp), intent(in) :: scale                !! of forces
       integer, intent(in) :: number                !! of the first contact that parts from it
-      type(problem_t), intent(out) :: next
-      type(state_t), intent(out) :: state          !! of `next`, at the load factor of `beyond`
-      type(system_t), intent(out) :: system        !! factored there
+      type(next_t), intent(out) :: next            !! at the load factor of `beyond`
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
       type(touch_t), allocatable :: touch(:)
-      integer :: c
-      type(control_t) :: here
-      type(increment_t) :: report
-      type(state_t) :: start
       if (test%kind == test_force) then
          call lifted_touches(problem, beyond, test%candidate, touch)
       else
@@ -68,24 +58,9 @@ contains
       end if
       found = allocated(touch)
       if (.not. found) return
-      next = new_span_problem(problem, touch)
-      state = carried(problem, beyond, next)
-      system = new_system(next)
-      here%method = method_load
-      ! The ends move where forces in equilibrium tell them to.
-      call settle(with_held(next, [(c, c=1, next%candidates%n)]))
-      if (found) call settle(next)
-      if (.not. found) return
-      found = spans_hold(next, state, system%force_scale)
-
-   contains
-
-      subroutine settle(problem)
-         type(problem_t), intent(in) :: problem
-         start = state
-         call correct(problem, start, here, .true., state, system, report, timers)
-         found = report%converged
-      end subroutine settle
+      next = new_next(problem, beyond, touch)
+      call settle(next, found, timers)
+      if (found) found = holds(next)
    end subroutine open_line
 
    !> The touches with open all that opens at one place of the path, as in a symmetric structure two spans do. Not allocated where

@@ -8,64 +8,75 @@ module span_rules
    use line_pressure, only: virtual_pressure
    use past_breakpoints, only: beyond, across
    use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_pressure, test_length, test_crossing, &
-      & test_slope
+      & test_slope, shortest
    use conforming_span, only: flat_excess, excess_curvature
+   use touchdown_points, only: stands
+   use held_openings, only: first_length
+   use span_problem, only: present_touches
    implicit none
    private
    public :: answer_t, answer_to
 
-   !> What follows.
+   !> What follows, and what is told of it.
    type :: answer_t
       type(touch_t), allocatable :: touch(:)      !! the new set
       integer :: opens(2) = 0                     !! numbers of the touches between which a span opens, 0: a breakpoint; both the
       !! same: a line, between its own ends
       integer :: crosses(2) = 0                   !! the same of a span behind a breakpoint
+      character(2) :: label = '  '                !! contact gained or lost; where it only spreads or shrinks, nothing
+      logical :: divides = .false.                !! of the contact that is lost a part stays on both sides
       character(:), allocatable :: why            !! there is no rule: the reason
    end type answer_t
 
+   !> Of its stretch, that a line begins with, or a touch goes on behind a breakpoint: not so short that it is taken for none.
+   real(wp), parameter :: line_share = 2.0_wp * shortest
+
 contains
 
-   !> The answer to a test that is zero, or below.
-   function answer_to(problem, state, test, set, last, line_share, point_share) result(answer)
+   !> The answer to a test that is zero.
+   function answer_to(problem, state, test, last) result(answer)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: test       !! of this state
-      type(touch_t), intent(in) :: set(:)         !! what touches, if other tests have been answered before; all have numbers
-      integer, intent(in) :: last                 !! number given last
-      real(wp), intent(in) :: line_share          !! of its stretch, that a line begins with,
-      real(wp), intent(in) :: point_share         !! and of two points the distance
+      integer, intent(in) :: last                 !! number given last to a touch
       type(answer_t) :: answer
-      integer :: k
-      answer%touch = set
-      k = 0
-      if (test%touch > 0) then
-         k = index_of(problem, set, test%touch)
-         ! Gone by the answer to another test.
-         if (k == 0) return
-      end if
+      answer%touch = present_touches(problem, state)
       select case (test%kind)
       case (test_gap)
-         answer%touch = begun(set, test%contact, test%stretch, test%at)
+         answer%label = 'C+'
+         answer%touch = begun(answer%touch, test%contact, test%stretch, test%at)
       case (test_force)
-         if (set(k)%line) then
+         answer%label = 'C-'
+         if (problem%touch(test%touch)%line) then
             ! Without a force the moments do not tell where the end goes; many nodes do (contact_in_doubt).
             answer%why = 'a line contact lifts off at its end'
          else
-            answer%touch = lost(set, k)
+            answer%touch = lost(answer%touch, test%touch)
          end if
       case (test_curvature)
          ! Against a straight wall a uniform rod lies without pressure.
          if (virtual_pressure(problem, state, test%candidate) >= 0.0_wp) then
-            call lay_down_points(problem, state, test, line_share, answer)
+            call lay_down_points(problem, state, test, answer)
          else
-            call divide_point(problem, test, k, point_share * stretch_length(problem, set(k)), answer)
+            call divide_point(problem, test, answer)
+            ! At the end of a rod one point comes of it.
+            answer%divides = all(problem%beside(:, problem%candidates%node(test%candidate)) > 0)
+            if (answer%divides) answer%label = 'C-'
+         end if
+         if (stands(problem, state, test%candidate)) then
+            ! Contact begins where a clamp stands.
+            answer%label = 'C+'
+            answer%divides = .false.
          end if
       case (test_length)
-         call shrink(problem, test, k, line_share, answer)
+         associate (ends => problem%touch(test%touch)%candidate)
+            if (stands(problem, state, ends(1)) .or. stands(problem, state, ends(2))) answer%label = 'C-'
+         end associate
+         call shrink(problem, test, answer)
       case (test_crossing)
-         call cross(problem, test, k, line_share, answer)
+         call cross(problem, test, answer)
       case (test_slope)
-         call lie_down_from_end(problem, state, test, k, line_share, answer)
+         call lie_down_from_end(problem, state, test, answer)
       case (test_pressure)
          answer%why = 'a line contact lifts off inside'
       case default
@@ -79,11 +90,10 @@ contains
 
    !> The point of a test, and others that lie down at the same place of the path, lines. Their ends have forces, so Newton's method
    !> finds their places from any nearby.
-   subroutine lay_down_points(problem, state, test, share, answer)
+   subroutine lay_down_points(problem, state, test, answer)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: test
-      real(wp), intent(in) :: share                !! of its stretch, that a line begins with
       type(answer_t), intent(inout) :: answer
       integer :: c, point, behind(2)
       real(wp) :: whole
@@ -91,12 +101,10 @@ contains
          if (c /= test%candidate) then
             if (.not. as_flat(problem, state, c)) cycle
          end if
-         point = index_of(problem, answer%touch, problem%candidates%touch(c))
-         if (point == 0) cycle
+         point = problem%candidates%touch(c)
          whole = stretch_length(problem, answer%touch(point))
-         answer%touch = spread_out(answer%touch, point, 0.5_wp * share * whole, whole)
-         if (.not. problem%candidates%moves(c)) &
-            & call go_on_behind(problem, problem%candidates%touch(c), point, share * whole, answer, behind)
+         answer%touch = spread_out(answer%touch, point, 0.5_wp * line_share * whole, whole)
+         if (.not. problem%candidates%moves(c)) call go_on_behind(problem, point, line_share * whole, answer, behind)
          if (c == test%candidate) answer%opens = point
       end do
    end subroutine lay_down_points
@@ -118,13 +126,14 @@ contains
    end function as_flat
 
    !> A point two points; on a mirror, or where a support holds the rotation, one on each side.
-   subroutine divide_point(problem, test, k, length, answer)
+   subroutine divide_point(problem, test, answer)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: test
-      integer, intent(in) :: k                     !! the point, in the set
-      real(wp), intent(in) :: length               !! between the two
       type(answer_t), intent(inout) :: answer
-      real(wp) :: at
+      real(wp) :: at, length
+      integer :: k
+      k = test%touch
+      length = first_length * stretch_length(problem, answer%touch(k))
       if (problem%candidates%moves(test%candidate)) then
          answer%touch = parted(answer%touch, k, length)
          answer%opens = [k, size(answer%touch)]
@@ -132,20 +141,20 @@ contains
          at = 0.5_wp * length
          if (answer%touch(k)%at(1) > 0.0_wp) at = stretch_length(problem, answer%touch(k)) - at
          answer%touch = shrunk(answer%touch, k, at)
-         call go_on_behind(problem, test%touch, k, length, answer, answer%opens)
+         call go_on_behind(problem, k, length, answer, answer%opens)
       end if
    end subroutine divide_point
 
    !> What was a point at a breakpoint is a touch beside it, and another one on the other side, where the rod goes on.
-   subroutine go_on_behind(problem, touch, k, length, answer, beside)
+   subroutine go_on_behind(problem, k, length, answer, beside)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: touch, k              !! index into problem%touch, into the set
+      integer, intent(in) :: k                     !! the touch
       real(wp), intent(in) :: length               !! of what opens, or touches, on both sides together
       type(answer_t), intent(inout) :: answer
       integer, intent(out) :: beside(2)            !! the touches before and after the breakpoint, 0: there the rod ends
       integer :: way, other
       way = merge(-1, 1, answer%touch(k)%at(1) < 0.5_wp * stretch_length(problem, answer%touch(k)))
-      other = across(problem, touch, way)
+      other = across(problem, k, way)
       beside = [k, 0]
       if (other > 0) then
          answer%touch = continued(answer%touch, k, other, behind(problem, other, way, 0.5_wp * length, answer%touch(k)%line))
@@ -168,19 +177,18 @@ contains
    end function behind
 
    !> A line that has become as short as none: what is left is a point, or, where it goes on past a breakpoint, the line there.
-   subroutine shrink(problem, test, k, share, answer)
+   subroutine shrink(problem, test, answer)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: test
-      integer, intent(in) :: k                     !! the line, in the set
-      real(wp), intent(in) :: share                !! of its stretch, that the other line begins behind the breakpoint
       type(answer_t), intent(inout) :: answer
-      integer :: way, next, side, stretch
+      integer :: way, next, side, stretch, k
       real(wp) :: end, whole
+      k = test%touch
       whole = stretch_length(problem, answer%touch(k))
       associate (set => answer%touch)
          do way = -1, 1, 2
             side = merge(2, 1, way < 0)
-            stretch = beyond(problem, test%touch, way)
+            stretch = beyond(problem, k, way)
             if (stretch == 0) cycle
             end = merge(problem%layout%stretch(stretch)%length, 0.0_wp, way < 0)
             next = findloc(set%line .and. set%stretch == stretch .and. set%contact == set(k)%contact .and. &
@@ -190,7 +198,8 @@ contains
          end do
       end associate
       if (way <= 1) then
-         answer%touch = lost(end_moved(answer%touch, next, side, end + way * share * problem%layout%stretch(stretch)%length), k)
+         end = end + way * line_share * problem%layout%stretch(stretch)%length
+         answer%touch = lost(end_moved(answer%touch, next, side, end), k)
          answer%crosses(3 - side) = merge(next - 1, next, next > k)
       else if (answer%touch(k)%at(1) <= 0.0_wp) then
          answer%touch = shrunk(answer%touch, k, 0.0_wp)
@@ -203,15 +212,15 @@ contains
 
    !> An end of a rod that touched is tangent to the obstacle: where the rod, which has no moment there, is curved away from it
    !> the point leaves the end; else a line begins with it.
-   subroutine lie_down_from_end(problem, state, test, k, share, answer)
+   subroutine lie_down_from_end(problem, state, test, answer)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: test        !! its sense: the rod lies before its end (-1), or after it
-      integer, intent(in) :: k                     !! the point, in the set
-      real(wp), intent(in) :: share                !! of its stretch, that the line begins with, or the way of the point
       type(answer_t), intent(inout) :: answer
       real(wp) :: inside, excess, stretch
-      inside = answer%touch(k)%at(1) + test%sense * share * stretch_length(problem, answer%touch(k))
+      integer :: k
+      k = test%touch
+      inside = answer%touch(k)%at(1) + test%sense * line_share * stretch_length(problem, answer%touch(k))
       call excess_curvature(problem, state, test%candidate, excess, stretch)
       answer%touch(k)%line = excess * problem%size <= flat_excess
       answer%touch = end_moved(answer%touch, k, merge(2, 1, test%sense > 0.0_wp), inside)
@@ -220,22 +229,21 @@ contains
 
    !> What comes to a breakpoint goes on behind it: a point is there, a line gets another part there. At the end of a rod, or at
    !> a support, it stays.
-   subroutine cross(problem, test, k, share, answer)
+   subroutine cross(problem, test, answer)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: test        !! its sense: the breakpoint is before the touch (-1), or after it
-      integer, intent(in) :: k                     !! the touch, in the set
-      real(wp), intent(in) :: share                !! of the stretch behind, that it begins with
       type(answer_t), intent(inout) :: answer
-      integer :: way, stretch, side
+      integer :: way, stretch, side, k
       real(wp) :: length
+      k = test%touch
       way = nint(test%sense)
       side = merge(1, 2, way < 0)
-      stretch = beyond(problem, test%touch, way)
+      stretch = beyond(problem, k, way)
       associate (whole => stretch_length(problem, answer%touch(k)))
          if (stretch == 0 .or. answer%touch(k)%line) answer%touch = end_moved(answer%touch, k, side, merge(0.0_wp, whole, way < 0))
       end associate
       if (stretch == 0) return
-      length = share * problem%layout%stretch(stretch)%length
+      length = line_share * problem%layout%stretch(stretch)%length
       if (answer%touch(k)%line) then
          answer%touch = continued(answer%touch, k, stretch, behind(problem, stretch, way, length, .true.))
          answer%crosses(3 - side) = size(answer%touch)
@@ -244,14 +252,6 @@ contains
          answer%crosses(2) = k
       end if
    end subroutine cross
-
-   !> Where one of the problem's touches is in a set; 0: it is gone.
-   pure integer function index_of(problem, set, touch)
-      type(problem_t), intent(in) :: problem
-      type(touch_t), intent(in) :: set(:)
-      integer, intent(in) :: touch                 !! index into problem%touch
-      index_of = findloc(set%number, problem%touch(touch)%number, 1)
-   end function index_of
 
    !> Numbers of two touches of a set.
    pure function numbers(set, at) result(number)

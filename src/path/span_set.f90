@@ -9,16 +9,17 @@ module span_set
    use contact_touch, only: touch_t
    use span_problem, only: present_touches, touch_place
    use free_span_gap, only: gap_at
-   use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, shortest
-   use span_rules, only: answer_t, answer_to
+   use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length
+   use span_rules, only: answer_t
    use span_mesh, only: take_touches
-   use held_openings, only: open_span, rest_held, find_flat_point, small_load, spreading_rate, first_length
-   use path_control, only: control_t, is_arc_length
-   use path_continuity, only: heading_at
+   use held_openings, only: open_span, rest_held, find_flat_point, small_load, spreading_rate
+   use path_control, only: control_t, is_arc_length, path_length
+   use path_continuity, only: heading_at, normal_plane
    use path_events, only: new_probe
    use path_run, only: run_t, heading_of
    use corrector, only: increment_t, correct
    use touchdown_points, only: point_force
+   use conforming_span, only: flat_excess, excess_curvature
    use timing, only: timers_t
    implicit none
    private
@@ -27,19 +28,19 @@ module span_set
 contains
 
    !> Goes on with the set that a test's rule tells, in the sense in which what is new grows.
-   subroutine take_set(problem, run, test, timers)
+   subroutine take_set(problem, run, test, answer, reach, timers)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run          !! at the place where the test is zero; stuck where there is no way on
       type(span_test_t), intent(in) :: test      !! there
+      type(answer_t), intent(in) :: answer       !! to it
+      real(wp), intent(in) :: reach              !! along the path, that the equilibrium with the new set may be away
       type(timers_t), intent(inout) :: timers
       type(problem_t) :: next
       type(run_t) :: on
       type(touch_t) :: before(size(problem%touch))
-      type(answer_t) :: answer
       real(wp) :: rate
       logical :: ok, parts
       before = present_touches(problem, run%state)
-      answer = answer_to(problem, run%state, test, before, run%touches, 2.0_wp * shortest, first_length)
       if (allocated(answer%why)) then
          run%stuck = answer%why
          return
@@ -57,7 +58,7 @@ contains
       if (ok .and. parts) call open_span(next, on, answer%opens, ok, timers)
       if (ok .and. any(answer%crosses > 0)) call open_span(next, on, answer%crosses, ok, timers)
       if (ok .and. test%kind == test_length .and. all(answer%crosses == 0)) &
-         & call come_to_rest(next, on, before(test%touch)%number, timers)
+         & call come_to_rest(next, on, before(test%touch)%number, reach, timers)
       if (.not. ok) then
          run%stuck = 'no way on from where '//trim(test_words(test%kind))
          return
@@ -98,12 +99,13 @@ contains
    end subroutine head_for
 
    !> What was taken for none had a length: without it the equilibrium is a little another. A point is as curved as the obstacle
-   !> where the line that it comes from is none; of a line it is that of the same load. It stays where none is found, as at a
-   !> limit point.
-   subroutine come_to_rest(problem, run, number, timers)
+   !> where the line that it comes from is none; of a line it is that of the same load. It stays where none is found nearby, as at
+   !> a limit point, or where free spans buckle as the line vanishes: of a load given there the equilibrium is another one.
+   subroutine come_to_rest(problem, run, number, reach, timers)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
       integer, intent(in) :: number              !! of what the contact, or both, have become
+      real(wp), intent(in) :: reach              !! along the path
       type(timers_t), intent(inout) :: timers
       type(control_t) :: here
       type(increment_t) :: report
@@ -121,9 +123,49 @@ contains
       else
          call find_flat_point(problem, run, c, state, found, timers)
       end if
+      if (found) found = path_length(problem, run%state, state) <= reach
       if (found) run%state = state
+      if (.not. found .and. problem%candidates%moves(c)) call go_to_flat_point(problem, run, c, reach, timers)
       call linearise(problem, run%state, run%state, run%system, timers)
    end subroutine come_to_rest
+
+   !> A point that is as curved as its obstacle where the load hardly tells, as where free spans buckle there: across the path, by
+   !> secants along it. The run stays where none is found nearby.
+   subroutine go_to_flat_point(problem, run, c, reach, timers)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(inout) :: run
+      integer, intent(in) :: c                   !! candidate
+      real(wp), intent(in) :: reach              !! along the path
+      type(timers_t), intent(inout) :: timers
+      integer, parameter :: most = 20
+      type(control_t) :: across
+      type(increment_t) :: report
+      type(state_t) :: state
+      real(wp) :: along(0:2), left(0:2), stretch
+      integer :: try
+      call linearise(problem, run%state, run%state, run%system, timers)
+      across = normal_plane(problem, run%state, run%heading)
+      along = [0.0_wp, 0.0_wp, reach]
+      left = 0.0_wp
+      do try = 1, most
+         state = run%state
+         across%increment = along(1)
+         call correct(problem, run%state, across, .true., state, run%system, report, timers)
+         if (.not. report%converged) exit
+         call excess_curvature(problem, state, c, left(1), stretch)
+         left(1) = left(1) * problem%size - flat_excess
+         if (abs(left(1)) <= 0.5_wp * flat_excess) then
+            run%state = state
+            exit
+         end if
+         ! A first difference.
+         along(2) = 1.0e-3_wp * reach
+         if (try > 1) along(2) = along(1) - left(1) * (along(1) - along(0)) / (left(1) - left(0))
+         if (abs(along(2)) > reach) exit
+         along(0:1) = along(1:2)
+         left(0) = left(1)
+      end do
+   end subroutine go_to_flat_point
 
    !> The run with one touch more at a place where the gap of a free span is zero, at the load at which it has no force.
    subroutine begin_touch(problem, run, test, ok, timers)

@@ -6,7 +6,7 @@ module span_start
    use contact_touch, only: touch_t
    use span_problem, only: new_span_problem, new_sampled_problem, place_spans
    use nodal_touches, only: along
-   use span_change, only: next_t
+   use next_spans, only: next_t
    use span_arrival, only: bound_for
    use nodes_to_spans, only: find_spans_ahead
    use begin_of_set, only: go_back

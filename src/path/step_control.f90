@@ -4,7 +4,6 @@ module step_control
    use model, only: step_t, method_load, method_displacement, method_cylindrical
    use problem, only: problem_t
    use path_control, only: control_t, is_arc_length
-   use monitor_rows, only: monitor_change
    use path_continuity, only: relation_t, largest_turn
    use path_events, only: probe_t
    use path_run, only: run_t, heading_of

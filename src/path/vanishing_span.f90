@@ -10,17 +10,16 @@ module vanishing_span
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t
-   use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
-   use contact_touch, only: touch_t
    use touch_edits, only: laid_down, merged
    use section_forces, only: end_forces
    use conforming_span, only: conforming_forces
    use line_pressure, only: virtual_pressure
-   use span_problem, only: new_span_problem, present_touches
-   use span_tests, only: span_test_t, run_span_tests, another_fails, test_slack, test_pressure, shortest
+   use span_problem, only: present_touches
+   use span_tests, only: span_test_t, another_fails, test_slack, test_pressure, shortest
    use span_regions, only: find_span_regions
-   use span_change, only: leg_t, next_t, go_to_load
+   use span_change, only: leg_t
+   use next_spans, only: next_t, new_next, go_to_load, tests_of
    use lying_ahead, only: turns, leads_to_next, reach_of
    use held_openings, only: find_flat_point, held_load
    use state_transfer, only: carried
@@ -69,7 +68,7 @@ contains
          right = path_length(next%problem, carried(problem, leg%to, next%problem), next%state) <= reach_of(leg) * &
             & path_length(problem, leg%from, leg%to)
          if (right) call look_at_ends(next%problem, next%state, scale, right)
-         if (right) right = .not. another_fails(run_span_tests(next%problem, next%state, scale), 0)
+         if (right) right = .not. another_fails(tests_of(next), 0)
          associate (load => next%state%load_factor, here => run%state%load_factor, from => leg%from%load_factor, &
             & to => leg%to%load_factor)
             right = right .and. (load - here) * (to - from) >= 0.0_wp .and. &
@@ -93,9 +92,9 @@ contains
          left = test%value
          come = leg%before(which)%value
          gone = is_gone(problem, test)
-         next%problem = new_span_problem(problem, laid_down(present_touches(problem, leg%to), test%beside, test%ends))
+         next = new_next(problem, leg%to, laid_down(present_touches(problem, leg%to), test%beside, test%ends))
       end associate
-      call find_begin(problem, run, leg, gone, next, lies, timers)
+      call find_begin(run, leg, gone, next, lies, timers)
       if (.not. lies) return
       if (gone) return
       ! A straight obstacle presses a straight line at no load: then only a gap that is gone tells. Else not some other equilibrium:
@@ -139,21 +138,17 @@ contains
 
    !> Where the new line begins to press: its least pressure is zero, or just above it. By secants, within a bracket once there is
    !> one. Where nothing is left of the span, and the line presses all the way, it is where the run stands: meshes differ.
-   subroutine find_begin(problem, run, leg, gone, next, found, timers)
-      type(problem_t), intent(in) :: problem
+   subroutine find_begin(run, leg, gone, next, found, timers)
       type(run_t), intent(in) :: run
       type(leg_t), intent(in) :: leg
       logical, intent(in) :: gone                !! nothing is left of the span
-      type(next_t), intent(inout) :: next        !! its problem is given
+      type(next_t), intent(inout) :: next        !! as new_next has it
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
       real(wp), parameter :: slack = 1.0e-3_wp * test_slack(test_pressure), goal = 0.5_wp * slack
       real(wp) :: load, loads(2), value, values(2)
       integer :: try
       logical :: ok, narrow
-      next%system = new_system(next%problem)
-      next%state = carried(problem, leg%to, next%problem)
-      next%rate = 0.0_wp
       loads = leg%to%load_factor
       call look_at(loads(2), value)
       found = .false.
@@ -233,12 +228,11 @@ contains
       type(run_t) :: on
       integer :: k
       associate (beside => leg%after(which)%beside)
-         next%problem = new_span_problem(problem, merged(present_touches(problem, leg%to), beside(1), beside(2)))
+         next = new_next(problem, leg%to, merged(present_touches(problem, leg%to), beside(1), beside(2)))
          k = findloc(next%problem%touch%number, problem%touch(beside(1))%number, 1)
       end associate
       on = run
-      on%system = new_system(next%problem)
-      next%state = carried(problem, leg%to, next%problem)
+      on%system = next%system
       call find_flat_point(next%problem, on, next%problem%touch(k)%candidate(1), next%state, found, timers)
       if (.not. found) return
       next%system = on%system
