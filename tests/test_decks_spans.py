@@ -242,3 +242,44 @@ def test_where_contact_begins_beside_a_node(node):
     finer, *_ = dr.run_deck(BEAM_OVER_A_WALL.format(node=node, count=", 12")).labelled("C+")
     dr.assert_close(begins.load_factor, finer.load_factor, relative=1e-6)
     dr.assert_close(begins.load_factor, 0.0671384205, relative=1e-6)
+
+
+STEPPED_COLUMN = """*HEADING
+A column whose section steps lies flat on a wall
+*NODE
+1, 0., 0.
+2, 0.3, 0.
+3, 1., 0.
+*LINE, ELSET=STIFF, NSET=COLUMN, TYPE=GE8
+1, 2
+*LINE, ELSET=SOFT, NSET=COLUMN, TYPE=GE8
+2, 3
+*BEAM SECTION, ELSET=STIFF, SECTION=STIFFNESS
+1e6, 1.
+*BEAM SECTION, ELSET=SOFT, SECTION=STIFFNESS
+1e6, 0.5
+*BOUNDARY
+1, PINNED
+3, 2
+*OBSTACLE, NAME=WALL, TYPE=LINE
+0., -0.02, 1., -0.02
+*CONTACT, OBSTACLE=WALL, NSET=COLUMN
+*STEP
+*ACCURACY, TOLERANCE={asked}
+*STATIC
+0.1, , 0.02
+*CLOAD
+3, 6, 0.2
+3, 1, -10.
+*STOP
+LOAD, ABOVE, 40.
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("asked", [1e-2, 1e-3, 1e-4])
+def test_what_a_long_flat_line_hides(asked):
+    """On its wall it is exact with an element or two, which buckle between their own nodes long before those tell. Loads from 32 elements of order 8
+    in each part."""
+    bifurcations = [bp.load_factor for bp in dr.run_deck(STEPPED_COLUMN.format(asked=asked)).labelled("BP")]
+    dr.assert_close(bifurcations, [7.904543401, 11.867385655, 18.944274327, 24.910777917, 33.746071205], relative=asked)

@@ -313,7 +313,7 @@ contains
       there = ' at point '//whole(at%point)//' (load factor '//brief(at%load_factor)//')'
       if (label /= '') there = ' of '//label//there
       if (bars%missed /= 0) then
-         accuracy%bar_words = 'the mesh is too coarse for the bifurcations'//there//': elements of a higher order have '// &
+         accuracy%bar_words = 'the mesh is too coarse for the bifurcations'//there//': finer elements have '// &
             & whole(abs(bars%missed))//trim(merge(' more ', ' fewer', bars%missed > 0))// &
             & ' unstable directions there; give more elements or a higher order'
          return

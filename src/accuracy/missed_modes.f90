@@ -1,15 +1,16 @@
-!> Whether elements of a higher order find as many unstable directions as those of the mesh.
+!> Whether finer elements find as many unstable directions as those of the mesh: of a higher order, or more of them.
 !>
 !> Where they do not the path has passed a bifurcation that only one of them has. The numbers of the path need not show it: a
 !> straight rod of one element of order 2 is exact in everything but that it cannot buckle.
 module missed_modes
-   use kinds, only: wp
+   use kinds, only: wp, pi
    use errors, only: error_t
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
    use conforming_span, only: excess_curvature
+   use section_forces, only: local_forces
    use tangent_modes, only: modes_t, lowest_modes
    use weak_lines, only: release_lines
    use finer_problem, only: new_finer_problem, new_finer_state
@@ -24,7 +25,8 @@ module missed_modes
 
 contains
 
-   !> Unstable directions of the finer problem less those of the problem's own; 0 where an eigenvalue next to zero leaves it open.
+   !> Unstable directions of the finer problem less those of the problem's own, or those that elements hide; 0 where an eigenvalue
+   !> next to zero leaves it open.
    integer function unstable_difference(problem, state, system, path, point, allowed, timers) result(difference)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -36,8 +38,26 @@ contains
       difference = 0
       if (size(problem%hinge) > 0) return
       difference = certain_difference(problem, state, system, path%problem, point%state, point%system, allowed, timers)
+      if (difference == 0) difference = hidden_directions(problem, state)
       if (difference == 0) difference = released_difference(problem, state, system, allowed, timers)
    end function unstable_difference
+
+   !> Unstable directions that no pivot counts, at least: those of elements between nodes that stand still (Wittrick and
+   !> Williams 1971). One held at both ends buckles where N h^2/EI is 4 pi^2 n^2; of a higher order it does, too, and hides as much.
+   integer function hidden_directions(problem, state) result(hidden)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp) :: local(3, 2), mu
+      integer :: e
+      hidden = 0
+      do e = 1, problem%model%mesh%n_elements
+         ! What an obstacle or the ground holds between its nodes, too, does not buckle so soon.
+         if (problem%conforms(e) > 0 .or. problem%ground%founded(e)) cycle
+         call local_forces(problem, state, e, local)
+         mu = max(-0.5_wp * sum(local(1, :)), 0.0_wp) * state%geometry%element(e)%length**2 * problem%compliance(e)%bending
+         hidden = hidden + int(sqrt(mu) / (2.0_wp * pi))
+      end do
+   end function hidden_directions
 
    !> The same of a problem and a finer one; 0 where the signs do not tell.
    integer function certain_difference(problem, state, system, finer, better, linear, allowed, timers) result(difference)
@@ -80,6 +100,7 @@ contains
       call linearise(finer, better, better, linear, timers)
       if (.not. (loose%ok .and. linear%ok)) return
       difference = certain_difference(free, released, loose, finer, better, linear, allowed, timers)
+      if (difference == 0) difference = hidden_directions(free, released)
    end function released_difference
 
    !> True where both agree how much more than its obstacle the rod is curved at every contact point: its stiffness against turning
