@@ -283,3 +283,47 @@ def test_what_a_long_flat_line_hides(asked):
     in each part."""
     bifurcations = [bp.load_factor for bp in dr.run_deck(STEPPED_COLUMN.format(asked=asked)).labelled("BP")]
     dr.assert_close(bifurcations, [7.904543401, 11.867385655, 18.944274327, 24.910777917, 33.746071205], relative=asked)
+
+
+ARCH_IN_A_CAVITY = """*HEADING
+A shallow arch below a circle; both halves touch it, and let go, at once
+*NODE
+1, -0.573576436351046, -0.1808479557110082
+2, 0., 0.
+3, 0.573576436351046, -0.1808479557110082
+*ARC, ELSET=ARCH, NSET=ARCH, TYPE=GE8, DIRECTION=CLOCKWISE
+1, 2, 0., -1.
+2, 3, 0., -1.
+*BEAM SECTION, ELSET=ARCH, SECTION=STIFFNESS
+1e6, 1.
+*BOUNDARY
+1, PINNED
+3, PINNED
+*OBSTACLE, NAME=CAVITY, TYPE=CIRCLE, SIDE=INSIDE
+0., -1., 1.01
+*CONTACT, OBSTACLE=CAVITY, NSET=ARCH
+*MONITOR, NAME=v
+2, U2, -1.
+*MONITOR, NAME=u
+2, U1, 1.
+*STEP
+*ACCURACY
+*STATIC
+0.5, , 0.03
+*CLOAD
+2, 2, -1.
+*LOCATE
+v, 0.16
+*STOP
+v, ABOVE, 0.17
+*END STEP
+"""
+
+
+def test_two_contacts_that_end_at_once():
+    """What lets go of both sides at once is neither's alone: beyond it the arch is the free one again."""
+    run = dr.run_deck(ARCH_IN_A_CAVITY)
+    assert run.labelled("C-")
+    free = dr.run_deck(ARCH_IN_A_CAVITY.replace("*CONTACT, OBSTACLE=CAVITY, NSET=ARCH\n", ""))
+    (load,), (alone,) = ([point.load_factor for point in one.labelled("UZ")] for one in (run, free))
+    dr.assert_close(load, alone, relative=1e-6)

@@ -8,7 +8,7 @@ module span_rules
    use line_pressure, only: virtual_pressure
    use past_breakpoints, only: beyond, across
    use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_pressure, test_length, test_crossing, &
-      & test_slope, shortest
+      & test_slope, test_slack, shortest
    use conforming_span, only: flat_excess, excess_curvature
    use touchdown_points, only: stands
    use held_openings, only: first_length
@@ -34,12 +34,16 @@ module span_rules
 contains
 
    !> The answer to a test that is zero.
-   function answer_to(problem, state, test, last) result(answer)
+   function answer_to(problem, state, tests, which, falling, last) result(answer)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(span_test_t), intent(in) :: test       !! of this state
+      type(span_test_t), intent(in) :: tests(:)   !! of this state
+      integer, intent(in) :: which                !! the one that is zero
+      logical, intent(in) :: falling(:)           !! (tests) along the path
       integer, intent(in) :: last                 !! number given last to a touch
       type(answer_t) :: answer
+      type(span_test_t) :: test
+      test = tests(which)
       answer%touch = present_touches(problem, state)
       select case (test%kind)
       case (test_gap)
@@ -51,7 +55,7 @@ contains
             ! Without a force the moments do not tell where the end goes; many nodes do (contact_in_doubt).
             answer%why = 'a line contact lifts off at its end'
          else
-            answer%touch = lost(answer%touch, test%touch)
+            call lose_points(problem, tests, which, falling, answer)
          end if
       case (test_curvature)
          ! Against a straight wall a uniform rod lies without pressure.
@@ -87,6 +91,26 @@ contains
       answer%opens = numbers(answer%touch, answer%opens)
       answer%crosses = numbers(answer%touch, answer%crosses)
    end function answer_to
+
+   !> The point of a test, and others whose forces vanish at the same place of the path: of two that a mirror makes one of the other
+   !> neither is the first.
+   subroutine lose_points(problem, tests, which, falling, answer)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: tests(:)
+      integer, intent(in) :: which
+      logical, intent(in) :: falling(:)            !! (tests)
+      type(answer_t), intent(inout) :: answer
+      logical :: gone(size(answer%touch))
+      integer :: k
+      gone = .false.
+      do k = 1, size(tests)
+         if (tests(k)%kind /= test_force) cycle
+         ! The place is known to that for the one that was looked for, to a few times that for others.
+         gone(tests(k)%touch) = k == which .or. .not. problem%touch(tests(k)%touch)%line .and. falling(k) .and. &
+            & tests(k)%value <= max(test_slack(test_force), 10.0_wp * abs(tests(which)%value))
+      end do
+      answer%touch = pack(answer%touch, .not. gone)
+   end subroutine lose_points
 
    !> The point of a test, and others that lie down at the same place of the path, lines. Their ends have forces, so Newton's method
    !> finds their places from any nearby.
