@@ -4,7 +4,6 @@ module finer_path
    use model, only: quantity_reaction
    use problem, only: problem_t, dof
    use rod_state, only: state_t
-   use rod_geometry, only: geometry_t
    use linear_system, only: system_t, new_system, assemble, row_times, to_global
    use bordered_system, only: linearise, factor_system, apply_increment
    use contact_set, only: contact_step_t, solve_contact_step
@@ -56,20 +55,18 @@ contains
       type(heading_t), intent(in) :: heading     !! tangent there
       integer, intent(in) :: ends(:)             !! touchdown points whose places count
       type(finer_path_t), intent(out) :: path
-      type(geometry_t) :: like
-      call take_finer_problem(problem, path%problem, like)
-      call new_finer_state(problem, state, path%problem, path%base, like)
+      call take_finer_problem(problem, path%problem)
+      call new_finer_state(problem, state, path%problem, path%base)
       path%control = control
       path%heading = heading
       path%ends = ends
    end subroutine new_finer_path
 
-   !> To be called by who needs the path no more, which is of no use afterwards: the next one from a point on the same mesh begins
-   !> sooner.
+   !> To be called by who needs the path no more: the next one from a point on the same mesh begins sooner.
    subroutine leave_path(problem, path)
       type(problem_t), intent(in) :: problem     !! whose point the path lies next to
       type(finer_path_t), intent(inout) :: path
-      call give_back(problem, path%problem, path%base%geometry)
+      call give_back(problem, path%problem)
    end subroutine leave_path
 
    !> The finer problem linearised at the problem's own point: where Newton's method starts.

@@ -11,7 +11,7 @@ module finer_problem
    use problem, only: problem_t, has_changed
    use element_families, only: collocates
    use rod_state, only: state_t
-   use rod_geometry, only: geometry_t, new_geometry, with_other_stages
+   use rod_geometry, only: new_geometry, with_other_stages
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
    use ge_element, only: ge_compliance, forbid_stretch, ge_size
@@ -25,7 +25,6 @@ module finer_problem
    type :: kept_t
       integer(i8) :: of = 0_i8                   !! making of the problem that it was made of
       type(problem_t), allocatable :: problem
-      type(geometry_t) :: geometry               !! of a state of it
    end type kept_t
 
    type(kept_t), save :: kept(2)                 !! of a problem, and of the finer one
@@ -33,15 +32,13 @@ module finer_problem
 contains
 
    !> The finer problem, made anew where it is not at hand.
-   subroutine take_finer_problem(problem, finer, geometry)
+   subroutine take_finer_problem(problem, finer)
       type(problem_t), intent(in) :: problem
       type(problem_t), allocatable, intent(out) :: finer
-      type(geometry_t), intent(out) :: geometry  !! of a state of it; of no elements: there has been none
       integer :: i
       do i = 1, size(kept)
          if (.not. allocated(kept(i)%problem) .or. kept(i)%of /= problem%making) cycle
          call move_alloc(kept(i)%problem, finer)
-         call move_geometry(kept(i)%geometry, geometry)
          return
       end do
       allocate (finer)
@@ -49,27 +46,16 @@ contains
    end subroutine take_finer_problem
 
    !> What take_finer_problem gave, unchanged, for who wants it next.
-   subroutine give_back(problem, finer, geometry)
+   subroutine give_back(problem, finer)
       type(problem_t), intent(in) :: problem     !! of which it was made
       type(problem_t), allocatable, intent(inout) :: finer
-      type(geometry_t), intent(inout) :: geometry !! of a state of it; of no elements on return
       if (allocated(kept(1)%problem)) then
          call move_alloc(kept(1)%problem, kept(2)%problem)
-         call move_geometry(kept(1)%geometry, kept(2)%geometry)
          kept(2)%of = kept(1)%of
       end if
       call move_alloc(finer, kept(1)%problem)
-      call move_geometry(geometry, kept(1)%geometry)
       kept(1)%of = problem%making
    end subroutine give_back
-
-   !> Hands a geometry on.
-   subroutine move_geometry(from, to)
-      type(geometry_t), intent(inout) :: from
-      type(geometry_t), intent(inout) :: to
-      call move_alloc(from%element, to%element)
-      call move_alloc(from%x, to%x)
-   end subroutine move_geometry
 
    !> The finer problem. UL2 elements stay as they are.
    subroutine new_finer_problem(problem, finer)
@@ -104,16 +90,15 @@ contains
 
    !> A state of the problem as one of the finer problem: the displacements of the nodes, and of the resultants the collocation
    !> polynomial. Its elements are out of balance by what the first ones err.
-   subroutine new_finer_state(problem, state, finer, new, like)
+   subroutine new_finer_state(problem, state, finer, new)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
       type(problem_t), intent(in) :: finer
       type(state_t), intent(out) :: new
-      type(geometry_t), intent(in), optional :: like !! of another state of the finer problem, see with_other_stages
       class(rod_element_t), pointer :: rod
       integer :: e
       new = state
-      new%geometry = with_other_stages(finer%model, finer%tableau, state%geometry, like)
+      new%geometry = with_other_stages(finer%model, finer%tableau, state%geometry)
       deallocate (new%z)
       allocate (new%z(maxval(finer%z_size), size(finer%z_size)), source=0.0_wp)
       do e = 1, problem%model%mesh%n_elements

@@ -45,25 +45,15 @@ contains
       end associate
    end function new_geometry
 
-   !> The same nodes, with other stages in the elements. Of elements whose ends are where others of them had theirs these are taken.
-   function with_other_stages(model, tableau, geometry, like) result(new)
+   !> The same nodes, with other stages in the elements.
+   function with_other_stages(model, tableau, geometry) result(new)
       type(model_t), intent(in) :: model          !! has the new numbers
       type(tableau_t), intent(in) :: tableau(:)
       type(geometry_t), intent(in) :: geometry
-      type(geometry_t), intent(in), optional :: like !! of the same model, with its stages; of no elements: there is none
       type(geometry_t) :: new
-      logical :: any_like
       integer :: e
       new = geometry
-      any_like = .false.
-      if (present(like)) any_like = allocated(like%element)
       do e = 1, model%mesh%n_elements
-         if (any_like) then
-            if (same_place(like%element(e), new%element(e))) then
-               new%element(e) = like%element(e)
-               cycle
-            end if
-         end if
          associate (g => new%element(e))
             g%scale = 1.0_wp
             if (follows_curves(model%mesh%family(e)) .and. model%mesh%curve(e) /= 0) then
@@ -75,13 +65,6 @@ contains
          end associate
       end do
    end function with_other_stages
-
-   !> True for an element of the same ends, exactly.
-   pure logical function same_place(one, other)
-      type(element_geometry_t), intent(in) :: one, other
-      same_place = all(abs(one%s - other%s) <= 0.0_wp) .and. all(abs(one%chord - other%chord) <= 0.0_wp) .and. &
-         & abs(one%length - other%length) <= 0.0_wp .and. all(abs(one%end_angle - other%end_angle) <= 0.0_wp)
-   end function same_place
 
    !> One element between two nominal coordinates, the nodes at x1 and x2.
    pure function element_geometry(model, tableau, e, s, x1, x2) result(g)
