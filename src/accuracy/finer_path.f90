@@ -11,16 +11,16 @@ module finer_path
    use path_control, only: control_t, control_row, follow_nodes
    use path_continuity, only: heading_t, heading_at
    use monitors, only: monitor_values
-   use finer_problem, only: take_finer_problem, give_back, new_finer_state
+   use finer_problem, only: new_finer_problem, new_finer_state
    use touch_places, only: places_at, places_after
    use null_directions, only: new_null_directions, leave_out
    use timing, only: timers_t
    implicit none
    private
-   public :: finer_path_t, finer_point_t, new_finer_path, leave_path, start_point, next_point, values_beside
+   public :: finer_path_t, finer_point_t, new_finer_path, start_point, next_point, values_beside
 
    type :: finer_path_t
-      type(problem_t), allocatable :: problem
+      type(problem_t) :: problem
       type(state_t) :: base                      !! the problem's own point
       type(control_t) :: control                 !! what tells points apart: its increment counts from the base
       type(heading_t) :: heading                 !! tangent of the problem's own path
@@ -55,19 +55,12 @@ contains
       type(heading_t), intent(in) :: heading     !! tangent there
       integer, intent(in) :: ends(:)             !! touchdown points whose places count
       type(finer_path_t), intent(out) :: path
-      call take_finer_problem(problem, path%problem)
+      call new_finer_problem(problem, path%problem)
       call new_finer_state(problem, state, path%problem, path%base)
       path%control = control
       path%heading = heading
       path%ends = ends
    end subroutine new_finer_path
-
-   !> To be called by who needs the path no more: the next one from a point on the same mesh begins sooner.
-   subroutine leave_path(problem, path)
-      type(problem_t), intent(in) :: problem     !! whose point the path lies next to
-      type(finer_path_t), intent(inout) :: path
-      call give_back(problem, path%problem)
-   end subroutine leave_path
 
    !> The finer problem linearised at the problem's own point: where Newton's method starts.
    subroutine start_point(path, point, timers)

@@ -3,12 +3,9 @@
 !> With s points an element errs by O(h^(2s)), with s + 1 by two orders less, so that the difference of the two is the error of
 !> the first. Everything that an element has by its order has a counterpart: foundations inside it, its obstacle's track, the
 !> touchdown points at its ends, the profile that tells gaps and monitors between nodes.
-!>
-!> Along a path many points stand on one mesh. Who is done with a finer problem gives it back, and who comes next gets it as it is,
-!> as long as the problem it was made of is the same (its making).
 module finer_problem
-   use kinds, only: wp, i8
-   use problem, only: problem_t, has_changed
+   use kinds, only: wp
+   use problem, only: problem_t
    use element_families, only: collocates
    use rod_state, only: state_t
    use rod_geometry, only: new_geometry, with_other_stages
@@ -19,43 +16,9 @@ module finer_problem
    use ground, only: new_ground
    implicit none
    private
-   public :: new_finer_problem, new_finer_state, take_finer_problem, give_back
-
-   !> A finer problem that nobody has now.
-   type :: kept_t
-      integer(i8) :: of = 0_i8                   !! making of the problem that it was made of
-      type(problem_t), allocatable :: problem
-   end type kept_t
-
-   type(kept_t), save :: kept(2)                 !! of a problem, and of the finer one
+   public :: new_finer_problem, new_finer_state
 
 contains
-
-   !> The finer problem, made anew where it is not at hand.
-   subroutine take_finer_problem(problem, finer)
-      type(problem_t), intent(in) :: problem
-      type(problem_t), allocatable, intent(out) :: finer
-      integer :: i
-      do i = 1, size(kept)
-         if (.not. allocated(kept(i)%problem) .or. kept(i)%of /= problem%making) cycle
-         call move_alloc(kept(i)%problem, finer)
-         return
-      end do
-      allocate (finer)
-      call new_finer_problem(problem, finer)
-   end subroutine take_finer_problem
-
-   !> What take_finer_problem gave, unchanged, for who wants it next.
-   subroutine give_back(problem, finer)
-      type(problem_t), intent(in) :: problem     !! of which it was made
-      type(problem_t), allocatable, intent(inout) :: finer
-      if (allocated(kept(1)%problem)) then
-         call move_alloc(kept(1)%problem, kept(2)%problem)
-         kept(2)%of = kept(1)%of
-      end if
-      call move_alloc(finer, kept(1)%problem)
-      kept(1)%of = problem%making
-   end subroutine give_back
 
    !> The finer problem. UL2 elements stay as they are.
    subroutine new_finer_problem(problem, finer)
@@ -63,7 +26,6 @@ contains
       type(problem_t), intent(out) :: finer
       integer :: e
       finer = problem
-      call has_changed(finer)
       where (collocates(finer%model%mesh%family)) finer%model%mesh%stages = finer%model%mesh%stages + 1
       if (any(problem%ground%founded)) then
          finer%ground = new_ground(finer%model, finer%tableau, new_geometry(finer%model, finer%tableau))

@@ -15,8 +15,7 @@ module path_errors
    use tangent_rounding, only: path_stiffness
    use error_bar, only: error_bar_t, error_bars_t, new_error_bar, no_error_bars
    use accuracy_limits, only: why_not_told
-   use finer_path, only: finer_path_t, finer_point_t, new_finer_path, leave_path, start_point, next_point, &
-      & values_beside
+   use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point, values_beside
    use element_shares, only: shares_t, find_shares, eigenvalue_shares
    use touch_places, only: moving_ends, places_at, named_place
    use missed_modes, only: unstable_difference
@@ -85,7 +84,6 @@ contains
       given = new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
       if (path%control%method == method_load) bars%load = given
       if (path%control%method == method_displacement) bars%monitor(path%control%monitor) = given
-      call leave_path(problem, path)
    end subroutine point_errors
 
    !> Errors of a located event. The finer problem has it further along its path by what its function is at this point, over the
@@ -158,7 +156,6 @@ contains
          & most, doubt, timers)
       call share_way()
       call set_bars(problem, ends, shares, value, final - value, unseen, sizes, rounding, bars)
-      call leave_path(problem, path)
 
    contains
 
@@ -298,7 +295,6 @@ contains
       end if
       crossing%doubt = point%value - first%value - crossing%rate / crossing%slope * (zero_value(next%problem, zero, point%state, &
          & point%system, point%heading%load, timers) - crossing%f)
-      call leave_path(path%problem, next)
    end subroutine doubt_crossing
 
    !> What holds a point of a path: the load or the monitor that the strategy prescribes, else the plane normal to it.

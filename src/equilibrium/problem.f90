@@ -3,7 +3,7 @@
 !> The mesh may be that of the deck or another one (remeshed_problem): `deck` is what the deck states, `model` the same on the
 !> working mesh. What the deck asks for belongs to material points: a stretch of its layout and a coordinate there.
 module problem
-   use kinds, only: wp, i8
+   use kinds, only: wp
    use model, only: model_t, load_t, new_load, complete_joints
    use element_families, only: collocates
    use rod_layout, only: layout_t, new_layout
@@ -24,7 +24,7 @@ module problem
    use ground_coupling, only: coupling_t, new_coupling
    implicit none
    private
-   public :: problem_t, new_problem, remeshed_problem, derive_problem, has_changed, rounding_gap, dof
+   public :: problem_t, new_problem, remeshed_problem, derive_problem, rounding_gap, dof
    public :: mesh_sampled, mesh_of_marks, mesh_of_spans
 
    ! What the nodes of a mesh go with.
@@ -33,11 +33,7 @@ module problem
    integer, parameter :: mesh_of_marks = 2               !! the ends of contact with foundations
    integer, parameter :: mesh_of_spans = 3               !! touchdown points, and those
 
-   integer(i8), save :: makings = 0_i8                   !! problems made or changed so far
-
    type :: problem_t
-      integer(i8) :: making = 0_i8                       !! another number where anything of it is another but the demand: what is
-      !! kept for later tells by it whose it is
       type(model_t) :: model                             !! on the working mesh
       type(model_t) :: deck                              !! on the deck's
       type(layout_t) :: layout                           !! of the deck
@@ -216,20 +212,12 @@ contains
       end do
    end subroutine count_from_deck
 
-   !> To be called by who changes a problem or a copy of one, once its mesh has been derived.
-   subroutine has_changed(problem)
-      type(problem_t), intent(inout) :: problem
-      makings = makings + 1_i8
-      problem%making = makings
-   end subroutine has_changed
-
    !> Sets what follows from the model on the working mesh.
    subroutine derive_problem(problem)
       type(problem_t), intent(inout) :: problem     !! deck, model, layout, places along it and constant loads are kept
       type(geometry_t) :: home
       integer :: e, i, k
       real(wp) :: softest
-      call has_changed(problem)
       associate (model => problem%model)
          call complete_joints(model)
          problem%ties = new_tie_pattern(model%tie, model%mesh%n_nodes)

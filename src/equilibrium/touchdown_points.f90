@@ -6,7 +6,7 @@
 !> the path; between Newton's iterations the points go to where the iterate has them.
 module touchdown_points
    use kinds, only: wp
-   use problem, only: problem_t, has_changed
+   use problem, only: problem_t
    use rod_state, only: state_t, may_react
    use obstacle_track, only: track_t
    use section_forces, only: end_forces
@@ -96,13 +96,12 @@ contains
    end function quotient
 
    !> The problem with touchdown points held where they are.
-   function with_held(problem, points) result(frozen)
+   pure function with_held(problem, points) result(frozen)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: points(:)      !! candidates, 0: none
       type(problem_t) :: frozen
       frozen = problem
       frozen%candidates%held(pack(points, points > 0)) = .true.
-      call has_changed(frozen)
    end function with_held
 
    !> What is left to do at two touchdown points, each on its own: of a point the rotation against the obstacle, of a line's end

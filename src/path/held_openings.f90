@@ -2,7 +2,7 @@
 !> With the points held, load and place are found at which they are where they belong (held_touchdown).
 module held_openings
    use kinds, only: wp
-   use problem, only: problem_t, has_changed, dof
+   use problem, only: problem_t, dof
    use rod_state, only: state_t
    use bordered_system, only: linearise, apply_increment
    use model, only: method_load
@@ -83,7 +83,6 @@ contains
       type(problem_t) :: turning
       turning = problem
       turning%candidates%follows(candidate) = problem%candidates%moves(candidate)
-      call has_changed(turning)
       call solve_held(turning, [candidate, 0], run%system, problem%candidates%moves(candidate), held_steps(problem, run), &
          & flatness, place, ok, timers)
       if (ok) place%reaction(candidate) = point_force(problem, place, candidate)

@@ -2,7 +2,7 @@
 module path_follower
    use kinds, only: wp
    use model, only: step_t, method_load
-   use problem, only: problem_t, has_changed
+   use problem, only: problem_t
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use path_control, only: is_arc_length, set_tangent
@@ -162,7 +162,6 @@ contains
             run%unsettled = .false.
             problem%model%step(problem%step)%sharper = sharper * problem%model%step(problem%step)%sharper
             problem%deck%step(problem%step)%sharper = problem%model%step(problem%step)%sharper
-            call has_changed(problem)
             if (allocated(run%wanted)) deallocate (run%wanted)
             call linearise(problem, run%state, run%state, run%system, timers)
             return

@@ -4,7 +4,7 @@ module path_loop
    use text, only: to_text
    use errors, only: error_t
    use model, only: model_t, mesh_t, step_t, mode_offset_t, method_displacement
-   use problem, only: problem_t, new_problem, has_changed
+   use problem, only: problem_t, new_problem
    use imperfect_mesh, only: add_mode_offsets
    use initial_overlap, only: overlap_of_modes
    use rod_state, only: state_t, new_state
@@ -62,7 +62,6 @@ contains
       run%system = new_system(problem)
       steps: do k = 1, size(problem%model%step)
          problem%step = k
-         call has_changed(problem)
          if (size(problem%model%step(k)%mode_offset) > 0) call start_anew(perfect, buckled, problem, run, outcome)
          if (allocated(outcome%why)) exit steps
          call begin_step(problem, run, outcome, timers)
@@ -280,7 +279,6 @@ contains
       type(problem_t), intent(inout) :: problem
       type(state_t), intent(inout) :: state
       call problem%constant%add(state%load_factor, problem%model%step(problem%step)%load)
-      call has_changed(problem)
       state%load_factor = 0.0_wp
    end subroutine freeze_loads
 end module path_loop

@@ -6,7 +6,7 @@ module second_parameter
    use text, only: same_name
    use rod_layout, only: new_layout
    use imperfect_mesh, only: move_to_curves
-   use problem, only: problem_t, new_problem, derive_problem, has_changed
+   use problem, only: problem_t, new_problem, derive_problem
    use span_problem, only: same_spans, place_spans
    use state_transfer, only: move_nodes
    use candidates, only: candidates_t
@@ -52,7 +52,6 @@ contains
       problem = base
       if (curve%parameter == parameter_constant_load) then
          problem%constant = base%constant%scaled(value)
-         call has_changed(problem)
          return
       end if
       ! Elements that the deck names are its own; curves are the same on every mesh.

@@ -6,7 +6,7 @@
 !> are zero all along.
 module weak_lines
    use kinds, only: wp
-   use problem, only: problem_t, has_changed
+   use problem, only: problem_t
    use rod_state, only: state_t, obstacle_shift, node_position
    use obstacle_geometry, only: obstacle_gap
    use contact_touch, only: touch_t
@@ -111,13 +111,12 @@ contains
    end subroutine count_released
 
    !> The released problem as one of a path that leaves the lines: where they ended the rod may turn.
-   subroutine let_turn(free)
+   pure subroutine let_turn(free)
       type(problem_t), intent(inout) :: free
       integer :: c
       do c = 1, free%candidates%n
          if (free%candidates%touch(c) > 0) free%candidates%follows(c) = free%touch(free%candidates%touch(c))%line
       end do
-      call has_changed(free)
    end subroutine let_turn
 
    !> True for an end of a line that goes on as another one, or ends with its rod.
