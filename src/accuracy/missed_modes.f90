@@ -10,7 +10,7 @@ module missed_modes
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
    use conforming_span, only: excess_curvature
-   use section_forces, only: local_forces
+   use mesh_adequacy, only: compression
    use tangent_modes, only: modes_t, lowest_modes
    use weak_lines, only: release_lines
    use finer_problem, only: new_finer_problem, new_finer_state
@@ -47,15 +47,12 @@ contains
    integer function hidden_directions(problem, state) result(hidden)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp) :: local(3, 2), mu
       integer :: e
       hidden = 0
       do e = 1, problem%model%mesh%n_elements
          ! What an obstacle or the ground holds between its nodes, too, does not buckle so soon.
          if (problem%conforms(e) > 0 .or. problem%ground%founded(e)) cycle
-         call local_forces(problem, state, e, local)
-         mu = max(-0.5_wp * sum(local(1, :)), 0.0_wp) * state%geometry%element(e)%length**2 * problem%compliance(e)%bending
-         hidden = hidden + int(sqrt(mu) / (2.0_wp * pi))
+         hidden = hidden + int(sqrt(compression(problem, state, e)) / (2.0_wp * pi))
       end do
    end function hidden_directions
 

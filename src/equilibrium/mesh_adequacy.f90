@@ -23,7 +23,7 @@ module mesh_adequacy
    use columns, only: scientific, whole
    implicit none
    private
-   public :: verdict_t, judge_mesh, verdict_words
+   public :: verdict_t, judge_mesh, verdict_words, compression
 
    real(wp), parameter :: wanted = 0.01_wp !! relative error of a load that looks right
    integer, parameter :: buckled = 1, unheld = 2, unbent = 3, slack = 4
