@@ -97,3 +97,10 @@ def test_progress_on_a_terminal_only():
     assert b"step 1, " in said and b"load factor" in said and b"\n" not in said
     assert said.rstrip(b"\r").endswith(b" " * 79)
     assert quiet.returncode == 0 and quiet.stderr == ""
+
+
+def test_an_obstacle_that_no_contact_names():
+    """A forgotten card is seen; an obstacle left out of a comparison may stay in its deck."""
+    contact = "*CONTACT, OBSTACLE=WALL, NSET=COLUMN, POINTS=ALONG\n"
+    for text, said in ((dr.example("column"), False), (dr.changed(dr.example("column"), (contact, ""), (", REACTION\n", "\n")), True)):
+        assert ("; no *CONTACT names it" in dr.run_deck(text, "--check").stdout) == said

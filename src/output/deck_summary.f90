@@ -23,6 +23,7 @@ contains
       character(*), intent(in) :: version         !! of the program
       character(*), intent(in) :: deck            !! name of the deck, or <stdin>
       character(*), intent(in) :: results         !! name of the result file; blank: none
+      character(:), allocatable :: text
       integer :: i
       call line(unit, '', 'unilat '//trim(version))
       call write_title(unit, model%title)
@@ -41,7 +42,9 @@ contains
       end if
       call write_sections(unit, model)
       do i = 1, size(model%obstacle)
-         call line(unit, 'obstacle', obstacle_text(model, model%obstacle(i)))
+         text = obstacle_text(model, model%obstacle(i))
+         if (.not. any(model%contact%obstacle == i)) text = text//'; no *CONTACT names it, rods go through it'
+         call line(unit, 'obstacle', text)
       end do
       do i = 1, size(model%contact)
          call line(unit, 'contact '//whole(i), contact_text(model, model%contact(i)))
