@@ -482,3 +482,73 @@ def test_places_are_located_within_their_bars(tolerance):
     assert abs(gained.load_factor + lost.load_factor - 1.0) <= gained.error + lost.error
     assert abs(gained.load_factor - 0.0214630196) <= gained.error
     assert abs(run.only("UZ").monitors["t"] + 0.05) <= 1e-15
+
+
+STOPS = """*NODE
+1, 0, 0
+2, 1.0, 0
+3, 1.6, 0
+4, 2.5, 0
+5, 3.5, 0
+*LINE, ELSET=A, TYPE=GE8
+1, 2{n}
+2, 3{n}
+*LINE, ELSET=B, TYPE=GE8
+3, 4{n}
+4, 5{n}
+*BEAM SECTION, ELSET=A, SECTION=STIFFNESS
+1e5, 1.0, , , 1e-3
+*BEAM SECTION, ELSET=B, SECTION=STIFFNESS
+1e5, 2.0, , , 1e-3
+*RELEASE
+3, B
+*BOUNDARY
+1, ENCASTRE
+5, PINNED
+*GAP, NAME=S2
+2, 0.01
+*GAP, NAME=S4
+4, 0.02
+*GAP, NAME=T3, DIRECTION=-90, STIFFNESS=100.0
+3, 0.001
+*MONITOR, NAME=h
+3, U2
+*MONITOR, NAME=s2, OBSTACLE=S2
+RN
+*MONITOR, NAME=s4, OBSTACLE=S4
+RN
+*MONITOR, NAME=t3, OBSTACLE=T3
+RF2
+"""
+STOPS_STEP = """*STEP
+*STATIC, METHOD=LOAD
+{first}
+*ACCURACY{asked}
+{loads}
+*END STEP
+"""
+THRUST = 10.0  # of the heated rods, what forces are measured against
+STOPS_LOADS = ("*DLOAD\nA, PY, -1.0\nB, PY, -1.0", "*TEMPERATURE\nA, .1, 400.0\nB, -1., -300.0", "*CLOAD\n3, 2, 4")
+
+
+@functools.cache
+def stops(asked="", n="", first=0.1):
+    """Two hinged beams over stops: load, heat, lift. Each stop is met or left."""
+    steps = "".join(STOPS_STEP.format(first=first, asked=asked, loads=loads_) for loads_ in STOPS_LOADS)
+    return [c for c in dr.run_deck(STOPS.format(n=n) + steps).results.critical if c.label in ("C+", "C-", "EP")]
+
+
+@pytest.mark.parametrize("tolerance", (1e-3, 1e-5, 1e-7))
+def test_stops_at_nodes_have_bars_and_the_mesh_that_is_asked_for(tolerance):
+    """Gap and reaction of a stop tell where it is met and left, and its force is known as those of supports are."""
+    right = stops(n=", 12", first=0.02)
+    told = stops(asked=f", TOLERANCE={tolerance}")
+    assert [c.label for c in told] == [c.label for c in right] == ["C+", "C+", "EP", "EP", "C-", "C-", "C+", "EP"]
+    for here, exact in zip(told, right):
+        assert abs(here.load_factor - exact.load_factor) <= min(here.error, tolerance) + exact.error
+        if here.label != "EP":
+            assert abs(here.corrected - exact.load_factor) <= 0.3 * here.error + exact.error
+        for name, scale in (("h", 0.03), ("s2", THRUST), ("s4", THRUST), ("t3", THRUST)):
+            error = abs(here.monitors[name] - exact.monitors[name])
+            assert error <= here.monitor_errors[name] + exact.monitor_errors[name] + 1e-11, name
+            assert here.monitor_errors[name] <= tolerance * scale, name

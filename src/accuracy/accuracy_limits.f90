@@ -5,6 +5,7 @@ module accuracy_limits
    use element_families, only: collocates
    use rod_state, only: state_t
    use ground_segments, only: is_cut
+   use stop_forces, only: is_stop
    implicit none
    private
    public :: why_not_told
@@ -26,7 +27,7 @@ contains
       do c = 1, problem%candidates%n
          if (problem%candidates%touch(c) > 0 .or. .not. state%active(c)) cycle
          ! Stops stand at nodes that the deck names.
-         if (problem%model%obstacle(problem%candidates%obstacle(c))%at_nodes) cycle
+         if (is_stop(problem, c)) cycle
          if (size(problem%model%contact(problem%candidates%contact(c))%node) > 1) why = 'contact is at the nodes of the mesh'
       end do
       do c = 1, problem%ground%chain%n

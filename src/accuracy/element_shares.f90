@@ -20,6 +20,7 @@ module element_shares
    use path_control, only: control_t, held_row
    use null_directions, only: new_null_directions, leave_out, free_of
    use contact_totals, only: contact_sum_known, contact_sum_defect, contact_sum_gradient
+   use stop_forces, only: stop_force_gradient, stop_force_defect
    use monitor_rows, only: monitor_row_t, monitor_row, watched_displacement
    use deck_nodes, only: find_node
    use touch_places, only: place_gradients, moment_places
@@ -144,7 +145,11 @@ contains
             call share_inside()
          else if (problem%deck%monitor(m - 1)%quantity == quantity_contact) then
             ! Ends of spans carry it: what nodes are known to, not polynomials between them.
-            rest = rest + contact_sum_defect(problem, state, system, m - 1)
+            if (watches_stops(problem, m - 1)) then
+               rest = rest + stop_force_defect(problem, state, system, m - 1)
+            else
+               rest = rest + contact_sum_defect(problem, state, system, m - 1)
+            end if
          end if
          shares%rest(m) = rest
          shares%sum(m) = sum(share) + rest + change
@@ -355,12 +360,16 @@ contains
       type(functional_t), intent(out) :: functional
       type(monitor_row_t) :: row
       real(wp) :: along(3), spring(system%n)
-      integer :: i, d, e, node
+      integer :: i, d, node
       allocate (functional%by_unknown(system%n), functional%by_force(system%n), source=0.0_wp)
       allocate (functional%by_element(6, problem%model%mesh%n_elements), source=0.0_wp)
       associate (monitor => problem%deck%monitor(m), g => functional%by_unknown)
-         functional%known = monitor%quantity /= quantity_contact
-         if (.not. functional%known) then
+         functional%known = .true.
+         if (watches_stops(problem, m)) then
+            call stop_force_gradient(problem, state, system, m, spring, functional%by_load, functional%by_force)
+            call through_equations()
+            return
+         else if (monitor%quantity == quantity_contact) then
             functional%known = contact_sum_known(problem, state, m)
             if (.not. functional%known) return
             call contact_sum_gradient(problem, state, system, m, g, functional%by_load, functional%by_force, functional%by_element)
@@ -387,12 +396,30 @@ contains
                spring(d:d + 2) = spring(d:d + 2) - problem%spring(monitor%component, node) * along
             end if
          end do
-         call band_times(system%k, functional%by_force, g)
-         g = g + spring
-         functional%by_load = -dot_product(functional%by_force, system%load)
+         call through_equations()
+      end associate
+
+   contains
+
+      !> What is out of balance is the unknowns', the load's and the elements'.
+      subroutine through_equations()
+         integer :: e
+         call band_times(system%k, functional%by_force, functional%by_unknown)
+         functional%by_unknown = functional%by_unknown + spring
+         functional%by_load = functional%by_load - dot_product(functional%by_force, system%load)
          do e = 1, problem%model%mesh%n_elements
             functional%by_element(:, e) = nodal(problem, system, functional%by_force, e)
          end do
-      end associate
+      end subroutine through_equations
    end subroutine new_functional
+
+   !> True for a monitor of the force of stops.
+   pure logical function watches_stops(problem, m)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: m                   !! index into model%monitor
+      associate (monitor => problem%deck%monitor(m))
+         watches_stops = monitor%quantity == quantity_contact
+         if (watches_stops) watches_stops = problem%model%obstacle(monitor%obstacle)%at_nodes
+      end associate
+   end function watches_stops
 end module element_shares

@@ -18,6 +18,7 @@ module error_report
    use path_errors, only: point_errors, event_errors
    use located_zero, only: zero_t, new_zero
    use mesh_request, only: excess
+   use stop_forces, only: is_stop
    use told_error, only: bar_text
    use run_accuracy, only: accuracy_t, place_t, note_worst
    use path_record, only: buckling_t, limit_point_t
@@ -52,7 +53,7 @@ contains
       call timing_start(timers, phase_accuracy)
       if (event%kind == event_release) then
          call bars_at_release()
-      else if (event%kind == event_contact .and. event%ground%contact == 0) then
+      else if (event%kind == event_contact .and. event%ground%contact == 0 .and. .not. only_stops(problem, event%marked)) then
          bars = no_error_bars(size(problem%model%monitor), at_nodes)
       else if (event%held) then
          call point_errors(problem, place, run%system, holding_value(event%monitor, 0.0_wp), heading, bars, own, places=.true.)
@@ -113,7 +114,7 @@ contains
    end subroutine bars_at_event
 
    !> Bars of an accepted point: of one where a test of contact spans is zero, or of any, which the control holds.
-   subroutine bars_at_point(problem, step, run, place, heading, label, finished, test, bars, timers, wanted)
+   subroutine bars_at_point(problem, step, run, place, heading, label, finished, test, bars, timers, wanted, changing)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(in) :: run             !! its system is factored there; its state is the last point
@@ -125,6 +126,7 @@ contains
       type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck does not want them
       type(timers_t), intent(inout) :: timers
       logical, intent(in), optional :: wanted    !! at every point
+      logical, intent(in), optional :: changing(:) !! (candidates) whose contact at a node begins or ends there
       type(timers_t) :: own                      ! the work is not the path's
       type(zero_t) :: zero
       logical :: everywhere
@@ -134,7 +136,16 @@ contains
       allocate (bars)
       call timing_start(timers, phase_accuracy)
       zero%test = test
-      if (label /= '' .and. .not. problem%has_spans()) then
+      if (label /= '' .and. present(changing)) then
+         if (only_stops(problem, changing)) then
+            allocate (zero%event)
+            zero%event = event_t(kind=event_contact, label=label, marked=changing)
+         end if
+      end if
+      if (allocated(zero%event)) then
+         call event_errors(problem, place, run%system, zero, heading, path_length(problem, run%state, place), &
+            & place%load_factor - run%state%load_factor, bars, own)
+      else if (label /= '' .and. .not. problem%has_spans()) then
          bars = no_error_bars(size(problem%model%monitor), at_nodes)
       else if (label /= '' .and. test == 0) then
          bars = no_error_bars(size(problem%model%monitor), 'a whole span lies down here')
@@ -147,6 +158,17 @@ contains
       end if
       call timing_stop(timers, phase_accuracy)
    end subroutine bars_at_point
+
+   !> True where contact begins or ends at stops alone, which stand at the same nodes on all meshes: gap and reaction tell.
+   pure logical function only_stops(problem, changing)
+      type(problem_t), intent(in) :: problem
+      logical, intent(in) :: changing(:)         !! (candidates)
+      integer :: c
+      only_stops = any(changing)
+      do c = 1, size(changing)
+         if (changing(c)) only_stops = only_stops .and. is_stop(problem, c)
+      end do
+   end function only_stops
 
    !> Bars of a point where contact begins. The gap of a free span is known as well as its elements' polynomials only; where the
    !> force of the new contact vanishes the nodes tell.

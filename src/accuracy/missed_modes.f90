@@ -38,20 +38,25 @@ contains
       difference = 0
       if (size(problem%hinge) > 0) return
       difference = certain_difference(problem, state, system, path%problem, point%state, point%system, allowed, timers)
-      if (difference == 0) difference = hidden_directions(problem, state)
-      if (difference == 0) difference = released_difference(problem, state, system, allowed, timers)
+      if (difference == 0) difference = hidden_directions(problem, state, system)
+      if (difference == 0 .and. any(problem%touch%line)) difference = released_difference(problem, state, system, allowed, timers)
    end function unstable_difference
 
    !> Unstable directions that no pivot counts, at least: those of elements between nodes that stand still (Wittrick and
    !> Williams 1971). One held at both ends buckles where N h^2/EI is 4 pi^2 n^2; of a higher order it does, too, and hides as much.
-   integer function hidden_directions(problem, state) result(hidden)
+   integer function hidden_directions(problem, state, system) result(hidden)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system       !! assembled there
+      real(wp) :: force
       integer :: e
       hidden = 0
       do e = 1, problem%model%mesh%n_elements
          ! What an obstacle or the ground holds between its nodes, too, does not buckle so soon.
          if (problem%conforms(e) > 0 .or. problem%ground%founded(e)) cycle
+         ! Its thrust is at most the larger of the forces at its ends.
+         force = max(norm2(system%eraw(1:2, e)), norm2(system%eraw(4:5, e)))
+         if (force * state%geometry%element(e)%length**2 * problem%compliance(e)%bending < (2.0_wp * pi)**2) cycle
          hidden = hidden + int(sqrt(compression(problem, state, e)) / (2.0_wp * pi))
       end do
    end function hidden_directions
@@ -97,7 +102,7 @@ contains
       call linearise(finer, better, better, linear, timers)
       if (.not. (loose%ok .and. linear%ok)) return
       difference = certain_difference(free, released, loose, finer, better, linear, allowed, timers)
-      if (difference == 0) difference = hidden_directions(free, released)
+      if (difference == 0) difference = hidden_directions(free, released, loose)
    end function released_difference
 
    !> True where both agree how much more than its obstacle the rod is curved at every contact point: its stiffness against turning

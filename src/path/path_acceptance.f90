@@ -47,7 +47,7 @@ contains
    !> Detects what happened up to a converged trial point, locates it, puts it in order, records it and the point, and goes
    !> there. `shorter` instead, and nothing recorded, when an event was not located and the caller can cut the increment.
    subroutine accept(problem, step, run, trial, ahead, label, report, can_cut, recorder, shorter, finished, outcome, timers, &
-      & touching, divides, changes, bars, tries, times)
+      & changing, divides, changes, bars, tries, times)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the trial on entry and on return, else anywhere
@@ -61,7 +61,7 @@ contains
       logical, intent(out) :: finished           !! the step has come to its end
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
-      logical, intent(in), optional :: touching(:) !! (candidates) what is about to carry force at a C+
+      logical, intent(in), optional :: changing(:) !! (candidates) whose contact at a node begins or ends at the trial
       logical, intent(in), optional :: divides   !! at a C-: of the contact a part stays on both sides
       type(error_bars_t), allocatable, intent(in), optional :: bars !! at a change of contact spans
       integer, intent(in), optional :: tries     !! meshes that the same increment has had for its errors' sake; not there: this
@@ -119,7 +119,7 @@ contains
       ends = any(seen%located .and. seen%event%kind == event_stop .and. .not. told)
       if (.not. (allocated(shown_bars) .or. ends)) &
          & call bars_at_point(problem, step, run, trial, ahead, label, stops, 0, shown_bars, timers, &
-         & wanted=step%asked_of_path > 0.0_wp .and. any(problem%layout%stretch%placed))
+         & wanted=step%asked_of_path > 0.0_wp .and. any(problem%layout%stretch%placed), changing=changing)
       if (allocated(shown_bars) .and. .not. ends) then
          if (present(tries)) call ask_for_mesh(problem, step, run, trial, shown_bars, label /= '' .or. stops, tries, outcome)
          if (wants_another(run)) return
@@ -145,7 +145,7 @@ contains
          if (changes) run%system%negative_pivots = count_before(run, seen, told, 1.0_wp)
       end if
       finished = stops
-      call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers, touching, &
+      call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers, changing, &
          & shown_bars, ahead)
       if (allocated(outcome%why)) return
       do i = 1, size(seen)

@@ -49,13 +49,14 @@ contains
       type(heading_t) :: ahead
       type(relation_t) :: relation, before
       logical :: finished, scaled, shorter, astray, changed, begins, taken
-      integer :: cuts, searches, tries, tried_at, doubled_at, asked_at
+      integer :: cuts, searches, tries, corner_tries, tried_at, doubled_at, asked_at
       real(wp) :: first_increment
 
       finished = .false.
       cuts = 0
       searches = 0
       tries = 0
+      corner_tries = 0
       tried_at = run%step_points
       doubled_at = -1
       asked_at = -1
@@ -69,6 +70,7 @@ contains
             return
          end if
          if (run%step_points /= tried_at) tries = 0
+         if (run%step_points /= tried_at) corner_tries = 0
          if (run%step_points /= tried_at .or. .not. first_increment > 0.0_wp) first_increment = abs(run%control%increment)
          tried_at = run%step_points
          if (is_arc_length(run%control%method)) &
@@ -221,8 +223,13 @@ contains
          end if
          ! A path turns at once where the contact set changes.
          if (cuts > cuts_before_corner .or. (astray .and. other_set(run%state%active, trial%active))) then
-            call turn_corner(problem, step, run, recorder, turned, finished, outcome, timers)
+            call turn_corner(problem, step, run, corner_tries, recorder, turned, finished, outcome, timers)
             if (finished .or. allocated(outcome%why)) return
+            if (wants_another(run)) then
+               corner_tries = corner_tries + 1
+               call refine(.false.)
+               return
+            end if
             if (turned) cuts = 0
             if (turned) return
          end if
@@ -253,10 +260,11 @@ contains
    end subroutine follow_points
 
    !> Tries whether the contact set changes at a corner just ahead; if so, goes there and around it.
-   subroutine turn_corner(problem, step, run, recorder, turned, finished, outcome, timers)
+   subroutine turn_corner(problem, step, run, tries, recorder, turned, finished, outcome, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the last point, on return too
+      integer, intent(in) :: tries               !! meshes that the corner has had for its errors' sake, see accept
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: turned             !! the path stands at the corner, with its new contact set
       logical, intent(out) :: finished           !! the step ended before
@@ -289,8 +297,8 @@ contains
       if (regions < 0) label = 'C-'
       load = abs(run%last_load)
       call accept(problem, step, run, place, heading_of(problem, run, place), label, report, .false., recorder, shorter, &
-         & finished, outcome, timers, beyond%active .and. .not. place%active)
-      if (finished .or. allocated(outcome%why)) return
+         & finished, outcome, timers, beyond%active .neqv. place%active, tries=tries)
+      if (finished .or. allocated(outcome%why) .or. wants_another(run)) return
       load = max(load, abs(run%last_load), least_load * abs(run%state%load_factor))
       call leave_corner(problem, corner, run%state, run%system, run%heading, turned, timers)
       run%probe = new_probe(problem, run%state, run%system, run%heading%load)
