@@ -53,7 +53,7 @@ contains
       call timing_start(timers, phase_accuracy)
       if (event%kind == event_release) then
          call bars_at_release()
-      else if (event%kind == event_contact .and. event%ground%contact == 0 .and. .not. only_stops(problem, event%marked)) then
+      else if (is_at_mesh_nodes(problem, event)) then
          bars = no_error_bars(size(problem%model%monitor), at_nodes)
       else if (event%held) then
          call point_errors(problem, place, run%system, holding_value(event%monitor, 0.0_wp), heading, bars, own, places=.true.)
@@ -158,6 +158,14 @@ contains
       end if
       call timing_stop(timers, phase_accuracy)
    end subroutine bars_at_point
+
+   !> True for a change of contact at nodes that another mesh has elsewhere.
+   pure logical function is_at_mesh_nodes(problem, event) result(is)
+      type(problem_t), intent(in) :: problem
+      type(event_t), intent(in) :: event
+      is = event%kind == event_contact .and. event%ground%contact == 0
+      if (is) is = .not. only_stops(problem, event%marked)
+   end function is_at_mesh_nodes
 
    !> True where contact begins or ends at stops alone, which stand at the same nodes on all meshes: gap and reaction tell.
    pure logical function only_stops(problem, changing)
