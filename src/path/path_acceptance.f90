@@ -287,6 +287,7 @@ contains
       run%heading = heading
       run%probe = probe
       run%fresh = .false.
+      run%shrunk = .false.
    end subroutine go_to
 
    !> All events between the last point and the trial, looked for. A load that is passed on the way to a limit point, and

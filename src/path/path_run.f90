@@ -44,6 +44,8 @@ module path_run
       type(region_t), allocatable :: beginning   !! a point contact that begins at the next point
       integer :: beginning_in = 0                !! the element that it begins in, or 0
       logical :: on_bifurcation = .false.        !! the last point is one that was recorded: its pivots have the sign of rounding
+      logical :: shrunk = .false.                !! a line of contact has just become a point: its probe is the line's, and an
+      !! eigenvalue may have gone through zero as it did
       real(wp) :: motion(2) = 0.0_wp             !! largest displacement and rotation so far
       type(refinement_t) :: refinement           !! what the meshes of the point have been worth
       logical :: unsettled = .false.             !! the last trial wants smaller residuals, and nothing was recorded

@@ -90,11 +90,11 @@ contains
          sighting%later = bracket%f_low * f > 0.0_wp .and. sighting%event%before * f > 0.0_wp
          told = sighting%later .or. bracket%f_low * sighting%event%before <= 0.0_wp
          if (sighting%later .or. .not. told) return
-         ! It was passed next to the last point, which had the sign of rounding.
+         ! It was passed next to the last point, which had the sign of rounding, or as a line became a point there.
          sighting%place = run%state
          sighting%heading = run%heading
          sighting%fraction = 0.0_wp
-         sighting%located = abs(bracket%f_low) <= sqrt(step%locate_tolerance) * bracket%scale
+         sighting%located = run%shrunk .or. abs(bracket%f_low) <= sqrt(step%locate_tolerance) * bracket%scale
       end subroutine bracket_eigenvalue
 
       !> To within the reach of the samples.

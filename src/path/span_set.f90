@@ -14,12 +14,11 @@ module span_set
    use span_mesh, only: take_touches
    use held_openings, only: open_span, rest_held, find_flat_point, small_load, spreading_rate
    use path_control, only: control_t, is_arc_length, path_length
-   use path_continuity, only: heading_at, normal_plane
+   use path_continuity, only: heading_at
    use path_events, only: new_probe
    use path_run, only: run_t, heading_of
    use corrector, only: increment_t, correct
    use touchdown_points, only: point_force
-   use conforming_span, only: flat_excess, excess_curvature
    use timing, only: timers_t
    implicit none
    private
@@ -85,7 +84,8 @@ contains
       end select
       on%probe = new_probe(next, on%state, on%system, on%heading%load)
       ! A point that a line has shrunk to may leave a span neutral there; the line's pivots are definite.
-      if (test%kind == test_length) on%probe%negative_pivots = run%probe%negative_pivots
+      on%shrunk = test%kind == test_length
+      if (on%shrunk) on%probe%negative_pivots = run%probe%negative_pivots
       problem = next
       run = on
    end subroutine take_set
@@ -100,7 +100,7 @@ contains
 
    !> What was taken for none had a length: without it the equilibrium is a little another. A point is as curved as the obstacle
    !> where the line that it comes from is none; of a line it is that of the same load. It stays where none is found nearby, as at
-   !> a limit point, or where free spans buckle as the line vanishes: of a load given there the equilibrium is another one.
+   !> a limit point.
    subroutine come_to_rest(problem, run, number, reach, timers)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
@@ -121,51 +121,12 @@ contains
          call correct(problem, run%state, here, .true., state, run%system, report, timers)
          found = report%converged
       else
-         call find_flat_point(problem, run, c, state, found, timers)
+         call find_flat_point(problem, run, c, state, found, timers, reach)
       end if
       if (found) found = path_length(problem, run%state, state) <= reach
       if (found) run%state = state
-      if (.not. found .and. problem%candidates%moves(c)) call go_to_flat_point(problem, run, c, reach, timers)
       call linearise(problem, run%state, run%state, run%system, timers)
    end subroutine come_to_rest
-
-   !> A point that is as curved as its obstacle where the load hardly tells, as where free spans buckle there: across the path, by
-   !> secants along it. The run stays where none is found nearby.
-   subroutine go_to_flat_point(problem, run, c, reach, timers)
-      type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
-      integer, intent(in) :: c                   !! candidate
-      real(wp), intent(in) :: reach              !! along the path
-      type(timers_t), intent(inout) :: timers
-      integer, parameter :: most = 20
-      type(control_t) :: across
-      type(increment_t) :: report
-      type(state_t) :: state
-      real(wp) :: along(0:2), left(0:2), stretch
-      integer :: try
-      call linearise(problem, run%state, run%state, run%system, timers)
-      across = normal_plane(problem, run%state, run%heading)
-      along = [0.0_wp, 0.0_wp, reach]
-      left = 0.0_wp
-      do try = 1, most
-         state = run%state
-         across%increment = along(1)
-         call correct(problem, run%state, across, .true., state, run%system, report, timers)
-         if (.not. report%converged) exit
-         call excess_curvature(problem, state, c, left(1), stretch)
-         left(1) = left(1) * problem%size - flat_excess
-         if (abs(left(1)) <= 0.5_wp * flat_excess) then
-            run%state = state
-            exit
-         end if
-         ! A first difference.
-         along(2) = 1.0e-3_wp * reach
-         if (try > 1) along(2) = along(1) - left(1) * (along(1) - along(0)) / (left(1) - left(0))
-         if (abs(along(2)) > reach) exit
-         along(0:1) = along(1:2)
-         left(0) = left(1)
-      end do
-   end subroutine go_to_flat_point
 
    !> The run with one touch more at a place where the gap of a free span is zero, at the load at which it has no force.
    subroutine begin_touch(problem, run, test, ok, timers)
