@@ -66,13 +66,17 @@ contains
       call narrow_bracket(found)
       if (found) call interpolate_zero(found)
       if (found) call bring_to_balance(found)
-      if (.not. found) return
+      if (found) found = max(run%system%force_residual, run%system%defect_residual) <= max(step%tolerance, run%system%round_off)
+      if (.not. found) then
+         if (run%shrunk) call take_beginning()
+         return
+      end if
       sighting%event%pivots = run%system%negative_pivots
       sighting%report%residual = max(run%system%force_residual, run%system%defect_residual)
       ! In balance as any point is, and zero relative to its change over the increment. Other functions than the eigenvalue
       ! mean nothing there where it is zero, too: of these the samples tell.
-      sighting%located = sighting%report%residual <= max(step%tolerance, run%system%round_off)
-      if (.not. (branching .and. sighting%located)) return
+      sighting%located = .true.
+      if (.not. branching) return
       ! The numbers that tell eigenvalues apart are rounding there.
       f = zero_eigenvalue(problem, run, sighting%event, sighting%place, timers, modes)
       sighting%located = minval(abs(modes%mu)) <= sqrt(step%locate_tolerance) * bracket%scale
@@ -90,12 +94,22 @@ contains
          sighting%later = bracket%f_low * f > 0.0_wp .and. sighting%event%before * f > 0.0_wp
          told = sighting%later .or. bracket%f_low * sighting%event%before <= 0.0_wp
          if (sighting%later .or. .not. told) return
-         ! It was passed next to the last point, which had the sign of rounding, or as a line became a point there.
+         ! It was passed next to the last point, which had the sign of rounding.
+         call take_beginning()
+         sighting%located = sighting%located .or. abs(bracket%f_low) <= sqrt(step%locate_tolerance) * bracket%scale
+      end subroutine bracket_eigenvalue
+
+      !> The last point. There it is where a line of contact has just become a point: what holds the point's rotation is without
+      !> bounds where it is as curved as the obstacle, Newton's method does not get near, and by how much the line was shorter than
+      !> none no eigenvalue tells.
+      subroutine take_beginning()
          sighting%place = run%state
          sighting%heading = run%heading
          sighting%fraction = 0.0_wp
-         sighting%located = run%shrunk .or. abs(bracket%f_low) <= sqrt(step%locate_tolerance) * bracket%scale
-      end subroutine bracket_eigenvalue
+         call linearise(problem, run%state, run%state, run%system, timers)
+         sighting%report%residual = max(run%system%force_residual, run%system%defect_residual)
+         sighting%located = run%shrunk .and. sighting%report%residual <= max(step%tolerance, run%system%round_off)
+      end subroutine take_beginning
 
       !> To within the reach of the samples.
       subroutine narrow_bracket(found)
