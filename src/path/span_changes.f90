@@ -7,7 +7,8 @@ module span_changes
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use span_regions, only: find_span_regions
-   use span_tests, only: span_test_t, test_words, test_curvature
+   use span_tests, only: span_test_t, test_words, test_curvature, shortest
+   use lying_ahead, only: reach_of
    use span_change, only: leg_t, change_t, new_leg, change_none, change_missed, change_by_rule, &
       & change_opening, change_vanishing, place_here, place_ahead
    use next_spans, only: next_t
@@ -50,14 +51,12 @@ contains
       type(leg_t) :: leg
       type(change_t) :: change
       type(answer_t) :: answer
-      real(wp) :: reach
       logical :: shorter
       finished = .false.
       leg = new_leg(problem, run, trial, ahead, stuck)
       call find_change(problem, step, run, leg, change, timers)
       if (change%kind == change_by_rule) call look_beyond(problem, step, run, leg, change, timers)
       changed = change%kind /= change_none
-      reach = path_length(problem, leg%from, leg%to)
       if (change%kind == change_missed) then
          call go_less_far(problem, step, run, leg%after(change%which), timers)
          return
@@ -89,12 +88,24 @@ contains
       end if
       if (finished .or. allocated(outcome%why)) return
       if (change%kind == change_by_rule) then
-         call take_set(problem, run, change%tests(change%which), answer, reach, timers)
+         call take_set(problem, run, change%tests(change%which), answer, line_reach(problem, leg, change%which), timers)
       else
          call come_nearer(problem, step, run, leg, change, timers)
          call take_next(problem, step, run, change%next, recorder, finished, outcome, timers)
       end if
    end subroutine pass_change
+
+   !> How far along the path the zero of a line's length may be from where the line is taken for none: as far as the increment's
+   !> chord tells, and as far as paths are followed as straight.
+   real(wp) function line_reach(problem, leg, which) result(reach)
+      type(problem_t), intent(in) :: problem
+      type(leg_t), intent(in) :: leg
+      integer, intent(in) :: which               !! index into the tests
+      associate (before => leg%before(which), after => leg%after(which))
+         reach = reach_of(leg) * path_length(problem, leg%from, leg%to) * shortest * &
+            & problem%layout%stretch(after%stretch)%length / (problem%size * max(before%value - after%value, tiny(reach)))
+      end associate
+   end function line_reach
 
    !> Where no increment gets further and no test tells why: the set that contact at nodes finds ahead.
    subroutine pass_doubt(problem, step, run, reach, recorder, changed, finished, outcome, timers)
