@@ -8,7 +8,6 @@ module held_openings
    use model, only: method_load
    use path_control, only: control_t
    use corrector, only: increment_t, correct
-   use path_continuity, only: normal_plane
    use path_run, only: run_t
    use touchdown_points, only: with_held, opening_misfit, point_force
    use held_touchdown, only: solve_held
@@ -31,13 +30,10 @@ contains
       logical, intent(out) :: ok
       type(timers_t), intent(inout) :: timers
       type(state_t) :: state
-      type(control_t) :: load
       integer :: ends(2)
       ends = opening_ends(problem, opened)
       state = run%state
-      load%method = method_load
-      call solve_held(problem, ends, run%system, all(ends > 0), load, held_steps(problem, held_load(run)), opening_misfit, state, &
-         & ok, timers)
+      call solve_held(problem, ends, run%system, all(ends > 0), held_steps(problem, run), opening_misfit, state, ok, timers)
       if (.not. ok) return
       run%state = state
       call linearise(problem, run%state, run%state, run%system, timers)
@@ -61,12 +57,12 @@ contains
       call linearise(problem, run%state, run%state, run%system, timers)
    end subroutine rest_held
 
-   !> Steps of what is prescribed, and of the place, for differences.
-   pure function held_steps(problem, increment) result(step)
+   !> Steps of load factor and place for differences.
+   pure function held_steps(problem, run) result(step)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: increment
+      type(run_t), intent(in) :: run
       real(wp) :: step(2)
-      step = [increment, 1.0e-2_wp * first_length * maxval(problem%layout%stretch%length)]
+      step = [held_load(run), 1.0e-2_wp * first_length * maxval(problem%layout%stretch%length)]
    end function held_steps
 
    !> That of the load factor.
@@ -76,29 +72,19 @@ contains
    end function held_load
 
    !> Where a point contact is as curved as its obstacle: there its own equation, that of the least gap, has no slope. Held, and
-   !> turning with the obstacle as the end of a line does, load and place are found at which no moment is left and it is flat; where
-   !> the load hardly tells, as where free spans buckle there, across the path, and how far along it is that.
-   subroutine find_flat_point(problem, run, candidate, place, ok, timers, reach)
+   !> turning with the obstacle as the end of a line does, load and place are found at which no moment is left and it is flat.
+   subroutine find_flat_point(problem, run, candidate, place, ok, timers)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       integer, intent(in) :: candidate
       type(state_t), intent(inout) :: place      !! a state nearby on entry
       logical, intent(out) :: ok
       type(timers_t), intent(inout) :: timers
-      real(wp), intent(in), optional :: reach    !! along the path from `place`, where the heading of the run holds: across it
       type(problem_t) :: turning
-      type(control_t) :: along
-      real(wp) :: step
-      along%method = method_load
-      step = held_load(run)
-      if (present(reach)) then
-         along = normal_plane(problem, place, run%heading)
-         step = 1.0e-3_wp * reach
-      end if
       turning = problem
       turning%candidates%follows(candidate) = problem%candidates%moves(candidate)
-      call solve_held(turning, [candidate, 0], run%system, problem%candidates%moves(candidate), along, &
-         & held_steps(problem, step), flatness, place, ok, timers)
+      call solve_held(turning, [candidate, 0], run%system, problem%candidates%moves(candidate), held_steps(problem, run), &
+         & flatness, place, ok, timers)
       if (ok) place%reaction(candidate) = point_force(problem, place, candidate)
    end subroutine find_flat_point
 

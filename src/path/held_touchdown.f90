@@ -1,8 +1,8 @@
-!> Equilibria with touchdown points held where they are told to be, the load, or the way along the path, taken as an unknown
-!> instead: where a span opens from nothing, or a point contact is as curved as its obstacle, the points' own equations are
-!> singular, these are not.
+!> Equilibria with touchdown points held where they are told to be, the load taken as an unknown instead: where a span opens from
+!> nothing, or a point contact is as curved as its obstacle, the points' own equations are singular, these are not.
 module held_touchdown
    use kinds, only: wp
+   use model, only: method_load
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
@@ -29,20 +29,19 @@ module held_touchdown
    integer, parameter :: max_iterations = 20
    real(wp), parameter :: small = 1.0e-8_wp !! from here on as small as it gets, for where the gap is least hangs on that where
    !! curvatures hardly differ
-   real(wp), parameter :: least_step = 1.0e-11_wp !! of all the load or motion: what the corrector can tell from none
+   real(wp), parameter :: least_step = 1.0e-11_wp !! of the load: what the corrector can tell from none
    real(wp), parameter :: rounding = 1.0e3_wp * epsilon(1.0_wp) !! of a rotation
 
 contains
 
-   !> Newton's method, by differences, for the control's increment and the place of touchdown points, which move together. With one
-   !> point at most, and `places` false, the increment alone is unknown and the sum of the conditions has to vanish.
-   subroutine solve_held(problem, points, system, places, along, step, left_of, state, ok, timers)
+   !> Newton's method, by differences, for load factor and place of touchdown points, which move together. With one
+   !> point at most, and `places` false, the load alone is unknown and the sum of the conditions has to vanish.
+   subroutine solve_held(problem, points, system, places, step, left_of, state, ok, timers)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: points(2)           !! candidates, 0: none
       type(system_t), intent(inout) :: system
       logical, intent(in) :: places              !! the place is an unknown, too
-      type(control_t), intent(in) :: along       !! what the increment is of: the load, or the way across whose plane
-      real(wp), intent(in) :: step(2)            !! of the increment and the place, for differences
+      real(wp), intent(in) :: step(2)            !! of load factor and place, for differences
       procedure(condition) :: left_of
       type(state_t), intent(inout) :: state      !! guess on entry
       logical, intent(out) :: ok
@@ -51,9 +50,8 @@ contains
       type(state_t) :: other
       real(wp) :: left(2), changed(2), slope(2, 2), move(2, 1), trial(2), best
       integer :: try, k, unknowns
-      logical :: singular, neutral
+      logical :: singular
       unknowns = merge(2, 1, places)
-      neutral = .false.
       best = huge(best)
       frozen = with_held(problem, points)
       other = state
@@ -70,18 +68,12 @@ contains
             if (.not. ok) exit
             slope(:, k) = (changed - left) / step(k)
          end do
-         neutral = neutral .or. (places .and. k == 2 .and. .not. ok .and. abs(left(1)) <= small)
-         ok = ok .or. neutral
          if (.not. ok) then
             ok = best <= small
             return
          end if
          move(:, 1) = -left
-         if (neutral) then
-            unknowns = 1
-            slope(1, 1) = slope(2, 1)
-            move(1, 1) = -left(2)
-         else if (.not. places) then
+         if (unknowns == 1) then
             slope(1, 1) = sum(slope(:, 1))
             move(1, 1) = -sum(left)
          end if
@@ -91,7 +83,7 @@ contains
          trial = 0.0_wp
          trial(:unknowns) = move(:unknowns, 1)
          ! Nothing but rounding is left.
-         if (best <= small .and. abs(trial(1)) <= least_step * whole_of(state)) return
+         if (best <= small .and. abs(trial(1)) <= least_step * abs(state%load_factor)) return
          other = state
          call go_by(trial, other, state, left)
          if (.not. ok .and. best <= small) then
@@ -100,26 +92,19 @@ contains
             return
          end if
          ! However little is left, rounding is that of the load.
-         if (.not. ok) call go_by(trial, other, state, left, whole_of(other))
+         if (.not. ok) call go_by(trial, other, state, left, other%load_factor)
       end do
       ok = .false.
 
    contains
 
-      !> All of what the increment is one of.
-      pure real(wp) function whole_of(state) result(whole)
-         type(state_t), intent(in) :: state
-         whole = abs(state%load_factor)
-         if (along%load_scale > 0.0_wp) whole = along%load_scale * whole
-      end function whole_of
-
       !> Equilibrium with load and points moved.
       subroutine go_by(move, from, to, left, whole)
-         real(wp), intent(in) :: move(2)         !! increment, place
+         real(wp), intent(in) :: move(2)         !! load factor, place
          type(state_t), intent(in) :: from
          type(state_t), intent(out) :: to
          real(wp), intent(out) :: left(2)
-         real(wp), intent(in), optional :: whole !! that the increment is a part of
+         real(wp), intent(in), optional :: whole !! load factor that the move is a part of
          type(control_t) :: control
          type(increment_t) :: report
          real(wp) :: distance(problem%candidates%n)
@@ -127,7 +112,7 @@ contains
          distance = 0.0_wp
          if (places) distance(pack(points, points > 0)) = move(2)
          call shift_touchdown_points(problem, to, distance)
-         control = along
+         control%method = method_load
          control%increment = move(1)
          if (present(whole)) control%whole = whole
          call correct(frozen, from, control, .true., to, system, report, timers)

@@ -14,10 +14,10 @@ module smooth_zero
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
-   use path_control, only: metric, control_t, path_length
+   use path_control, only: control_t, path_length
    use corrector, only: correct
-   use state_transfer, only: displacements_at
-   use path_continuity, only: heading_t, blend_geometry, normal_plane
+   use path_continuity, only: heading_t, normal_plane
+   use path_samples, only: state_between, lagrange, zero_of_cubic, n_samples
    use increment_points, only: division_t, point_within
    use path_events, only: event_t, event_value, event_bifurcation, event_release
    use sightings, only: sighting_t
@@ -31,7 +31,6 @@ module smooth_zero
    public :: locate_smooth, zero_eigenvalue
 
    integer, parameter :: eigenvalues_looked_at = 4
-   integer, parameter :: n_samples = 4           !! of a cubic
    integer, parameter :: max_centres = 6
 
 contains
@@ -147,7 +146,7 @@ contains
          if (.not. found) return
          centre = min(max(centre, 0.0_wp), 1.0_wp)
          sighting%fraction = centre
-         call place_there()
+         call state_between(problem, sample, at, centre, sighting%place, sighting%heading)
          if (run%heading%load * ahead%load > 0.0_wp) sighting%place%load_factor = min(max(sighting%place%load_factor, &
             & min(run%state%load_factor, trial%load_factor)), max(run%state%load_factor, trial%load_factor))
       end subroutine interpolate_zero
@@ -198,42 +197,6 @@ contains
          turn = slope * near**2 * path_length(problem, run%state, trial)
          if (turn > 0.0_wp) turn = 1.0_wp / turn
       end function swerve_per_force
-
-      !> State and tangent by the cubic through the samples.
-      subroutine place_there()
-         real(wp) :: w(n_samples), d(n_samples), norm
-         integer :: i
-         call lagrange(at, centre, w, d)
-         associate (place => sighting%place)
-            place = sample(1)
-            place%u = 0.0_wp
-            place%z = 0.0_wp
-            place%reaction = 0.0_wp
-            place%load_factor = 0.0_wp
-            sighting%heading = run%heading
-            sighting%heading%u = 0.0_wp
-            sighting%heading%load = 0.0_wp
-            do i = 1, n_samples
-               place%u = place%u + w(i) * sample(i)%u
-               place%z = place%z + w(i) * sample(i)%z
-               place%reaction = place%reaction + w(i) * sample(i)%reaction
-               place%load_factor = place%load_factor + w(i) * sample(i)%load_factor
-               sighting%heading%u = sighting%heading%u + d(i) * sample(i)%u
-               sighting%heading%load = sighting%heading%load + d(i) * sample(i)%load_factor
-            end do
-         end associate
-         if (problem%moves_nodes()) then
-            call blend_geometry(problem, sample, w, sighting%place)
-            sighting%heading%u = 0.0_wp
-            do i = 1, n_samples
-               sighting%heading%u = sighting%heading%u + d(i) * displacements_at(problem, sample(i), sighting%place%geometry)
-            end do
-         end if
-         norm = sqrt(metric(problem, sighting%heading%u, sighting%heading%u))
-         if (.not. norm > 0.0_wp) return
-         sighting%heading%u = sighting%heading%u / norm
-         sighting%heading%load = sighting%heading%load / norm
-      end subroutine place_there
    end subroutine locate_smooth
 
    !> The event's eigenvalue at samples on both sides of its zero, where others go through theirs, too: of those that change
@@ -267,46 +230,6 @@ contains
       type(modes_t), intent(in) :: modes
       negative_count = modes%pivots - modes%hinges - count(modes%was_negative) + count(modes%mu < 0.0_wp)
    end function negative_count
-
-   !> Weights of the polynomial through samples, for its value and its derivative.
-   pure subroutine lagrange(at, x, value, derivative)
-      real(wp), intent(in) :: at(:), x
-      real(wp), intent(out) :: value(:), derivative(:)
-      real(wp) :: product
-      integer :: i, j, k
-      do i = 1, size(at)
-         value(i) = 1.0_wp
-         derivative(i) = 0.0_wp
-         do j = 1, size(at)
-            if (j == i) cycle
-            value(i) = value(i) * (x - at(j)) / (at(i) - at(j))
-            product = 1.0_wp / (at(i) - at(j))
-            do k = 1, size(at)
-               if (k /= i .and. k /= j) product = product * (x - at(k)) / (at(i) - at(k))
-            end do
-            derivative(i) = derivative(i) + product
-         end do
-      end do
-   end subroutine lagrange
-
-   !> Zero of the cubic through four samples that is next to their middle, by Newton's method.
-   pure real(wp) function zero_of_cubic(at, mu) result(x)
-      real(wp), intent(in) :: at(n_samples), mu(n_samples)
-      real(wp) :: value(n_samples), derivative(n_samples), slope, shift, reach
-      integer :: iteration
-      reach = at(n_samples) - at(1)
-      x = 0.5_wp * (at(1) + at(n_samples))
-      do iteration = 1, 20
-         call lagrange(at, x, value, derivative)
-         slope = dot_product(derivative, mu)
-         if (.not. abs(slope) > 0.0_wp) return
-         shift = -dot_product(value, mu) / slope
-         ! No extrapolation worth the name.
-         shift = min(max(shift, -reach), reach)
-         x = x + shift
-         if (abs(shift) <= epsilon(x) * max(abs(x), reach)) return
-      end do
-   end function zero_of_cubic
 
    !> The eigenvalue that changes its sign, where the system is factored now; that of the system without weak contacts where these
    !> open.

@@ -12,8 +12,9 @@ module span_set
    use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length
    use span_rules, only: answer_t
    use span_mesh, only: take_touches
-   use held_openings, only: open_span, rest_held, find_flat_point, small_load, spreading_rate
-   use path_control, only: control_t, is_arc_length, path_length
+   use held_openings, only: open_span, rest_held, small_load, spreading_rate
+   use shrunk_line, only: come_to_rest
+   use path_control, only: control_t, is_arc_length
    use path_continuity, only: heading_at
    use path_events, only: new_probe
    use path_run, only: run_t, heading_of
@@ -38,7 +39,7 @@ contains
       type(run_t) :: on
       type(touch_t) :: before(size(problem%touch))
       real(wp) :: rate
-      logical :: ok, parts
+      logical :: ok, parts, flat
       before = present_touches(problem, run%state)
       if (allocated(answer%why)) then
          run%stuck = answer%why
@@ -56,8 +57,10 @@ contains
       end if
       if (ok .and. parts) call open_span(next, on, answer%opens, ok, timers)
       if (ok .and. any(answer%crosses > 0)) call open_span(next, on, answer%crosses, ok, timers)
+      flat = .false.
       if (ok .and. test%kind == test_length .and. all(answer%crosses == 0)) &
-         & call come_to_rest(next, on, before(test%touch)%number, reach, timers)
+         & call come_to_rest(next, on, candidate_of(next, before(test%touch)%number), reach, &
+         & flat, timers)
       if (.not. ok) then
          run%stuck = 'no way on from where '//trim(test_words(test%kind))
          return
@@ -76,7 +79,10 @@ contains
          end if
          call head_for(next, on, spreading_rate(next, on, answer%opens))
       case default
-         if (is_arc_length(on%control%method)) then
+         ! There the tangent tells nothing.
+         if (flat) then
+            continue
+         else if (is_arc_length(on%control%method)) then
             on%heading = heading_at(next, on%system, on%heading%u, on%heading%load)
          else
             on%heading = heading_of(next, on, on%state)
@@ -97,36 +103,6 @@ contains
       real(wp), intent(in) :: rate               !! of that, per unit of load factor
       run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
    end subroutine head_for
-
-   !> What was taken for none had a length: without it the equilibrium is a little another. A point is as curved as the obstacle
-   !> where the line that it comes from is none; of a line it is that of the same load. It stays where none is found nearby, as at
-   !> a limit point.
-   subroutine come_to_rest(problem, run, number, reach, timers)
-      type(problem_t), intent(inout) :: problem
-      type(run_t), intent(inout) :: run
-      integer, intent(in) :: number              !! of what the contact, or both, have become
-      real(wp), intent(in) :: reach              !! along the path
-      type(timers_t), intent(inout) :: timers
-      type(control_t) :: here
-      type(increment_t) :: report
-      type(state_t) :: state
-      logical :: found
-      integer :: c
-      c = candidate_of(problem, number)
-      if (c == 0) return
-      state = run%state
-      if (problem%touch(problem%candidates%touch(c))%line .or. .not. problem%candidates%moves(c)) then
-         here%method = method_load
-         here%whole = run%state%load_factor
-         call correct(problem, run%state, here, .true., state, run%system, report, timers)
-         found = report%converged
-      else
-         call find_flat_point(problem, run, c, state, found, timers, reach)
-      end if
-      if (found) found = path_length(problem, run%state, state) <= reach
-      if (found) run%state = state
-      call linearise(problem, run%state, run%state, run%system, timers)
-   end subroutine come_to_rest
 
    !> The run with one touch more at a place where the gap of a free span is zero, at the load at which it has no force.
    subroutine begin_touch(problem, run, test, ok, timers)
