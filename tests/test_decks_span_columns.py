@@ -374,3 +374,59 @@ def test_a_line_vanishes_as_the_halves_beside_it_buckle():
     assert (np.diff(run.column("shortening")) > 0.0).all()
     assert (np.diff(run.column("load_factor")[buckled]) > 0.0).all()
     dr.assert_close(run.load("EP"), 4.068776678043, relative=1e-9)
+
+
+@pytest.mark.parametrize("kind, count", [("GE4", 16), ("GE6", 10), ("GE8", 6)])
+@pytest.mark.parametrize("amplitude, gap, slenderness, arc", [(0.0035, 0.05, 200.0, 0.003), (0.0007, 0.01, 50.0, 0.01)])
+def test_halves_buckle_on_every_mesh(kind, count, amplitude, gap, slenderness, arc):
+    """No mesh of a symmetric column stops where the line is gone, or leads back from there; its bars tell meshes apart.
+
+    The smaller the imperfection, the nearer are the line's end, its halves' buckling and the limit of what Newton's method tells.
+    """
+    def run(kind, count):
+        return dr.run_deck(dr.changed(SYMMETRIC, ("TYPE=GE8\n1, 2, 16\n2, 3, 16", f"TYPE={kind}\n1, 2, {count}\n2, 3, {count}"),
+                                      ("\n0.0035\n", f"\n{amplitude!r}\n"), ("480000.0", f"{12.0 * slenderness**2!r}"),
+                                      ("0.1, 1E-9, 0.003", f"0.1, 1E-9, {arc!r}"), ("1.0, 0.05, 0., 0.05", f"1.0, {gap!r}, 0., {gap!r}"),
+                                      ("shortening, ABOVE, 0.05", "LOAD, ABOVE, 4.03")))
+    coarse, fine = run(kind, count), functools.cache(run)("GE8", 20)
+    assert events(coarse) == events(fine) == ["C+", "BP", "EP"]
+    for label in ("C+", "BP"):
+        assert abs(coarse.load(label) - fine.load(label)) <= coarse.only(label).error + fine.only(label).error
+
+
+PUNCHES = """*HEADING
+Beam on a punch that touches it at the start, another one comes down beside it
+*NODE
+1, 0.0, 0.0
+2, 2.0, 0.0
+3, 1.0, 0.0
+*LINE, ELSET=R, NSET=R, TYPE=GE8
+1, 3, 8
+3, 2, 8
+*BEAM SECTION, ELSET=R, SECTION=STIFFNESS
+10000.0, 1.0
+*BOUNDARY
+1, PINNED
+2, PINNED
+*OBSTACLE, NAME=LOWER, TYPE=CIRCLE, SIDE=OUTSIDE
+0.5, -0.5, 0.5
+*CONTACT, OBSTACLE=LOWER, NSET=R
+*OBSTACLE, NAME=UPPER, TYPE=CIRCLE, SIDE=OUTSIDE
+1.5, 0.52, 0.5
+*CONTACT, OBSTACLE=UPPER, NSET=R
+*STEP
+*STATIC, METHOD=LOAD
+{first!r}
+*ACCURACY
+*OBSTACLE MOTION
+UPPER, 0.0, -0.3
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("first", [0.04, 0.1, 0.25])
+def test_contact_that_begins_in_the_first_increment(first):
+    """What touches without a force at the start hides no contact that begins a little later, at 0.02/0.3."""
+    run = dr.run_deck(PUNCHES.format(first=first))
+    assert events(run)[0] == "C+"
+    dr.assert_close(run.results.critical[0].load_factor, 0.02 / 0.3, relative=1e-9)

@@ -47,9 +47,9 @@ contains
       call linearise(problem, run%state, run%state, run%system, timers)
    end subroutine come_to_rest
 
-   !> To where the point is as curved as its obstacle. What holds its rotation there is without bounds, and free spans beside it may
-   !> buckle as the line between them vanishes, so that the load hardly tells: the place is interpolated between equilibria in planes
-   !> across the path, beyond it and, though the obstacle would have to give way there, before it.
+   !> To where the point is as curved as its obstacle. What holds its rotation there is without bounds, and free spans beside it
+   !> may buckle as the line between them vanishes, so that the load hardly tells: the place is interpolated between equilibria in
+   !> planes across the path, beyond it and, though the obstacle would have to give way there, before it.
    subroutine go_to_flat_point(problem, run, candidate, reach, found, timers)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run

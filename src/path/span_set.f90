@@ -79,12 +79,10 @@ contains
          end if
          call head_for(next, on, spreading_rate(next, on, answer%opens))
       case default
-         ! There the tangent tells nothing.
-         if (flat) then
-            continue
-         else if (is_arc_length(on%control%method)) then
+         ! At a flat point the tangent tells nothing.
+         if (is_arc_length(on%control%method) .and. .not. flat) then
             on%heading = heading_at(next, on%system, on%heading%u, on%heading%load)
-         else
+         else if (.not. flat) then
             on%heading = heading_of(next, on, on%state)
          end if
       end select

@@ -2,6 +2,7 @@
 module span_start
    use kinds, only: wp
    use problem, only: problem_t, new_problem
+   use bordered_system, only: linearise
    use rod_state, only: state_t
    use contact_touch, only: touch_t
    use span_problem, only: new_span_problem, new_sampled_problem, place_spans
@@ -19,6 +20,9 @@ module span_start
    private
    public :: prepare_spans, begin_spans
 
+   real(wp), parameter :: touching = 1.0e-10_wp !! gap over the size: rounding of coordinates
+   integer, parameter :: most_parts = 24        !! halvings of the first increment; what touches in less touches at the start
+
 contains
 
    !> The problem that a path with contact spans starts with: without spans where nothing touches yet, else with nodes that find
@@ -26,7 +30,7 @@ contains
    subroutine prepare_spans(problem)
       type(problem_t), intent(inout) :: problem      !! of the deck
       type(touch_t), allocatable :: clamp(:)
-      real(wp) :: gap, normal(2), bend
+      real(wp) :: normal(2)
       logical :: touches
       integer :: k, i
       if (.not. any(problem%deck%contact%along)) return
@@ -37,9 +41,7 @@ contains
          associate (contact => problem%deck%contact(k))
             if (.not. contact%along) cycle
             do i = 1, size(contact%node)
-               call obstacle_gap(problem%deck%obstacle(contact%obstacle), problem%deck%mesh%x(:, contact%node(i)), gap, normal, &
-                  & bend)
-               if (gap + contact%gap + problem%overlap(k) > 1.0e-10_wp * problem%size) cycle
+               if (.not. touches_at_first(problem, k, i, normal)) cycle
                if (clamped_along(problem, k, contact%node(i), normal)) then
                   clamp = [clamp, touch_at_end(problem, k, contact%node(i), size(clamp) + 1)]
                else
@@ -54,6 +56,31 @@ contains
          problem = new_span_problem(problem, clamp)
       end if
    end subroutine prepare_spans
+
+   !> True for a node of a contact that is at its obstacle at the start.
+   logical function touches_at_first(problem, k, i, normal) result(touches)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: k, i                    !! contact, index into its nodes
+      real(wp), intent(out) :: normal(2)             !! of the obstacle there
+      real(wp) :: gap, bend
+      associate (contact => problem%deck%contact(k))
+         call obstacle_gap(problem%deck%obstacle(contact%obstacle), problem%deck%mesh%x(:, contact%node(i)), gap, normal, bend)
+         touches = gap + contact%gap + problem%overlap(k) <= touching * problem%size
+      end associate
+   end function touches_at_first
+
+   !> True for a set with a touch of a contact that is apart from its obstacle everywhere at the start: on the way it has begun.
+   logical function gains_contact(problem, set) result(gains)
+      type(problem_t), intent(in) :: problem
+      type(touch_t), intent(in) :: set(:)
+      real(wp) :: normal(2)
+      integer :: k, i
+      gains = .false.
+      do k = 1, size(problem%deck%contact)
+         if (.not. any(set%contact == k)) cycle
+         gains = gains .or. .not. any([(touches_at_first(problem, k, i, normal), i=1, size(problem%deck%contact(k)%node))])
+      end do
+   end function gains_contact
 
    !> True for the end of a rod that a support clamps along the obstacle: contact may spread from there, but does not carry
    !> anything yet.
@@ -96,9 +123,18 @@ contains
       character(:), allocatable :: why
       real(wp) :: first, since
       logical :: found
-      on = run
-      call find_spans_ahead(problem, run, problem, on, next, first, found, report, why, timers)
-      run%control%increment = on%control%increment
+      integer :: try
+      do try = 1, most_parts
+         on = run
+         call find_spans_ahead(problem, run, problem, on, next, first, found, report, why, timers)
+         if (.not. found) exit
+         if (abs(next%state%load_factor - first) > 0.0_wp) call go_back(first, next, since, timers)
+         if (.not. gains_contact(problem, next%problem%touch)) exit
+         ! Where contact begins is looked for from a point before it.
+         run%control%increment = 0.5_wp * run%control%increment
+         call linearise(problem, run%state, run%state, run%system, timers)
+      end do
+      if (try <= most_parts) run%control%increment = on%control%increment
       if (.not. found) then
          report%converged = .false.
          if (.not. allocated(why)) return
@@ -106,7 +142,6 @@ contains
          report%hopeless = .true.
          return
       end if
-      if (abs(next%state%load_factor - first) > 0.0_wp) call go_back(first, next, since, timers)
       next%problem%touch%number = run%touches + next%problem%touch%number
       run = bound_for(problem, run, next)
       problem = next%problem
