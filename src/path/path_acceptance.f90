@@ -94,7 +94,7 @@ contains
       ! Values that are only looked for change nothing.
       shorter = can_cut .and. (.not. comes_home .and. one_sided(run, trial, probe) .or. any(.not. (told .or. seen%located .or. &
          & seen%event%kind == event_value_reached .or. seen%event%kind == event_turning)) .or. &
-         & any([(passes_kinks(problem, seen(i)), i=1, size(seen))]))
+         & any([(passes_kinks(problem, run%state, seen(i)), i=1, size(seen))]))
       if (shorter) return
       stops = stop_met(step, run%probe, probe)
       if (allocated(run%wanted)) deallocate (run%wanted)
@@ -196,13 +196,15 @@ contains
       wants_another = run%unsettled .or. allocated(run%wanted)
    end function wants_another
 
-   !> True where kinks of foundations lie inside elements at a located event: they have appeared on the way to it, and a point
-   !> between gives them nodes.
-   logical function passes_kinks(problem, sighting)
+   !> True where kinks of foundations lie inside elements at a located event that have appeared on the way to it: a point between
+   !> gives them nodes. Those of the last point have been refused some.
+   logical function passes_kinks(problem, last, sighting)
       type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: last
       type(sighting_t), intent(in) :: sighting
       passes_kinks = sighting%located .and. any(problem%layout%stretch%free)
-      if (passes_kinks) passes_kinks = size(find_cuts(problem, sighting%place)) > size(problem%mark)
+      if (passes_kinks) passes_kinks = size(find_cuts(problem, sighting%place)) > max(size(problem%mark), &
+         & size(find_cuts(problem, last)))
    end function passes_kinks
 
    !> Asks for another mesh where the errors of a point are larger than those asked for.

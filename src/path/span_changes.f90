@@ -7,7 +7,7 @@ module span_changes
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use span_regions, only: find_span_regions
-   use span_tests, only: span_test_t, test_words, test_curvature, shortest
+   use span_tests, only: span_test_t, test_words, test_curvature, test_length, shortest
    use lying_ahead, only: reach_of
    use span_change, only: leg_t, change_t, new_leg, change_none, change_missed, change_by_rule, &
       & change_opening, change_vanishing, place_here, place_ahead
@@ -96,11 +96,13 @@ contains
    end subroutine pass_change
 
    !> How far along the path the zero of a line's length may be from where the line is taken for none: as far as the increment's
-   !> chord tells, and as far as paths are followed as straight.
+   !> chord tells, and as far as paths are followed as straight. 0: the test is another one.
    real(wp) function line_reach(problem, leg, which) result(reach)
       type(problem_t), intent(in) :: problem
       type(leg_t), intent(in) :: leg
       integer, intent(in) :: which               !! index into the tests
+      reach = 0.0_wp
+      if (leg%after(which)%kind /= test_length) return
       associate (before => leg%before(which), after => leg%after(which))
          reach = reach_of(leg) * path_length(problem, leg%from, leg%to) * shortest * &
             & problem%layout%stretch(after%stretch)%length / (problem%size * max(before%value - after%value, tiny(reach)))

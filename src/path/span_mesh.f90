@@ -234,6 +234,8 @@ contains
          hold%increment = 0.0_wp
          call correct(problem, run%state, hold, .true., better, run%system, report, timers)
          done = run%system%ok .and. report%converged
+         ! No mesh that anything was found on errs by more than all that has moved: that is another equilibrium.
+         if (done) done = maxval(abs(better%u - run%state%u)) <= max(maxval(run%motion), maxval(abs(run%state%u)))
       end if
       if (.not. done) return
       run%state = better
