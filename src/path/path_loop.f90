@@ -241,24 +241,26 @@ contains
       call start_control(problem, step, run)
       do tries = 0, most_meshes
          call buckle(problem, run%state, run%system, step%n_modes, buckling, error, timers)
-         if (allocated(error)) then
-            call note_trouble(outcome, 'step '//trim(step%name)//': '//error%message)
-            return
+         if (.not. allocated(error)) then
+            if (.not. step%error_bars) exit
+            call add_buckling_bars(problem, run%state, buckling, timers)
+            if (.not. allocated(buckling%bar) .or. .not. step%asked > 0.0_wp) exit
+            ! Between nodes a mode is that of rods without the stresses, good to the fourth order only: what becomes an imperfection
+            ! is found at the deck's nodes.
+            if (all(buckling%bar%bounded .and. buckling%bar%bar <= step%asked * abs(buckling%load_factor)) .and. &
+               & (problem%model%mesh%n_elements >= problem%deck%mesh%n_elements .or. .not. bends_later())) exit
          end if
-         if (.not. step%error_bars) exit
-         call add_buckling_bars(problem, run%state, buckling, timers)
-         if (.not. allocated(buckling%bar) .or. .not. step%asked > 0.0_wp) exit
-         ! Between nodes a mode is that of rods without the stresses, good to the fourth order only: what becomes an imperfection is
-         ! found at the deck's nodes.
-         if (all(buckling%bar%bounded .and. buckling%bar%bar <= step%asked * abs(buckling%load_factor)) .and. &
-            & (problem%model%mesh%n_elements >= problem%deck%mesh%n_elements .or. .not. bends_later())) exit
-         ! The indicators of a path say nothing of modes.
+         ! The indicators of a path say nothing of modes, and the mesh of what came before may be too coarse for any.
          call ask_for_twice(problem, run, asked)
          if (.not. asked) exit
          nowhere = run%state
          call refine_mesh(problem, run, nowhere, .false., taken, done, timers)
          if (.not. done) exit
       end do
+      if (allocated(error)) then
+         call note_trouble(outcome, 'step '//trim(step%name)//': '//error%message)
+         return
+      end if
       if (size(buckling%load_factor) < step%n_modes) call note_trouble(outcome, 'step '//trim(step%name)// &
          & ': there are only '//to_text(size(buckling%load_factor))//' buckling modes')
       if (step%error_bars) call note_buckling_bars(buckling, step%widest_bar, outcome%accuracy)
