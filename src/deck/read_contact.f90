@@ -175,15 +175,24 @@ contains
                if (obstacle%inside .or. length(longest) <= obstacle%radius) return
                longest = findloc(length > obstacle%radius, .true., 1)
                call wrong('element '//to_text(model%mesh%element_label(longest))//' is longer than the radius of the '// &
-                  'obstacle, which could pass between its nodes; use more elements')
+                  'obstacle, which could pass between its nodes; '//more_elements(longest))
             case default
                if (sharpest_turn(obstacle%curve, length(longest)) <= most_turn) return
                call wrong('the obstacle bulges so much within the length of element '// &
-                  to_text(model%mesh%element_label(longest))//' that it could pass between its nodes; use more '// &
-                  'elements, or a smoother obstacle')
+                  to_text(model%mesh%element_label(longest))//' that it could pass between its nodes; '// &
+                  more_elements(longest)//', or a smoother obstacle')
             end select
          end associate
       end subroutine check_size
+
+      !> What a user can do about an element that is too long.
+      function more_elements(e) result(words)
+         integer, intent(in) :: e
+         character(:), allocatable :: words
+         words = 'use more elements'
+         ! Measured were those that carry the output.
+         if (model%mesh%placed(e)) words = 'give a number of elements, so many that none is as long'
+      end function more_elements
 
       subroutine wrong(message)
          character(*), intent(in) :: message
