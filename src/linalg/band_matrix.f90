@@ -4,7 +4,7 @@ module band_matrix
    use lapack, only: dpbtrf, dpbtrs, dgbtrf, dgbtrs, dsbmv
    implicit none
    private
-   public :: band_t, factor_t, new_band, band_times, factorise, solve_factored
+   public :: band_t, factor_t, new_band, band_times, factorise, solve_factored, spring_forces
 
    !> Lower band storage of LAPACK: a(1 + i - j, j) = A(i, j), j <= i <= j + kd.
    type :: band_t
@@ -15,12 +15,13 @@ module band_matrix
    type :: factor_t
       integer :: n = 0, kd = 0
       logical :: positive = .false.      !! Cholesky succeeded
-      logical :: deficient = .false.     !! the matrix was exactly singular: zero pivots were replaced by small ones
+      logical :: deficient = .false.     !! the matrix was exactly singular: weak springs were added, see spring_forces
       integer :: negative_pivots = 0     !! of L D L^T: the number of negative eigenvalues (Sylvester)
       real(wp), allocatable :: cholesky(:, :) !! (kd + 1, n)
       real(wp), allocatable :: lu(:, :)       !! (3 kd + 1, n), allocated at the first indefinite matrix
       integer, allocatable :: pivot(:)
       real(wp), allocatable :: unit(:)        !! (n) LU: the matrix with rows and columns times these is what is factored
+      real(wp), allocatable :: spring(:)      !! (n) LU: what was added to its diagonal for that, in the matrix's own units
    end type factor_t
 
 contains
@@ -62,23 +63,40 @@ contains
       call measure_unknowns(factor)
       call to_general(factor)
       factor%negative_pivots = count_negative(factor)
-      call dgbtrf(band%n, band%n, band%kd, band%kd, factor%lu, 3 * band%kd + 1, factor%pivot, info)
-      factor%deficient = info > 0
-      if (factor%deficient) call replace_zero_pivots(factor)
+      call factor_general(factor)
    end subroutine factorise
 
-   !> Zero pivots become the root of the rounding of the largest one: a border that makes the system regular then still
-   !> gives its solution, to half the digits.
-   subroutine replace_zero_pivots(factor)
-      type(factor_t), intent(inout) :: factor
-      real(wp) :: small
-      integer :: j, diagonal
+   !> LU of the matrix in its units. The first zero pivot is that of an unknown which moves together with those before it for no
+   !> force, so that a spring there holds that motion. Its stiffness is the root of the rounding of the largest entry: a border
+   !> that makes the system regular then still gives its solution, to half the digits.
+   subroutine factor_general(factor)
+      type(factor_t), intent(inout) :: factor  !! its general storage holds the matrix
+      real(wp) :: weak
+      integer :: info, diagonal
       diagonal = 2 * factor%kd + 1
-      small = max(sqrt(epsilon(small)) * maxval(abs(factor%lu(diagonal, :))), tiny(small))
-      do j = 1, factor%n
-         if (.not. abs(factor%lu(diagonal, j)) > 0.0_wp) factor%lu(diagonal, j) = small
+      if (.not. allocated(factor%spring)) allocate (factor%spring(factor%n))
+      factor%spring = 0.0_wp
+      weak = max(sqrt(epsilon(weak)) * maxval(abs(factor%cholesky)), tiny(weak))
+      do
+         call dgbtrf(factor%n, factor%n, factor%kd, factor%kd, factor%lu, 3 * factor%kd + 1, factor%pivot, info)
+         if (info <= 0) exit
+         factor%deficient = .true.
+         ! Again at the same unknown only where elimination has lost the spring beside larger entries.
+         factor%spring(info) = factor%spring(info) + max(weak, factor%spring(info))
+         call to_general(factor)
+         factor%lu(diagonal, :) = factor%lu(diagonal, :) + factor%spring
       end do
-   end subroutine replace_zero_pivots
+      factor%spring = factor%spring / factor%unit**2
+   end subroutine factor_general
+
+   !> Forces of the springs that hold an exactly singular matrix: solve_factored solves A x + these = b.
+   pure function spring_forces(factor, x) result(forces)
+      type(factor_t), intent(in) :: factor
+      real(wp), intent(in) :: x(:)             !! (n)
+      real(wp) :: forces(size(x))              !! zero where the matrix is regular
+      forces = 0.0_wp
+      if (factor%deficient) forces = factor%spring * x
+   end function spring_forces
 
    !> Copies A with identity rows and columns at the fixed unknowns.
    subroutine copy_masked(band, fixed, a)

@@ -5,12 +5,13 @@
 !> path, pivots and all that is located by them, while the forces in balance (stored, not taken from EA times a difference)
 !> stay right. The elements' own products with the tangent (element_products) know what the assembled band does not: K t
 !> should be the load, and t.(load - K t)/<t, t> is what rounding does to eigenvalues of modes like t. It stays finite where
-!> K becomes singular.
+!> K becomes singular; where it is so exactly, what the factors' springs take of the load is no rounding.
 module tangent_rounding
    use kinds, only: wp
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use axial_rigidity, only: shrinking_forces
+   use band_matrix, only: spring_forces
    use linear_system, only: system_t
    use tangent_modes, only: apply_tangent
    implicit none
@@ -39,7 +40,7 @@ contains
          if (.not. length > 0.0_wp) return
          call apply_tangent(problem, state, system, t, force, work)
          call shrinking_forces(system%rigidity, system%tangent_stretch, left)
-         left = left + system%load - force
+         left = left + system%load - force - spring_forces(system%factor, t)
          stiffness = abs(work) / length
          rounding = abs(dot_product(t, merge(0.0_wp, left, system%fixed))) / length
       end associate
