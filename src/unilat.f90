@@ -16,6 +16,7 @@ program unilat
    use card_manual, only: write_card_manual
    use deck_summary, only: write_deck_summary
    use contact_touch, only: choose_spans
+   use blas_threads, only: use_one_thread, blas_threads_text
    use model, only: model_t
    use problem, only: problem_t, new_problem
    use path_loop, only: follow_path, outcome_t
@@ -38,6 +39,7 @@ program unilat
    type(error_t), allocatable :: error
    character(:), allocatable :: result_file, status, checks, why_nodes
 
+   call use_one_thread()
    call read_command_line(options, error)
    if (allocated(error)) call stop_with(exit_deck_error, error%message//' (unilat --help tells the options)')
    if (options%help .or. options%version .or. options%cards) then
@@ -177,7 +179,7 @@ contains
    subroutine write_version()
       write (output_unit, '(a)') 'unilat '//program_version
       write (output_unit, '(a)') 'compiler '//compiler()
-      write (output_unit, '(a)') 'LAPACK '//lapack_version()
+      write (output_unit, '(a)') 'LAPACK '//lapack_version()//blas_threads_text()
       write (output_unit, '(a)') 'HDF5 '//hdf5_version()
    end subroutine write_version
 

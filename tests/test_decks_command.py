@@ -142,6 +142,18 @@ def test_quiet():
     assert quiet_check.stdout == "" and quiet_check.files == ["deck.inp"]
 
 
+@pytest.mark.parametrize("said", [None, "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"])
+def test_one_thread_of_blas(said):
+    """Small bands are not shared; what the environment says holds. Other libraries than OpenBLAS do not tell."""
+    environment = {k: v for k, v in os.environ.items() if not k.endswith("_NUM_THREADS")}
+    if said:
+        environment[said] = "2"
+    told = subprocess.run([os.environ["UNILAT"], "--version"], env=environment, capture_output=True, text=True, check=True).stdout
+    if "threads of OpenBLAS" not in told:
+        pytest.skip("BLAS is not OpenBLAS")
+    assert f"threads of OpenBLAS: {min(2, os.cpu_count()) if said else 1}" in told
+
+
 @pytest.mark.parametrize("option, words", [("--version", ["unilat", "compiler", "LAPACK", "HDF5"]),
                                            ("--help", ["usage:", "-o FILE", "--check", "--quiet", "exit codes"])])
 def test_information(option, words):
