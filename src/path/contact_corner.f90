@@ -13,7 +13,7 @@ module contact_corner
    use path_control, only: control_t
    use path_continuity, only: heading_t, heading_at
    use corrector, only: increment_t, take_increment
-   use contact_set, only: reaction_rate, gap_rate
+   use contact_response, only: reaction_rate, gap_rate
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    use timing, only: timers_t
    implicit none

@@ -5,7 +5,7 @@ module monitors
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use linear_system, only: system_t, to_global, row_times
-   use contact_set, only: reaction_rate
+   use contact_response, only: reaction_rate
    use span_forces, only: span_totals
    use bordered_system, only: apply_increment
    use ground_regions, only: foundation_totals, foundation_total_rates

@@ -5,7 +5,7 @@ module span_set
    use problem, only: problem_t
    use rod_state, only: state_t
    use bordered_system, only: linearise, apply_increment
-   use contact_set, only: reaction_rate
+   use contact_response, only: reaction_rate
    use contact_touch, only: touch_t
    use span_problem, only: present_touches, touch_place
    use free_span_gap, only: gap_at

@@ -14,7 +14,7 @@ module stress_stiffness
    use element_products, only: apply_elements
    use node_loads, only: node_push_t, node_pushes
    use bordered_system, only: resultant_rates
-   use contact_set, only: reaction_rate
+   use contact_response, only: reaction_rate
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
    use band_matrix, only: band_t
