@@ -29,6 +29,8 @@ module candidates
       integer, allocatable :: touch(:)        !! node of a contact span: which one; 0: a candidate on its own
       logical, allocatable :: follows(:)      !! its rotation is that of the obstacle
       logical, allocatable :: moves(:)        !! a touchdown point, which moves along the rod
+      logical, allocatable :: rolls(:)        !! a point contact of a smooth rod: the force goes along the rod as that turns, though
+      !! the node may be a breakpoint, which stays
       logical, allocatable :: held(:)         !! one that is held where it is (with_held)
       real(wp), allocatable :: chain_length(:) !! (contacts) length of the closed chain, 0 when open
    end type candidates_t
@@ -54,7 +56,7 @@ contains
       allocate (list%gap_offset(total), list%bilateral(total))
       allocate (list%overlap(total), source=0.0_wp)
       allocate (list%touch(total), source=0)
-      allocate (list%follows(total), list%moves(total), list%held(total), source=.false.)
+      allocate (list%follows(total), list%moves(total), list%rolls(total), list%held(total), source=.false.)
       allocate (list%neighbour(2, total), list%element(2, total), source=0)
       allocate (list%chain_length(size(model%contact)), source=0.0_wp)
       allocate (list%twin(total))
@@ -189,6 +191,7 @@ contains
       list%touch = [list%touch(:list%n), zero]
       list%follows = [list%follows(:list%n), zero > 0]
       list%moves = [list%moves(:list%n), zero > 0]
+      list%rolls = [list%rolls(:list%n), zero > 0]
       list%held = [list%held(:list%n), zero > 0]
       list%n = list%n + more
    end subroutine add_candidates

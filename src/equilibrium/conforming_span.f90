@@ -163,7 +163,7 @@ contains
       integer, intent(in) :: candidate
       real(wp) :: excess, stretch
       spring = 0.0_wp
-      if (.not. problem%candidates%moves(candidate) .or. problem%candidates%held(candidate)) return
+      if (.not. problem%candidates%rolls(candidate) .or. problem%candidates%held(candidate)) return
       call excess_curvature(problem, state, candidate, excess, stretch)
       ! One that is flat turns no more than a line's end, whatever rounding makes of its curvature.
       if (abs(excess) * problem%size <= flat_excess) excess = max(abs(excess), epsilon(excess) / problem%size)
@@ -178,7 +178,7 @@ contains
       integer, intent(in) :: candidate
       real(wp) :: excess, stretch
       couple = 0.0_wp
-      if (.not. problem%candidates%moves(candidate) .or. problem%candidates%held(candidate)) return
+      if (.not. problem%candidates%rolls(candidate) .or. problem%candidates%held(candidate)) return
       call excess_curvature(problem, state, candidate, excess, stretch)
       if (abs(excess) * problem%size <= flat_excess) return
       couple = state%reaction(candidate) * stretch / excess * track_rotation(problem, state, candidate)

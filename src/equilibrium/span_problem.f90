@@ -1,9 +1,10 @@
 !> The problem on a mesh that goes with the contact: a few elements for every span, between breakpoints of the rods and
 !> touchdown points, and one candidate for every node in contact.
 module span_problem
-   use kinds, only: wp
+   use kinds, only: wp, pi
    use model, only: obstacle_line
    use problem, only: problem_t, remeshed_problem, mesh_sampled, mesh_of_marks, mesh_of_spans
+   use reference_curve, only: curve_point
    use rod_layout, only: stretch_element
    use rod_state, only: state_t
    use remeshed_model, only: division_t
@@ -383,6 +384,8 @@ contains
                if (e == 0 .or. list%element(side, c) > 0) cycle
                if (problem%covered(problem%stretch(e), list%contact(c))) list%element(side, c) = e
             end do
+            list%rolls(c) = .not. list%follows(c)
+            if (.not. list%moves(c)) list%rolls(c) = list%rolls(c) .and. runs_through(problem, list%element(:, c))
          end do
          list%twin = twins(list%node, problem%model%mesh%n_nodes)
       end associate
@@ -402,6 +405,26 @@ contains
          end associate
       end function node_of
    end subroutine add_touch_candidates
+
+   !> True for a smooth rod at the node between two elements, free to turn there.
+   pure logical function runs_through(problem, element)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: element(2)              !! that ends there, and that begins; 0: none, or the obstacle does not see it
+      real(wp), parameter :: same = 1.0e-6_wp        ! as curve_goes_on
+      real(wp) :: x(2), angle(2), speed, turn
+      integer :: side
+      runs_through = all(element > 0)
+      if (.not. runs_through) return
+      associate (mesh => problem%model%mesh)
+         runs_through = .not. problem%model%fixed(3, mesh%node(2, element(1)))
+         do side = 1, 2
+            call curve_point(problem%model%curve(mesh%curve(element(side))), problem%model%imperfection, &
+               & mesh%s(3 - side, element(side)), x, angle(side), speed)
+         end do
+      end associate
+      turn = modulo(angle(2) - angle(1) + pi, 2.0_wp * pi) - pi
+      runs_through = runs_through .and. abs(turn) <= same
+   end function runs_through
 
    !> The nodes of a stretch, by their numbers along it, from the first to the last of a touch.
    pure subroutine touched_nodes(touch, at, first, last)

@@ -90,7 +90,7 @@ contains
                tests = [tests, test]
             end if
             if (problem%touch(test%touch)%line) cycle
-            if (moves .or. problem%model%fixed(3, node)) then
+            if (problem%candidates%rolls(c) .or. problem%model%fixed(3, node)) then
                test%kind = test_curvature
                call excess_curvature(problem, state, c, test%value, stretch)
                test%value = test%value * problem%size
