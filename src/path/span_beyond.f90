@@ -11,7 +11,8 @@ module span_beyond
    use span_tests, only: span_test_t, run_span_tests, test_gap, test_force, test_pressure
    use span_change, only: leg_t, change_t, change_missed, change_opening
    use span_opening, only: open_line
-   use span_set, only: begin_touch, touched_at
+   use span_rules, only: beginning_together
+   use span_set, only: begin_touches, touched_at
    use path_control, only: control_t, path_length
    use path_continuity, only: largest_distance
    use path_run, only: run_t, heading_of
@@ -70,7 +71,8 @@ contains
       touched%state = change%place
       touched%heading = change%heading
       next = problem
-      call begin_touch(next, touched, change%tests(change%which), found, timers)
+      call begin_touches(next, touched, beginning_together(problem, change%tests, change%which, &
+         & leg%after%value < leg%before%value), found, timers)
       if (.not. found) return
       control%method = method_load
       control%increment = touched%state%load_factor - change%place%load_factor

@@ -4,7 +4,7 @@ module span_rules
    use problem, only: problem_t
    use rod_state, only: state_t
    use contact_touch, only: touch_t
-   use touch_edits, only: begun, lost, spread_out, parted, shrunk, end_moved, moved, continued, numbered
+   use touch_edits, only: lost, spread_out, parted, shrunk, end_moved, moved, continued, numbered
    use line_pressure, only: virtual_pressure
    use past_breakpoints, only: beyond, across
    use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_pressure, test_length, test_crossing, &
@@ -15,11 +15,12 @@ module span_rules
    use span_problem, only: present_touches
    implicit none
    private
-   public :: answer_t, answer_to
+   public :: answer_t, answer_to, beginning_together
 
    !> What follows, and what is told of it.
    type :: answer_t
-      type(touch_t), allocatable :: touch(:)      !! the new set
+      type(touch_t), allocatable :: touch(:)      !! the new set, but for what begins
+      type(span_test_t), allocatable :: begins(:) !! gaps where contact begins, that of the test last
       integer :: opens(2) = 0                     !! numbers of the touches between which a span opens, 0: a breakpoint; both the
       !! same: a line, between its own ends
       integer :: crosses(2) = 0                   !! the same of a span behind a breakpoint
@@ -48,7 +49,7 @@ contains
       select case (test%kind)
       case (test_gap)
          answer%label = 'C+'
-         answer%touch = begun(answer%touch, test%contact, test%stretch, test%at)
+         answer%begins = beginning_together(problem, tests, which, falling)
       case (test_force)
          answer%label = 'C-'
          if (problem%touch(test%touch)%line) then
@@ -92,6 +93,53 @@ contains
       answer%crosses = numbers(answer%touch, answer%crosses)
    end function answer_to
 
+   !> The gap of a test, which comes last, and others that are closed at the same place of the path: of two that a mirror makes one
+   !> of the other neither is the first.
+   pure function beginning_together(problem, tests, which, falling) result(begins)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: tests(:)
+      integer, intent(in) :: which
+      logical, intent(in) :: falling(:)            !! (tests)
+      type(span_test_t), allocatable :: begins(:)
+      logical :: closed(size(tests))
+      integer :: k, i
+      begins = [tests(which)]
+      closed = tests%kind == test_gap .and. falling .and. at_zero(tests, which)
+      closed(which) = .false.
+      do k = 1, size(tests)
+         if (.not. closed(k)) cycle
+         if (any([(one_contact(problem, begins(i), tests(k)), i=1, size(begins))])) cycle
+         begins = [tests(k), begins]
+      end do
+   end function beginning_together
+
+   !> True for gaps on both sides of a breakpoint of the rod that are closed there: it is one and the same place that touches.
+   pure logical function one_contact(problem, a, b)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: a, b
+      integer :: i, j
+      one_contact = .false.
+      if (a%contact /= b%contact) return
+      associate (first => problem%layout%stretch(a%stretch), second => problem%layout%stretch(b%stretch))
+         do i = 1, 2
+            do j = 1, 2
+               if (first%node(i) /= second%node(j)) cycle
+               one_contact = one_contact .or. abs(a%at - merge(0.0_wp, first%length, i == 1)) <= line_share * first%length .and. &
+                  & abs(b%at - merge(0.0_wp, second%length, j == 1)) <= line_share * second%length
+            end do
+         end do
+      end associate
+   end function one_contact
+
+   !> Tests that are as good as zero where one is. Its place is known to that for the one that was looked for, to a few times that for
+   !> others.
+   pure function at_zero(tests, which)
+      type(span_test_t), intent(in) :: tests(:)
+      integer, intent(in) :: which
+      logical :: at_zero(size(tests))
+      at_zero = tests%value <= max(test_slack(tests%kind), 10.0_wp * abs(tests(which)%value))
+   end function at_zero
+
    !> The point of a test, and others whose forces vanish at the same place of the path: of two that a mirror makes one of the other
    !> neither is the first.
    subroutine lose_points(problem, tests, which, falling, answer)
@@ -100,14 +148,13 @@ contains
       integer, intent(in) :: which
       logical, intent(in) :: falling(:)            !! (tests)
       type(answer_t), intent(inout) :: answer
-      logical :: gone(size(answer%touch))
+      logical :: gone(size(answer%touch)), zero(size(tests))
       integer :: k
       gone = .false.
+      zero = at_zero(tests, which)
       do k = 1, size(tests)
          if (tests(k)%kind /= test_force) cycle
-         ! The place is known to that for the one that was looked for, to a few times that for others.
-         gone(tests(k)%touch) = k == which .or. .not. problem%touch(tests(k)%touch)%line .and. falling(k) .and. &
-            & tests(k)%value <= max(test_slack(test_force), 10.0_wp * abs(tests(which)%value))
+         gone(tests(k)%touch) = k == which .or. .not. problem%touch(tests(k)%touch)%line .and. falling(k) .and. zero(k)
       end do
       answer%touch = pack(answer%touch, .not. gone)
    end subroutine lose_points

@@ -23,7 +23,7 @@ module span_set
    use timing, only: timers_t
    implicit none
    private
-   public :: take_set, begin_touch, touched_at
+   public :: take_set, begin_touches, touched_at
 
 contains
 
@@ -49,7 +49,7 @@ contains
       on = run
       parts = answer%opens(1) /= answer%opens(2)
       if (test%kind == test_gap) then
-         call begin_touch(next, on, test, ok, timers)
+         call begin_touches(next, on, answer%begins, ok, timers)
       else
          on%touches = max(run%touches, maxval(answer%touch%number))
          call take_touches(next, on, answer%touch, timers)
@@ -102,23 +102,25 @@ contains
       run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
    end subroutine head_for
 
-   !> The run with one touch more at a place where the gap of a free span is zero, at the load at which it has no force.
-   subroutine begin_touch(problem, run, test, ok, timers)
+   !> The run with a touch more at each place where the gap of a free span is zero, at the load at which the last of them has no
+   !> force.
+   subroutine begin_touches(problem, run, begins, ok, timers)
       type(problem_t), intent(inout) :: problem
-      type(run_t), intent(inout) :: run          !! at that place
-      type(span_test_t), intent(in) :: test
+      type(run_t), intent(inout) :: run          !! at that place; the last touch gets its last number
+      type(span_test_t), intent(in) :: begins(:)
       logical, intent(out) :: ok                 !! false: the state is not that one
       type(timers_t), intent(inout) :: timers
       integer, parameter :: most = 8             ! without a force nothing holds the point where it is: it would go astray
-      type(touch_t) :: new
+      type(touch_t) :: new(size(begins))
       type(control_t) :: control
       type(increment_t) :: report
       type(state_t) :: base, first
       real(wp) :: rate
-      integer :: c, try
-      new = touch_t(contact=test%contact, stretch=test%stretch, at=[test%at, test%at])
-      new%number = run%touches + 1
-      run%touches = new%number
+      integer :: c, try, k
+      do k = 1, size(begins)
+         run%touches = run%touches + 1
+         new(k) = touch_t(number=run%touches, contact=begins(k)%contact, stretch=begins(k)%stretch, at=spread(begins(k)%at, 1, 2))
+      end do
       call take_touches(problem, run, [present_touches(problem, run%state), new], timers)
       ok = run%system%ok
       if (.not. ok) return
@@ -146,7 +148,7 @@ contains
       if (ok) return
       run%state = first
       call linearise(problem, run%state, run%state, run%system, timers)
-   end subroutine begin_touch
+   end subroutine begin_touches
 
    !> The candidate at a touch's beginning; 0: it is that of another touch.
    pure integer function candidate_of(problem, number) result(c)
