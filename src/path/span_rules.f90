@@ -8,7 +8,7 @@ module span_rules
    use line_pressure, only: virtual_pressure
    use past_breakpoints, only: beyond, across
    use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_pressure, test_length, test_crossing, &
-      & test_slope, test_slack, shortest
+      & test_slope, test_leaving, test_slack, line_share
    use conforming_span, only: flat_excess, excess_curvature
    use touchdown_points, only: stands
    use held_openings, only: first_length
@@ -28,9 +28,6 @@ module span_rules
       logical :: divides = .false.                !! of the contact that is lost a part stays on both sides
       character(:), allocatable :: why            !! there is no rule: the reason
    end type answer_t
-
-   !> Of its stretch, that a line begins with, or a touch goes on behind a breakpoint: not so short that it is taken for none.
-   real(wp), parameter :: line_share = 2.0_wp * shortest
 
 contains
 
@@ -82,6 +79,8 @@ contains
          call cross(problem, test, answer)
       case (test_slope)
          call lie_down_from_end(problem, state, test, answer)
+      case (test_leaving)
+         call leave_breakpoint(problem, test, answer)
       case (test_pressure)
          answer%why = 'a line contact lifts off inside'
       case default
@@ -323,6 +322,21 @@ contains
          answer%crosses(2) = k
       end if
    end subroutine cross
+
+   !> A point that is held at a breakpoint, and belongs beside it, goes there.
+   subroutine leave_breakpoint(problem, test, answer)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: test        !! its sense: the point belongs before the breakpoint (-1), or after it
+      type(answer_t), intent(inout) :: answer
+      integer :: way, stretch
+      associate (k => test%touch)
+         way = nint(test%sense)
+         stretch = problem%stretch(problem%candidates%element(merge(1, 2, way < 0), test%candidate))
+         answer%touch = moved(answer%touch, k, stretch, behind(problem, stretch, way, &
+            & line_share * problem%layout%stretch(stretch)%length, .false.))
+         answer%crosses(2) = k
+      end associate
+   end subroutine leave_breakpoint
 
    !> Numbers of two touches of a set.
    pure function numbers(set, at) result(number)

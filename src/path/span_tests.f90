@@ -11,7 +11,7 @@ module span_tests
    use free_span, only: free_span_t, free_spans, span_ends
    use free_span_gap, only: least_gap
    use line_pressure, only: least_pressure
-   use conforming_span, only: excess_curvature, node_track, track_sense, track_rotation
+   use conforming_span, only: flat_excess, excess_curvature, node_track, track_sense, track_rotation
    use touchdown_points, only: point_force, held_force, at_breakpoint
    use contact_touch, only: touch_t
    use span_problem, only: present_touches
@@ -19,7 +19,7 @@ module span_tests
    private
    public :: span_test_t, run_span_tests, spans_hold, any_fails, another_fails, test_slack, well_below, &
       & test_words
-   public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_flat, test_crossing, test_slope
+   public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_flat, test_crossing, test_slope, test_leaving
 
    ! What is tested.
    integer, parameter :: test_gap = 1       !! least gap of a free span
@@ -30,14 +30,17 @@ module span_tests
    integer, parameter :: test_flat = 6      !! largest gap of a free span beside a contact; where that is gone, the span's length
    integer, parameter :: test_crossing = 7  !! length of a free span between a contact and a breakpoint of the rod
    integer, parameter :: test_slope = 8     !! of the gap inwards from a free end that touches
+   integer, parameter :: test_leaving = 9   !! how far from a breakpoint of the rod a point that is held there belongs
 
    !> What its zero means.
-   character(*), parameter :: test_words(8) = [character(40) :: 'contact begins', 'contact ends', 'a contact point spreads', &
+   character(*), parameter :: test_words(9) = [character(40) :: 'contact begins', 'contact ends', 'a contact point spreads', &
       & 'contact opens inside', 'a contact line shrinks to a point', 'a free span lies down', &
-      & 'contact comes to a breakpoint of the rod', 'an end of a rod lies down']
+      & 'contact comes to a breakpoint of the rod', 'an end of a rod lies down', &
+      & 'contact leaves a breakpoint of the rod']
 
    !> What a test may fall below zero by before it is taken for violated: what the dense output errs by.
-   real(wp), parameter :: test_slack(8) = [1.0e-9_wp, 1.0e-9_wp, 1.0e-9_wp, 1.0e-6_wp, 0.0_wp, 1.0e-9_wp, 0.0_wp, 1.0e-9_wp]
+   real(wp), parameter :: test_slack(9) = [1.0e-9_wp, 1.0e-9_wp, 1.0e-9_wp, 1.0e-6_wp, 0.0_wp, 1.0e-9_wp, 0.0_wp, 1.0e-9_wp, &
+      & 0.0_wp]
 
    real(wp), parameter :: well_below = 10.0_wp !! slacks, at a place where a test is zero
 
@@ -52,10 +55,12 @@ module span_tests
       real(wp) :: ends(2) = 0.0_wp          !! flat: of the span along the stretch
       real(wp) :: at = 0.0_wp               !! gap, pressure: where along the stretch
       real(wp) :: sense = 1.0_wp            !! pressure: at the first end (-1), inside (0), at the last (1); crossing: before
-      !! the touch, after it; slope: likewise
+      !! the touch, after it; slope: likewise; leaving: which way
    end type span_test_t
 
    real(wp), parameter, public :: shortest = 1.0e-4_wp !! of a stretch: spans as short as that are taken for none
+   !> Of its stretch, that a line begins with, or a touch goes on beside a breakpoint: not so short that it is taken for none.
+   real(wp), parameter, public :: line_share = 2.0_wp * shortest
 
 contains
 
@@ -95,6 +100,7 @@ contains
                call excess_curvature(problem, state, c, test%value, stretch)
                test%value = test%value * problem%size
                tests = [tests, test]
+               if (.not. moves .and. problem%candidates%rolls(c)) tests = [tests, leaving(c, test%value / problem%size)]
             else if (any(problem%beside(:, node) == 0) .and. .not. any(problem%model%fixed(:, node))) then
                ! An end of a rod that nothing holds.
                test%kind = test_slope
@@ -107,6 +113,22 @@ contains
       end do
 
    contains
+
+      !> The force of a point goes along the rod as that turns: how far, against what is taken for none.
+      type(span_test_t) function leaving(c, excess)
+         integer, intent(in) :: c
+         real(wp), intent(in) :: excess        !! of curvature
+         real(wp) :: way, reach
+         integer :: side
+         leaving = span_test_t(kind=test_leaving, touch=problem%candidates%touch(c), candidate=c)
+         way = 0.0_wp
+         if (excess * problem%size > flat_excess) way = -track_rotation(problem, state, c) * track_sense(problem, state, c, &
+            & node_track(problem, state, c)) / excess
+         leaving%sense = sign(1.0_wp, way)
+         side = merge(2, 1, way > 0.0_wp)
+         reach = line_share * problem%layout%stretch(problem%stretch(problem%candidates%element(side, c)))%length
+         leaving%value = (reach - abs(way)) / problem%size
+      end function leaving
 
       !> Concentrated force over the scale.
       real(wp) function push(c)
