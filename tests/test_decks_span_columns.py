@@ -44,6 +44,9 @@ LOAD, ABOVE, {stop!r}
 PLAIN = "3, 1.0, 0.\n*LINE, ELSET=COLUMN, NSET=COLUMN, TYPE=GE8\n1, 3, 24"
 PARTED = "2, 0.4, 0.\n3, 1.0, 0.\n*LINE, ELSET=COLUMN, NSET=COLUMN, TYPE=GE8\n1, 2, 16\n2, 3, 24"
 
+HALVES = "2, 0.6, 0.\n3, 1.0, 0.\n*LINE, ELSET=COLUMN, NSET=LEFT, TYPE=GE8\n1, 2, 15\n*LINE, ELSET=COLUMN, NSET=RIGHT, TYPE=GE8\n2, 3, 10\n" \
+    "*NSET, NSET=COLUMN\nLEFT, RIGHT"
+
 
 @functools.cache
 def column(ends, waves="", increments="0.1", across="", accuracy="", stop=20.0, code=0):
@@ -100,8 +103,11 @@ def test_two_places_open_at_once():
 
 
 def test_a_path_back_at_its_own_bifurcation():
-    """Waves of the second mode cross the path at 3.48; on them it comes back there, and what follows it has passed."""
-    run = column("clamped", "0.0014, 1\n-0.0004, 3", code=2)
+    """Waves of the second mode cross the path at 3.48; where only one half of the column has a lower wall the path comes back there on
+    them, and what follows it has passed."""
+    text = COLUMN.format(nodes=HALVES, waves="0.0014, 1\n-0.0004, 3", increments="0.1", across="", accuracy="", stop=20.0,
+                         supports="1, ENCASTRE\n3, YSYMM", unit=-4.0 * math.pi**2)
+    run = dr.run_deck(dr.changed(text, ("OBSTACLE=LOWER, NSET=COLUMN", "OBSTACLE=LOWER, NSET=LEFT")), code=2)
     assert events(run) == ["C+", "BP", "C+", "LP", "C-"]
     told = re.search(r"comes back to a bifurcation of its own at load factor (\S+):", run.stderr)
     dr.assert_close(float(told.group(1)), run.only("BP").load_factor, relative=1e-9)

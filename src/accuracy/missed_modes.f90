@@ -114,7 +114,7 @@ contains
       integer :: c
       tell = .true.
       do c = 1, problem%candidates%n
-         if (.not. problem%candidates%moves(c) .or. problem%candidates%follows(c)) cycle
+         if (.not. problem%candidates%rolls(c) .or. problem%candidates%follows(c)) cycle
          call excess_curvature(problem, state, c, excess(1), stretch)
          call excess_curvature(finer, better, c, excess(2), stretch)
          tell = tell .and. abs(excess(1) - excess(2)) < minval(abs(excess))

@@ -146,6 +146,7 @@ contains
       k(1:2, 1) = kn * n * n(1) - (r * system%bend(candidate)) * t * t(1)
       k(1:2, 2) = kn * n * n(2) - (r * system%bend(candidate)) * t * t(2)
       if (problem%candidates%touch(candidate) == 0) return
+      if (.not. problem%candidates%follows(candidate)) k(3, 3) = touchdown_spring(problem, state, candidate)
       associate (node => problem%candidates%node(candidate))
          if (.not. system%turned(node)) return
          ! The track turns the node by more the further it goes where its curvature changes.
@@ -154,7 +155,6 @@ contains
          if (problem%candidates%follows(candidate)) k(1, 1) = k(1, 1) + &
             & (r - system%residual(system%unknown(candidate))) * system%bend(candidate)
          k(1, 1) = k(1, 1) + system%residual(d) * track_bend_rate(problem, state, candidate)
-         if (.not. problem%candidates%follows(candidate)) k(3, 3) = touchdown_spring(problem, state, candidate)
       end associate
    end subroutine contact_tangent
 end module contact_terms

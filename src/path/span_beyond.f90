@@ -44,7 +44,9 @@ contains
             return
          end if
       end associate
+      allocate (change%begins(0))
       if (change%tests(change%which)%kind == test_gap) then
+         change%begins = beginning_together(problem, change%tests, change%which, leg%after%value < leg%before%value)
          call begin_sharply(problem, step, run, leg, change, timers)
          associate (test => change%tests(change%which))
             run%beginning = beginning_region(problem, change%place, test%contact, test%stretch, test%at)
@@ -71,8 +73,7 @@ contains
       touched%state = change%place
       touched%heading = change%heading
       next = problem
-      call begin_touches(next, touched, beginning_together(problem, change%tests, change%which, &
-         & leg%after%value < leg%before%value), found, timers)
+      call begin_touches(next, touched, change%begins, found, timers)
       if (.not. found) return
       control%method = method_load
       control%increment = touched%state%load_factor - change%place%load_factor
@@ -93,6 +94,7 @@ contains
       change%heading = heading_of(problem, run, better)
       change%tests = run_span_tests(problem, better, leg%scale)
       change%tests(change%which)%at = touched_at(next, touched)
+      change%begins(size(change%begins)) = change%tests(change%which)
       call bars_at_touch(problem, step, run, better, change%heading, next, touched, change%bars, timers)
    end subroutine begin_sharply
 

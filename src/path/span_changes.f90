@@ -88,7 +88,8 @@ contains
       end if
       if (finished .or. allocated(outcome%why)) return
       if (change%kind == change_by_rule) then
-         call take_set(problem, run, change%tests(change%which), answer, line_reach(problem, leg, change%which), timers)
+         call take_set(problem, run, change%tests(change%which), change%begins, answer, line_reach(problem, leg, change%which), &
+            & timers)
       else
          call come_nearer(problem, step, run, leg, change, timers)
          call take_next(problem, step, run, change%next, recorder, finished, outcome, timers)

@@ -10,7 +10,7 @@ module span_rules
    use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_pressure, test_length, test_crossing, &
       & test_slope, test_leaving, test_slack, line_share
    use conforming_span, only: flat_excess, excess_curvature
-   use touchdown_points, only: stands
+   use touchdown_points, only: stands, held_force, point_force
    use held_openings, only: first_length
    use span_problem, only: present_touches
    implicit none
@@ -19,8 +19,7 @@ module span_rules
 
    !> What follows, and what is told of it.
    type :: answer_t
-      type(touch_t), allocatable :: touch(:)      !! the new set, but for what begins
-      type(span_test_t), allocatable :: begins(:) !! gaps where contact begins, that of the test last
+      type(touch_t), allocatable :: touch(:)      !! the new set, but for what begins (beginning_together)
       integer :: opens(2) = 0                     !! numbers of the touches between which a span opens, 0: a breakpoint; both the
       !! same: a line, between its own ends
       integer :: crosses(2) = 0                   !! the same of a span behind a breakpoint
@@ -46,7 +45,6 @@ contains
       select case (test%kind)
       case (test_gap)
          answer%label = 'C+'
-         answer%begins = beginning_together(problem, tests, which, falling)
       case (test_force)
          answer%label = 'C-'
          if (problem%touch(test%touch)%line) then
@@ -57,7 +55,7 @@ contains
          end if
       case (test_curvature)
          ! Against a straight wall a uniform rod lies without pressure.
-         if (virtual_pressure(problem, state, test%candidate) >= 0.0_wp) then
+         if (would_press(problem, state, test%candidate)) then
             call lay_down_points(problem, state, test, answer)
          else
             call divide_point(problem, test, answer)
@@ -173,8 +171,12 @@ contains
          end if
          point = problem%candidates%touch(c)
          whole = stretch_length(problem, answer%touch(point))
-         answer%touch = spread_out(answer%touch, point, 0.5_wp * line_share * whole, whole)
-         if (.not. problem%candidates%moves(c)) call go_on_behind(problem, point, line_share * whole, answer, behind)
+         if (problem%candidates%moves(c)) then
+            answer%touch = spread_out(answer%touch, point, 0.5_wp * line_share * whole, whole)
+         else
+            answer%touch = spread_out(answer%touch, point, line_share * whole, whole)
+            call go_on_behind(problem, point, 2.0_wp * line_share * whole, answer, behind)
+         end if
          if (c == test%candidate) answer%opens = point
       end do
    end subroutine lay_down_points
@@ -192,8 +194,22 @@ contains
       call excess_curvature(problem, state, c, excess, stretch)
       ! The place is known to that for the one that was looked for, to a few times that for others.
       as_flat = excess * problem%size <= 10.0_wp * flat_excess
-      if (as_flat) as_flat = virtual_pressure(problem, state, c) >= 0.0_wp
+      if (as_flat) as_flat = would_press(problem, state, c)
    end function as_flat
+
+   !> True where a line that begins at a flat point would be pressed: by what acts along the rod, and at a breakpoint by what acts there.
+   logical function would_press(problem, state, c)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: c                     !! candidate
+      real(wp) :: force, jump
+      would_press = virtual_pressure(problem, state, c) >= 0.0_wp
+      if (problem%candidates%moves(c) .or. stands(problem, state, c)) return
+      force = held_force(problem, state, c)
+      jump = point_force(problem, state, c)
+      ! What the obstacle holds more than the rod does comes from the outside, and presses.
+      would_press = would_press .and. jump - force <= test_slack(test_force) * abs(force)
+   end function would_press
 
    !> A point two points; on a mirror, or where a support holds the rotation, one on each side.
    subroutine divide_point(problem, test, answer)
@@ -252,7 +268,7 @@ contains
       type(span_test_t), intent(in) :: test
       type(answer_t), intent(inout) :: answer
       integer :: way, next, side, stretch, k
-      real(wp) :: end, whole
+      real(wp) :: end, whole, length
       k = test%touch
       whole = stretch_length(problem, answer%touch(k))
       associate (set => answer%touch)
@@ -268,9 +284,14 @@ contains
          end do
       end associate
       if (way <= 1) then
-         end = end + way * line_share * problem%layout%stretch(stretch)%length
-         answer%touch = lost(end_moved(answer%touch, next, side, end), k)
-         answer%crosses(3 - side) = merge(next - 1, next, next > k)
+         length = line_share * problem%layout%stretch(stretch)%length
+         if (abs(answer%touch(next)%at(2) - answer%touch(next)%at(1)) <= length) then
+            ! Nothing is left on either side of the breakpoint, but a point there.
+            answer%touch = lost(shrunk(answer%touch, next, end), k)
+         else
+            answer%touch = lost(end_moved(answer%touch, next, side, end + way * length), k)
+            answer%crosses(3 - side) = merge(next - 1, next, next > k)
+         end if
       else if (answer%touch(k)%at(1) <= 0.0_wp) then
          answer%touch = shrunk(answer%touch, k, 0.0_wp)
       else if (answer%touch(k)%at(2) >= whole) then

@@ -28,10 +28,11 @@ module span_set
 contains
 
    !> Goes on with the set that a test's rule tells, in the sense in which what is new grows.
-   subroutine take_set(problem, run, test, answer, reach, timers)
+   subroutine take_set(problem, run, test, begins, answer, reach, timers)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run          !! at the place where the test is zero; stuck where there is no way on
       type(span_test_t), intent(in) :: test      !! there
+      type(span_test_t), intent(in) :: begins(:) !! gaps that are closed there, its own last; where it is no gap none
       type(answer_t), intent(in) :: answer       !! to it
       real(wp), intent(in) :: reach              !! along the path, that the equilibrium with the new set may be away
       type(timers_t), intent(inout) :: timers
@@ -49,7 +50,7 @@ contains
       on = run
       parts = answer%opens(1) /= answer%opens(2)
       if (test%kind == test_gap) then
-         call begin_touches(next, on, answer%begins, ok, timers)
+         call begin_touches(next, on, begins, ok, timers)
       else
          on%touches = max(run%touches, maxval(answer%touch%number))
          call take_touches(next, on, answer%touch, timers)
