@@ -19,9 +19,10 @@ module mesh_request
 
    !> What the meshes of a point have been worth.
    type :: refinement_t
-      real(wp) :: ratio = huge(1.0_wp)           !! the error over what is allowed
+      real(wp) :: ratio = huge(1.0_wp)           !! the error over what is allowed, the last that a finer mesh has made smaller
       integer :: elements = 0                    !! and how many elements had it
-      integer :: too_coarse = 0                  !! the most elements of a mesh, here or before, that told nothing of its errors
+      type(demand_t), allocatable :: demand(:)   !! (stretches) that mesh
+      logical :: in_vain = .false.               !! finer ones are no better: it is not their number
    end type refinement_t
 
    real(wp), parameter :: part_of_asked = 0.5_wp !! of what is asked that a new mesh is to need: its bar is a forecast
@@ -51,17 +52,17 @@ contains
       real(wp), intent(in) :: asked              !! relative error
       logical, intent(in) :: critical            !! a load's bar without bounds does not do, however narrow
       integer, intent(in) :: tries               !! requests for the same point that did not suffice
-      type(refinement_t), intent(inout) :: last  !! of these
+      type(refinement_t), intent(inout) :: last  !! what these were worth
       logical, intent(in) :: can_settle          !! the iteration can go on
       logical, intent(out) :: unsettled          !! the iteration has left more than its part: it is to go on first
       type(demand_t), allocatable, intent(out) :: demand(:) !! (stretches)
       real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio
-      logical :: free(problem%model%mesh%n_elements), known, bounded, cut, doubled
+      logical :: free(problem%model%mesh%n_elements), known, bounded, cut, helps
       integer :: now, k
       free = problem%layout%stretch(problem%stretch)%placed
       now = count(free)
       unsettled = .false.
-      if (tries == 0) last = refinement_t(too_coarse=last%too_coarse)
+      if (tries == 0) last = refinement_t()
       if (now == 0) return
       call indicate(bars, sizes, counted, asked, critical, critical .and. tries < most_unbounded, can_settle, indicator, ratio, &
          & known, bounded, unsettled)
@@ -85,25 +86,28 @@ contains
          whole = now
       end if
       if (known) then
-         ! Where more elements do not help it is not their number. Of a few errors may cancel, and no longer of some more: of twice
-         ! as many they do not. (Twice as many at any number would be twice as many at every point where it is not their number.)
-         doubled = .false.
-         if (tries > most_unbounded .and. ratio > enough_progress * last%ratio) then
-            if (now > few * count(problem%layout%stretch%placed)) return
-            doubled = .true.
-         else
-            last = refinement_t(ratio, now, last%too_coarse)
+         helps = ratio <= enough_progress * last%ratio
+         if (helps .or. tries == 0) then
+            call remember(ratio)
+         else if (now > few * count(problem%layout%stretch%placed) .and. (tries > most_unbounded .or. &
+            & (bounded .and. now >= 2 * last%elements))) then
+            ! Where more elements do not help it is not their number.
+            last%in_vain = .true.
+            return
          end if
          ! What the given elements contribute no other mesh takes away.
          if (2.0_wp * sum(indicator, mask=free) < sum(indicator)) return
          wanted = number_for(problem, free, whole, part_of_asked * asked)
          if (tries > 0 .or. .not. bounded) wanted = max(wanted, least * now)
-         if (doubled) wanted = max(wanted, 2.0_wp * last%elements)
+         ! Of a few errors may cancel, and no longer of some more: of twice as many they do not. (Twice as many at any number would be
+         ! twice as many at every point where it is not their number.)
+         if (.not. helps .and. tries > most_unbounded) wanted = max(wanted, 2.0_wp * last%elements)
          wanted = min(wanted, most * now)
          g = g / whole
       else
-         if (tries > most_unknown) return
-         last = refinement_t(too_coarse=max(last%too_coarse, problem%model%mesh%n_elements))
+         if (tries == 0) call remember(huge(ratio))
+         last%in_vain = tries > most_unknown
+         if (last%in_vain) return
          wanted = 2.0_wp * now
       end if
       if (.not. (known .and. bounded)) then
@@ -112,6 +116,17 @@ contains
          g = g / sum(g)
       end if
       demand = demand_of(problem, state, wanted, g)
+
+   contains
+
+      !> The present mesh is the best so far.
+      subroutine remember(its_ratio)
+         real(wp), intent(in) :: its_ratio
+         last%ratio = its_ratio
+         last%elements = now
+         last%demand = present_demand(problem, state)
+         last%in_vain = .false.
+      end subroutine remember
    end subroutine request_mesh
 
    !> The elements that would do where bars are narrower than allowed. Not allocated: hardly fewer than there are, or it is not
