@@ -87,6 +87,7 @@ contains
       end if
       if (known) then
          helps = ratio <= enough_progress * last%ratio
+         if (helps .and. tries > most_unbounded) helps = comes_there(ratio, now, last, count(problem%layout%stretch%placed))
          if (helps .or. tries == 0) then
             call remember(ratio)
          else if (now > few * count(problem%layout%stretch%placed) .and. (tries > most_unbounded .or. &
@@ -128,6 +129,19 @@ contains
          last%in_vain = .false.
       end subroutine remember
    end subroutine request_mesh
+
+   !> True where the error, on as it fell from one mesh to a finer one, is what is allowed before rounding, which grows as the
+   !> fourth power of the number of elements of a rod, is all that there is. Kinks inside elements let it fall as a low power.
+   pure logical function comes_there(ratio, now, last, stretches)
+      real(wp), intent(in) :: ratio              !! of the error to what is allowed
+      integer, intent(in) :: now                 !! elements
+      type(refinement_t), intent(in) :: last     !! the same of a coarser mesh; its error was larger
+      integer, intent(in) :: stretches
+      real(wp) :: finer, left
+      finer = log(real(now, wp) / max(last%elements, 1))
+      left = log(stretches * epsilon(ratio)**(-0.25_wp) / now)
+      comes_there = log(max(ratio, 1.0_wp)) * finer <= left * log(last%ratio / max(ratio, tiny(ratio)))
+   end function comes_there
 
    !> The elements that would do where bars are narrower than allowed. Not allocated: hardly fewer than there are, or it is not
    !> known.
