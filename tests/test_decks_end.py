@@ -70,6 +70,44 @@ v, ABOVE, 0.3
 *END STEP
 """
 
+# The middle of the column is held at the wall by a force; where it buckles beside it no set of contacts is known.
+PRESSED = """*HEADING
+A hinged column with a node that is pressed on a wall
+*NODE
+1, 0, 0
+2, 0.5, 0
+3, 1, 0
+*LINE, ELSET=COLUMN, NSET=COLUMN
+1, 2
+2, 3
+*BEAM SECTION, ELSET=COLUMN, SECTION=STIFFNESS
+1e6, 1
+*BOUNDARY
+1, PINNED
+3, 2
+*OBSTACLE, NAME=WALL, TYPE=LINE
+0, -0.001, 1, -0.001
+*CONTACT, OBSTACLE=WALL, NSET=COLUMN
+*MONITOR, NAME=s
+3, U1, -1
+*STEP
+*STATIC, METHOD=LOAD
+0.1
+*CLOAD
+2, 2, -10
+*ACCURACY, TOLERANCE=1E-2
+*END STEP
+*STEP
+*STATIC
+0.05, , 0.005
+*CLOAD
+3, 1, -2.467
+*STOP
+s, ABOVE, 0.05
+*ACCURACY, TOLERANCE=1E-2
+*END STEP
+"""
+
 
 def counted(run, words):
     """A number of the listing's table of costs."""
@@ -89,3 +127,10 @@ def test_a_mesh_that_is_finer_in_vain_is_given_back():
     run = dr.run_deck(BEDDED.format(centre=0.3 - 1.09 / 0.6, radius=1.09 / 0.6), code=2)
     assert "the errors asked for are not reached" in run.stderr
     assert counted(run, "elements at the most") < 300
+
+
+def test_nodes_are_asked_once_at_a_place():
+    """What they said was a point of its own at the same load, with the same contacts; there they were asked again."""
+    run = dr.run_deck(PRESSED, code=None)
+    assert "the allowed number of points was used up" not in run.stderr
+    assert np.count_nonzero(np.diff(run.column("load_factor")) == 0.0) < 10
