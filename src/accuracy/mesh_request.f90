@@ -21,7 +21,8 @@ module mesh_request
    type :: refinement_t
       real(wp) :: ratio = huge(1.0_wp)           !! the error over what is allowed, the last that a finer mesh has made smaller
       integer :: elements = 0                    !! and how many elements had it
-      type(demand_t), allocatable :: demand(:)   !! (stretches) that mesh
+      integer :: doublings = 0                   !! for want of any errors, here and at points before that wanted some, too
+      type(demand_t), allocatable :: demand(:)   !! (stretches) the mesh before all that
       logical :: in_vain = .false.               !! finer ones are no better: it is not their number
    end type refinement_t
 
@@ -31,7 +32,7 @@ module mesh_request
    real(wp), parameter :: most_spared = 0.7_wp   !! of the elements: a mesh that is hardly coarser is not worth its change
    integer, parameter :: most_unbounded = 2      !! meshes for a bar that is narrow enough, but has no bounds
    integer, parameter :: few = 4                 !! on a stretch
-   integer, parameter :: most_unknown = 5        !! and for one that has none at all
+   integer, parameter :: most_unknown = 5        !! and for one that has none at all, or several of them in a row
    !> Nothing is asked of what rounding leaves of a place, over the size: in runs of a prototype it was up to this.
    real(wp), parameter :: place_rounding = 3.0e-14_wp
    real(wp), parameter :: enough_progress = 0.7_wp !! of the error, by a mesh that is at least finer by `least`
@@ -62,10 +63,15 @@ contains
       free = problem%layout%stretch(problem%stretch)%placed
       now = count(free)
       unsettled = .false.
-      if (tries == 0) last = refinement_t()
       if (now == 0) return
       call indicate(bars, sizes, counted, asked, critical, critical .and. tries < most_unbounded, can_settle, indicator, ratio, &
          & known, bounded, unsettled)
+      if (tries == 0) then
+         if (known .or. last%doublings == 0) last = refinement_t(demand=present_demand(problem, state))
+         last%ratio = huge(ratio)
+         last%elements = now
+         last%in_vain = .false.
+      end if
       if (known .and. .not. allocated(bars%share)) then
          ! Where contact with foundations ends unmarked the mesh gets a node; more elements do not help.
          cut = .false.
@@ -89,7 +95,9 @@ contains
          helps = ratio <= enough_progress * last%ratio
          if (helps .and. tries > most_unbounded) helps = comes_there(ratio, now, last, count(problem%layout%stretch%placed))
          if (helps .or. tries == 0) then
-            call remember(ratio)
+            last%ratio = ratio
+            last%elements = now
+            last%in_vain = .false.
          else if (now > few * count(problem%layout%stretch%placed) .and. (tries > most_unbounded .or. &
             & (bounded .and. now >= 2 * last%elements))) then
             ! Where more elements do not help it is not their number.
@@ -106,9 +114,9 @@ contains
          wanted = min(wanted, most * now)
          g = g / whole
       else
-         if (tries == 0) call remember(huge(ratio))
-         last%in_vain = tries > most_unknown
+         last%in_vain = last%doublings > most_unknown
          if (last%in_vain) return
+         last%doublings = last%doublings + 1
          wanted = 2.0_wp * now
       end if
       if (.not. (known .and. bounded)) then
@@ -117,17 +125,6 @@ contains
          g = g / sum(g)
       end if
       demand = demand_of(problem, state, wanted, g)
-
-   contains
-
-      !> The present mesh is the best so far.
-      subroutine remember(its_ratio)
-         real(wp), intent(in) :: its_ratio
-         last%ratio = its_ratio
-         last%elements = now
-         last%demand = present_demand(problem, state)
-         last%in_vain = .false.
-      end subroutine remember
    end subroutine request_mesh
 
    !> True where the error, on as it fell from one mesh to a finer one, is what is allowed before rounding, which grows as the
