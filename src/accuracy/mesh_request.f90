@@ -19,9 +19,11 @@ module mesh_request
 
    !> What the meshes of a point have been worth.
    type :: refinement_t
-      real(wp) :: ratio = huge(1.0_wp)           !! the error over what is allowed
+      real(wp) :: ratio = huge(1.0_wp)           !! the error over what is allowed, the last that a finer mesh has made smaller
       integer :: elements = 0                    !! and how many elements had it
-      integer :: too_coarse = 0                  !! the most elements of a mesh, here or before, that told nothing of its errors
+      integer :: doublings = 0                   !! for want of any errors, here and at points before that wanted some, too
+      type(demand_t), allocatable :: demand(:)   !! (stretches) the mesh before all that
+      logical :: in_vain = .false.               !! finer ones are no better: it is not their number
    end type refinement_t
 
    real(wp), parameter :: part_of_asked = 0.5_wp !! of what is asked that a new mesh is to need: its bar is a forecast
@@ -30,7 +32,7 @@ module mesh_request
    real(wp), parameter :: most_spared = 0.7_wp   !! of the elements: a mesh that is hardly coarser is not worth its change
    integer, parameter :: most_unbounded = 2      !! meshes for a bar that is narrow enough, but has no bounds
    integer, parameter :: few = 4                 !! on a stretch
-   integer, parameter :: most_unknown = 5        !! and for one that has none at all
+   integer, parameter :: most_unknown = 5        !! and for one that has none at all, or several of them in a row
    !> Nothing is asked of what rounding leaves of a place, over the size: in runs of a prototype it was up to this.
    real(wp), parameter :: place_rounding = 3.0e-14_wp
    real(wp), parameter :: enough_progress = 0.7_wp !! of the error, by a mesh that is at least finer by `least`
@@ -51,20 +53,25 @@ contains
       real(wp), intent(in) :: asked              !! relative error
       logical, intent(in) :: critical            !! a load's bar without bounds does not do, however narrow
       integer, intent(in) :: tries               !! requests for the same point that did not suffice
-      type(refinement_t), intent(inout) :: last  !! of these
+      type(refinement_t), intent(inout) :: last  !! what these were worth
       logical, intent(in) :: can_settle          !! the iteration can go on
       logical, intent(out) :: unsettled          !! the iteration has left more than its part: it is to go on first
       type(demand_t), allocatable, intent(out) :: demand(:) !! (stretches)
       real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio
-      logical :: free(problem%model%mesh%n_elements), known, bounded, cut, doubled
+      logical :: free(problem%model%mesh%n_elements), known, bounded, cut, helps
       integer :: now, k
       free = problem%layout%stretch(problem%stretch)%placed
       now = count(free)
       unsettled = .false.
-      if (tries == 0) last = refinement_t(too_coarse=last%too_coarse)
       if (now == 0) return
       call indicate(bars, sizes, counted, asked, critical, critical .and. tries < most_unbounded, can_settle, indicator, ratio, &
          & known, bounded, unsettled)
+      if (tries == 0) then
+         if (known .or. last%doublings == 0) last = refinement_t(demand=present_demand(problem, state))
+         last%ratio = huge(ratio)
+         last%elements = now
+         last%in_vain = .false.
+      end if
       if (known .and. .not. allocated(bars%share)) then
          ! Where contact with foundations ends unmarked the mesh gets a node; more elements do not help.
          cut = .false.
@@ -85,25 +92,31 @@ contains
          whole = now
       end if
       if (known) then
-         ! Where more elements do not help it is not their number. Of a few errors may cancel, and no longer of some more: of twice
-         ! as many they do not. (Twice as many at any number would be twice as many at every point where it is not their number.)
-         doubled = .false.
-         if (tries > most_unbounded .and. ratio > enough_progress * last%ratio) then
-            if (now > few * count(problem%layout%stretch%placed)) return
-            doubled = .true.
-         else
-            last = refinement_t(ratio, now, last%too_coarse)
+         helps = ratio <= enough_progress * last%ratio
+         if (helps .and. tries > most_unbounded) helps = comes_there(ratio, now, last, count(problem%layout%stretch%placed))
+         if (helps .or. tries == 0) then
+            last%ratio = ratio
+            last%elements = now
+            last%in_vain = .false.
+         else if (now > few * count(problem%layout%stretch%placed) .and. (tries > most_unbounded .or. &
+            & (bounded .and. now >= 2 * last%elements))) then
+            ! Where more elements do not help it is not their number.
+            last%in_vain = .true.
+            return
          end if
          ! What the given elements contribute no other mesh takes away.
          if (2.0_wp * sum(indicator, mask=free) < sum(indicator)) return
          wanted = number_for(problem, free, whole, part_of_asked * asked)
          if (tries > 0 .or. .not. bounded) wanted = max(wanted, least * now)
-         if (doubled) wanted = max(wanted, 2.0_wp * last%elements)
+         ! Of a few errors may cancel, and no longer of some more: of twice as many they do not. (Twice as many at any number would be
+         ! twice as many at every point where it is not their number.)
+         if (.not. helps .and. tries > most_unbounded) wanted = max(wanted, 2.0_wp * last%elements)
          wanted = min(wanted, most * now)
          g = g / whole
       else
-         if (tries > most_unknown) return
-         last = refinement_t(too_coarse=max(last%too_coarse, problem%model%mesh%n_elements))
+         last%in_vain = last%doublings > most_unknown
+         if (last%in_vain) return
+         last%doublings = last%doublings + 1
          wanted = 2.0_wp * now
       end if
       if (.not. (known .and. bounded)) then
@@ -113,6 +126,19 @@ contains
       end if
       demand = demand_of(problem, state, wanted, g)
    end subroutine request_mesh
+
+   !> True where the error, on as it fell from one mesh to a finer one, is what is allowed before rounding, which grows as the
+   !> fourth power of the number of elements of a rod, is all that there is. Kinks inside elements let it fall as a low power.
+   pure logical function comes_there(ratio, now, last, stretches)
+      real(wp), intent(in) :: ratio              !! of the error to what is allowed
+      integer, intent(in) :: now                 !! elements
+      type(refinement_t), intent(in) :: last     !! the same of a coarser mesh; its error was larger
+      integer, intent(in) :: stretches
+      real(wp) :: finer, left
+      finer = log(real(now, wp) / max(last%elements, 1))
+      left = log(stretches * epsilon(ratio)**(-0.25_wp) / now)
+      comes_there = log(max(ratio, 1.0_wp)) * finer <= left * log(last%ratio / max(ratio, tiny(ratio)))
+   end function comes_there
 
    !> The elements that would do where bars are narrower than allowed. Not allocated: hardly fewer than there are, or it is not
    !> known.

@@ -3,6 +3,7 @@ module read_mesh
    use kinds, only: wp
    use errors, only: error_t
    use text, only: to_text
+   use memory, only: can_be_had
    use model, only: model_t, curve_t
    use element_families, only: element_kind
    use mesh_generators, only: growing_mesh_t, line_curve, arc_curve, ring_curve, graded_division
@@ -19,6 +20,11 @@ module read_mesh
    public :: read_mesh_cards
 
    integer, parameter :: output_elements = 64 !! that carry the output of a curve whose number of elements is left out
+
+   !> What a run holds of an element of a line, about: stored resultants, and the system of equations several times.
+   real(wp), parameter :: bytes_of_element = 3.5e3_wp
+   !> Entries of the band of a chain when it is factored with pivoting: three unknowns a node, tied to those of its neighbours.
+   integer, parameter :: band_entries = 3 * (3 * 5 + 1)
 
    !> Where labels were defined, for messages about a second definition.
    type :: origin_t
@@ -193,6 +199,11 @@ contains
             call complain(deck, diagnostics, card, field_place(deck, line, elements_field), &
                'too many elements to number')
             names%mesh_incomplete = .true.
+         else if (.not. fits(real(grown%mesh%n_elements, wp) + elements)) then
+            call complain(deck, diagnostics, card, field_place(deck, line, elements_field), 'so many elements need about '// &
+               to_text(nint(1.0e-9_wp * bytes_of_element * (real(grown%mesh%n_elements, wp) + elements)))// &
+               ' GB of memory, more than can be had')
+            names%mesh_incomplete = .true.
          else
             call grown%add_curve(curve)
             call mesh_curve(names, grown, origin, node, graded_division(curve%length, elements, grading), family, &
@@ -202,6 +213,13 @@ contains
          end if
       end do
    end subroutine read_curves
+
+   !> True for a number of elements that there is memory for, and whose equations can be counted.
+   logical function fits(elements)
+      real(wp), intent(in) :: elements
+      fits = band_entries * elements <= huge(1)
+      if (fits) fits = can_be_had(bytes_of_element * elements)
+   end function fits
 
    !> Nodes and elements on the last curve, from the first to the last node.
    subroutine mesh_curve(names, grown, origin, ends, s, family, stages, node_set, element_set, deck_line, placed)

@@ -237,6 +237,8 @@ contains
       can_settle = .not. step%tolerance_given .and. problem%model%step(problem%step)%sharper > most_sharp
       call request_mesh(problem, place, bars, sizes_there(problem, step, run, place, asked, outcome), step%asked_of, asked, &
          & critical, tries, can_settle, run%refinement, run%unsettled, run%wanted)
+      ! Else such points would make the mesh finer one after the other.
+      if (run%refinement%in_vain) run%spare = run%refinement%demand
       if (allocated(run%wanted) .and. .not. run%from_point) &
          & run%from_point = marked(problem, place, find_cuts(problem, place))
    end subroutine ask_for_mesh

@@ -49,8 +49,8 @@ contains
       type(heading_t) :: ahead
       type(relation_t) :: relation, before
       logical :: finished, scaled, shorter, astray, changed, begins, taken
-      integer :: cuts, searches, tries, corner_tries, tried_at, doubled_at, asked_at
-      real(wp) :: first_increment
+      integer :: cuts, searches, tries, corner_tries, tried_at, doubled_at
+      real(wp) :: first_increment, asked_at
 
       finished = .false.
       cuts = 0
@@ -59,7 +59,7 @@ contains
       corner_tries = 0
       tried_at = run%step_points
       doubled_at = -1
-      asked_at = -1
+      asked_at = -1.0_wp
       first_increment = 0.0_wp
       taken = .false.
       changed = .false.
@@ -139,15 +139,16 @@ contains
 
    contains
 
-      !> Where there is no way on with a set of contact spans, once at each point: what do nodes say?
+      !> Where there is no way on with a set of contact spans, once at each place: what do nodes say?
       subroutine ask_nodes()
-         changed = problem%has_spans() .and. asked_at /= run%step_points
+         ! Points that changes alone have made, none of them anywhere else, are one place.
+         changed = problem%has_spans() .and. run%arc_length - run%left_at > asked_at
          if (.not. changed) return
-         asked_at = run%step_points
+         asked_at = (1.0_wp + step%locate_tolerance) * (run%arc_length - run%left_at)
          call linearise(problem, run%state, run%state, run%system, timers)
          call pass_doubt(problem, step, run, first_increment, recorder, changed, finished, outcome, timers)
          ! They have been asked at the point where their set has been taken, too.
-         asked_at = run%step_points
+         asked_at = (1.0_wp + step%locate_tolerance) * (run%arc_length - run%left_at)
          if (.not. changed) return
          run%control%increment = sign(first_increment, run%control%increment)
          if (allocated(run%stuck)) deallocate (run%stuck)

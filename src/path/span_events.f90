@@ -4,7 +4,8 @@ module span_events
    use model, only: step_t
    use problem, only: problem_t, rounding_gap
    use free_span_gap, only: gap_at
-   use span_tests, only: span_test_t, any_fails, another_fails, test_slack, test_gap, test_curvature, test_flat
+   use span_tests, only: span_test_t, any_fails, another_fails, test_slack, test_gap, test_curvature, test_flat, &
+      & test_slope
    use span_change, only: leg_t, change_t, change_none, change_missed, change_by_rule, change_vanishing, place_here, &
       & place_ahead
    use next_spans, only: next_t
@@ -31,6 +32,7 @@ contains
       type(leg_t) :: near
       integer :: round
       logical :: fails
+      call let_arrive(leg)
       change%tests = leg%after
       near = leg
       fails = any_fails(leg%after)
@@ -58,6 +60,19 @@ contains
       end do
       change%kind = change_missed
    end subroutine find_change
+
+   !> A point that rolls to the end of a rod is held there as soon as the span beyond is as short as none: until it really is there
+   !> the rod still turns in, from a slope just below zero.
+   pure subroutine let_arrive(leg)
+      type(leg_t), intent(inout) :: leg
+      integer :: k
+      do k = 1, size(leg%after)
+         associate (before => leg%before(k), after => leg%after(k))
+            if (after%kind == test_slope .and. before%value < 0.0_wp .and. after%value > before%value) &
+               & after%value = max(after%value, 0.0_wp)
+         end associate
+      end do
+   end subroutine let_arrive
 
    !> A free span that vanishes on the way to the end of an increment, or just beyond: no increment may get there.
    subroutine find_vanishing(problem, run, leg, fails, change, timers)
