@@ -11,7 +11,7 @@ module finer_path
    use path_control, only: control_t, control_row, follow_nodes
    use path_continuity, only: heading_t, heading_at
    use monitors, only: monitor_values
-   use finer_problem, only: new_finer_problem, new_finer_state
+   use finer_problem, only: finer_problem_t, provide_finer_problem, new_finer_state
    use touch_places, only: places_at, places_after
    use null_directions, only: new_null_directions, leave_out
    use timing, only: timers_t
@@ -20,7 +20,7 @@ module finer_path
    public :: finer_path_t, finer_point_t, new_finer_path, start_point, next_point, values_beside
 
    type :: finer_path_t
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem => null() !! the finer one
       type(state_t) :: base                      !! the problem's own point
       type(control_t) :: control                 !! what tells points apart: its increment counts from the base
       type(heading_t) :: heading                 !! tangent of the problem's own path
@@ -48,15 +48,18 @@ module finer_path
 contains
 
    !> The finer path next to a converged point.
-   subroutine new_finer_path(problem, state, control, heading, ends, path)
+   subroutine new_finer_path(problem, finer, state, control, heading, ends, path)
       type(problem_t), intent(in) :: problem
+      type(finer_problem_t), intent(inout), target :: finer !! the path is one of it, and no longer than the target lasts
       type(state_t), intent(in) :: state
       type(control_t), intent(in) :: control     !! its tangent set where its method wants one
       type(heading_t), intent(in) :: heading     !! tangent there
       integer, intent(in) :: ends(:)             !! touchdown points whose places count
       type(finer_path_t), intent(out) :: path
-      call new_finer_problem(problem, path%problem)
-      call new_finer_state(problem, state, path%problem, path%base)
+      call provide_finer_problem(problem, finer)
+      path%problem => finer%problem
+      call new_finer_state(problem, state, finer%problem, path%base, finer%geometry)
+      finer%geometry = path%base%geometry
       path%control = control
       path%heading = heading
       path%ends = ends
