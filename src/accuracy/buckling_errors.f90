@@ -15,6 +15,7 @@ module buckling_errors
    use linear_buckling, only: buckle
    use error_bar, only: error_bar_t, new_error_bar
    use accuracy_limits, only: why_not_told
+   use finer_problem, only: finer_problem_t
    use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point
    use path_record, only: buckling_t
    use timing, only: timers_t, timing_start, timing_stop, phase_accuracy
@@ -31,6 +32,7 @@ contains
       type(buckling_t), intent(inout) :: buckling
       type(timers_t), intent(inout) :: timers
       type(timers_t) :: own
+      type(finer_problem_t), target :: better
       type(finer_path_t) :: path
       type(finer_point_t) :: point
       type(control_t) :: control
@@ -47,7 +49,7 @@ contains
       allocate (heading%u, mold=state%u)
       heading%u = 0.0_wp
       heading%load = 1.0_wp
-      call new_finer_path(problem, state, control, heading, [integer ::], path)
+      call new_finer_path(problem, better, state, control, heading, [integer ::], path)
       allocate (path%modes(size(problem%weight) * 3, 0))
       call start_point(path, point, own)
       if (point%ok) call next_point(path, 0.0_wp, point, own)

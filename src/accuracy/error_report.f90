@@ -15,6 +15,7 @@ module error_report
    use path_events, only: event_t, event_limit, event_bifurcation, event_contact, event_release
    use path_run, only: run_t
    use error_bar, only: error_bar_t, error_bars_t, no_error_bars, moved_error_bar
+   use finer_problem, only: finer_problem_t
    use path_errors, only: point_errors, event_errors
    use located_zero, only: zero_t, new_zero
    use mesh_request, only: excess
@@ -39,7 +40,7 @@ contains
    subroutine bars_at_event(problem, step, run, trial, event, place, heading, bars, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(in) :: run             !! its system is factored at the place
+      type(run_t), intent(inout) :: run          !! its system is factored at the place
       type(state_t), intent(in) :: trial
       type(event_t), intent(in) :: event
       type(state_t), intent(in) :: place
@@ -56,10 +57,11 @@ contains
       else if (is_at_mesh_nodes(problem, event)) then
          bars = no_error_bars(size(problem%model%monitor), at_nodes)
       else if (event%held) then
-         call point_errors(problem, place, run%system, holding_value(event%monitor, 0.0_wp), heading, bars, own, places=.true.)
+         call point_errors(problem, run%finer, place, run%system, holding_value(event%monitor, 0.0_wp), heading, bars, own, &
+            & places=.true.)
       else
          call new_zero(problem, event, place, run%system, zero, own)
-         call event_errors(problem, place, run%system, zero, heading, path_length(problem, run%state, trial), &
+         call event_errors(problem, run%finer, place, run%system, zero, heading, path_length(problem, run%state, trial), &
             & trial%load_factor - run%state%load_factor, bars, own)
          ! On stiff ground a given mesh makes small changes of contact of its own.
          if (event%kind == event_contact .and. bars%load%told .and. .not. bars%load%bounded .and. &
@@ -73,6 +75,7 @@ contains
       !> wall, which turn at no cost, hide its null vector.
       subroutine bars_at_release()
          type(problem_t) :: free
+         type(finer_problem_t) :: finer
          type(state_t) :: released
          type(system_t) :: loose
          type(event_t) :: one
@@ -87,7 +90,7 @@ contains
          one = event
          one%kind = event_bifurcation
          call new_zero(free, one, released, loose, zero, own)
-         call event_errors(free, released, loose, zero, on, path_length(problem, run%state, trial), &
+         call event_errors(free, finer, released, loose, zero, on, path_length(problem, run%state, trial), &
             & trial%load_factor - run%state%load_factor, bars, own)
          if (allocated(bars%share)) bars%share = shares_here(free, released, bars%share)
          ! Another mesh may tell.
@@ -117,7 +120,7 @@ contains
    subroutine bars_at_point(problem, step, run, place, heading, label, finished, test, bars, timers, wanted, changing)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(in) :: run             !! its system is factored there; its state is the last point
+      type(run_t), intent(inout) :: run          !! its system is factored there; its state is the last point
       type(state_t), intent(in) :: place
       type(heading_t), intent(in) :: heading     !! tangent there
       character(*), intent(in) :: label          !! C+ and C- are told in the table of critical points
@@ -143,17 +146,17 @@ contains
          end if
       end if
       if (allocated(zero%event)) then
-         call event_errors(problem, place, run%system, zero, heading, path_length(problem, run%state, place), &
+         call event_errors(problem, run%finer, place, run%system, zero, heading, path_length(problem, run%state, place), &
             & place%load_factor - run%state%load_factor, bars, own)
       else if (label /= '' .and. .not. problem%has_spans()) then
          bars = no_error_bars(size(problem%model%monitor), at_nodes)
       else if (label /= '' .and. test == 0) then
          bars = no_error_bars(size(problem%model%monitor), 'a whole span lies down here')
       else if (test > 0) then
-         call event_errors(problem, place, run%system, zero, heading, path_length(problem, run%state, place), &
+         call event_errors(problem, run%finer, place, run%system, zero, heading, path_length(problem, run%state, place), &
             & place%load_factor - run%state%load_factor, bars, own)
       else
-         call point_errors(problem, place, run%system, run%control, heading, bars, own, &
+         call point_errors(problem, run%finer, place, run%system, run%control, heading, bars, own, &
             & places=label /= '' .or. finished .or. step%bars_everywhere)
       end if
       call timing_stop(timers, phase_accuracy)
@@ -183,7 +186,7 @@ contains
    subroutine bars_at_touch(problem, step, run, place, heading, begun, touched, bars, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(in) :: run             !! its system is factored at the place
+      type(run_t), intent(inout) :: run          !! its system is factored at the place
       type(state_t), intent(in) :: place
       type(heading_t), intent(in) :: heading     !! tangent there
       type(problem_t), intent(in) :: begun       !! the problem with the new contact
@@ -192,6 +195,7 @@ contains
       type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck does not want them, or a node touches first
       type(timers_t), intent(inout) :: timers
       type(timers_t) :: own
+      type(finer_problem_t) :: finer
       type(span_test_t), allocatable :: tests(:)
       type(error_bars_t) :: held, moved
       type(zero_t) :: zero
@@ -207,10 +211,11 @@ contains
       end do
       if (zero%test > 0) then
          allocate (bars)
-         call event_errors(begun, touched%state, touched%system, zero, heading_at(begun, touched%system, 0.0_wp * touched%state%u, &
-            & heading%load), path_length(problem, run%state, place), place%load_factor - run%state%load_factor, moved, own)
+         call event_errors(begun, finer, touched%state, touched%system, zero, heading_at(begun, touched%system, &
+            & 0.0_wp * touched%state%u, heading%load), path_length(problem, run%state, place), &
+            & place%load_factor - run%state%load_factor, moved, own)
          control%method = method_load
-         call point_errors(problem, place, run%system, control, heading, held, own)
+         call point_errors(problem, run%finer, place, run%system, control, heading, held, own)
          bars = moved
          if (allocated(moved%share)) bars%share = shares_on(begun, touched%state, moved%share, problem, place)
          do m = 1, size(bars%monitor)
@@ -246,13 +251,14 @@ contains
       type(error_bars_t), allocatable, intent(out) :: bars
       type(timers_t), intent(inout) :: timers
       type(timers_t) :: own
+      type(finer_problem_t) :: finer
       type(event_t) :: event
       type(zero_t) :: zero
       allocate (bars)
       event%kind = event_limit
       call timing_start(timers, phase_accuracy)
       call new_zero(problem, event, state, system, zero, own)
-      call event_errors(problem, state, system, zero, heading, length, rise, bars, own)
+      call event_errors(problem, finer, state, system, zero, heading, length, rise, bars, own)
       call timing_stop(timers, phase_accuracy)
    end subroutine bars_on_curve
 

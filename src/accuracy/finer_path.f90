@@ -11,7 +11,7 @@ module finer_path
    use path_control, only: control_t, control_row, follow_nodes
    use path_continuity, only: heading_t, heading_at
    use monitors, only: monitor_values
-   use finer_problem, only: new_finer_problem, new_finer_state
+   use finer_problem, only: finer_problem_t, provide_finer_problem, new_finer_state
    use touch_places, only: places_at, places_after
    use null_directions, only: new_null_directions, leave_out
    use timing, only: timers_t
@@ -20,7 +20,7 @@ module finer_path
    public :: finer_path_t, finer_point_t, new_finer_path, start_point, next_point, values_beside
 
    type :: finer_path_t
-      type(problem_t) :: problem
+      type(problem_t), pointer :: problem => null() !! the finer one
       type(state_t) :: base                      !! the problem's own point
       type(control_t) :: control                 !! what tells points apart: its increment counts from the base
       type(heading_t) :: heading                 !! tangent of the problem's own path
@@ -48,15 +48,18 @@ module finer_path
 contains
 
    !> The finer path next to a converged point.
-   subroutine new_finer_path(problem, state, control, heading, ends, path)
+   subroutine new_finer_path(problem, finer, state, control, heading, ends, path)
       type(problem_t), intent(in) :: problem
+      type(finer_problem_t), intent(inout), target :: finer !! the path is one of it, and no longer than the target lasts
       type(state_t), intent(in) :: state
       type(control_t), intent(in) :: control     !! its tangent set where its method wants one
       type(heading_t), intent(in) :: heading     !! tangent there
       integer, intent(in) :: ends(:)             !! touchdown points whose places count
       type(finer_path_t), intent(out) :: path
-      call new_finer_problem(problem, path%problem)
-      call new_finer_state(problem, state, path%problem, path%base)
+      call provide_finer_problem(problem, finer)
+      path%problem => finer%problem
+      call new_finer_state(problem, state, finer%problem, path%base, finer%geometry)
+      finer%geometry = path%base%geometry
       path%control = control
       path%heading = heading
       path%ends = ends
@@ -74,21 +77,31 @@ contains
    end subroutine start_point
 
    !> From a point, or the start, to the one at the control's increment.
-   subroutine next_point(path, increment, point, timers)
+   subroutine next_point(path, increment, point, timers, once)
       type(finer_path_t), intent(in) :: path
       real(wp), intent(in) :: increment
       type(finer_point_t), intent(inout) :: point
       type(timers_t), intent(inout) :: timers
+      logical, intent(in), optional :: once      !! one step will do where it is short, see values_beside
       type(contact_step_t) :: step
+      logical :: short, ends
       integer :: k
+      ends = .false.
+      if (present(once)) ends = once
+      short = .false.
       associate (problem => path%problem)
          do k = 1, steps
             if (.not. point%ok) return
             call solve_step(path, increment, point, step, timers)
             if (.not. point%ok) return
-            call go(path, step, point)
+            if (ends) then
+               call go(path, step, point, short)
+            else
+               call go(path, step, point)
+            end if
             call linearise(problem, point%state, point%state, point%system, timers)
             point%ok = point%system%ok
+            if (short) exit
          end do
          if (.not. point%ok) return
          point%value = values_at(path, point)
@@ -114,7 +127,7 @@ contains
          ahead = point%state
          call apply_increment(problem, point%system, step%x, step%y, ahead)
          ahead%reaction = step%reaction
-         if (is_short(problem, point, step, ahead)) then
+         if (is_short(problem, point%system, step, point%state, ahead)) then
             point%value = [ahead%load_factor, monitor_values(problem, ahead, point%system) + support_changes(problem, &
                & point%system, step), places_after(problem, point%state, ahead, path%ends)]
             return
@@ -147,13 +160,14 @@ contains
    end function values_at
 
    !> True where a second step would find next to nothing to do.
-   logical function is_short(problem, point, step, ahead)
+   logical function is_short(problem, system, step, before, ahead)
       type(problem_t), intent(in) :: problem
-      type(finer_point_t), intent(in) :: point   !! where the step begins
+      type(system_t), intent(in) :: system       !! gives the axes
       type(contact_step_t), intent(in) :: step
+      type(state_t), intent(in) :: before        !! where the step begins; with spans only
       type(state_t), intent(in) :: ahead         !! and where it ends, touchdown points left where they are
-      is_short = turns_little(problem, point%system, step)
-      if (is_short .and. problem%has_spans()) is_short = touchdown_travel(problem, point%state, ahead) <= near
+      is_short = turns_little(problem, system, step)
+      if (is_short .and. problem%has_spans()) is_short = touchdown_travel(problem, before, ahead) <= near
    end function is_short
 
    !> True for a step that leaves little where nodes stay. With foundations their contact is more than what turns.
@@ -223,15 +237,17 @@ contains
    end subroutine solve_step
 
    !> Goes there; the equations are still those of the point before.
-   subroutine go(path, step, point)
+   subroutine go(path, step, point, short)
       type(finer_path_t), intent(in) :: path
       type(contact_step_t), intent(in) :: step
       type(finer_point_t), intent(inout) :: point
+      logical, intent(out), optional :: short    !! see is_short
       type(state_t) :: before
       associate (problem => path%problem)
          if (problem%moves_nodes()) before = point%state
          call apply_increment(problem, point%system, step%x, step%y, point%state)
          point%state%reaction = step%reaction
+         if (present(short)) short = is_short(problem, point%system, step, before, point%state)
          if (problem%moves_nodes()) call move_touchdown_points(problem, before, point%state)
       end associate
    end subroutine go

@@ -8,7 +8,7 @@ module finer_problem
    use problem, only: problem_t
    use element_families, only: collocates
    use rod_state, only: state_t
-   use rod_geometry, only: new_geometry, with_other_stages
+   use rod_geometry, only: geometry_t, new_geometry, with_other_stages
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
    use ge_element, only: ge_compliance, forbid_stretch, ge_size
@@ -16,9 +16,36 @@ module finer_problem
    use ground, only: new_ground
    implicit none
    private
-   public :: new_finer_problem, new_finer_state
+   public :: finer_problem_t, provide_finer_problem, new_finer_problem, new_finer_state
+
+   !> A finer problem that is kept from point to point: to make it takes as long as to solve it.
+   type :: finer_problem_t
+      type(problem_t), allocatable :: problem    !! not allocated: the problem has changed since
+      type(geometry_t) :: geometry               !! of its last state
+   contains
+      procedure :: forget
+   end type finer_problem_t
 
 contains
+
+   !> Sees to it that there is one for a problem.
+   subroutine provide_finer_problem(problem, finer)
+      type(problem_t), intent(in) :: problem     !! that of the last time, or forgotten since, or in another step
+      type(finer_problem_t), intent(inout) :: finer
+      if (allocated(finer%problem)) then
+         if (finer%problem%step == problem%step) return
+         call finer%forget()
+      end if
+      allocate (finer%problem)
+      call new_finer_problem(problem, finer%problem)
+   end subroutine provide_finer_problem
+
+   !> The problem has changed.
+   subroutine forget(finer)
+      class(finer_problem_t), intent(inout) :: finer
+      if (allocated(finer%problem)) deallocate (finer%problem)
+      if (allocated(finer%geometry%element)) deallocate (finer%geometry%element)
+   end subroutine forget
 
    !> The finer problem. UL2 elements stay as they are.
    subroutine new_finer_problem(problem, finer)
@@ -52,15 +79,21 @@ contains
 
    !> A state of the problem as one of the finer problem: the displacements of the nodes, and of the resultants the collocation
    !> polynomial. Its elements are out of balance by what the first ones err.
-   subroutine new_finer_state(problem, state, finer, new)
+   subroutine new_finer_state(problem, state, finer, new, known)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
       type(problem_t), intent(in) :: finer
       type(state_t), intent(out) :: new
+      type(geometry_t), intent(in), optional :: known !! of another state of the finer problem
       class(rod_element_t), pointer :: rod
+      type(geometry_t) :: none
       integer :: e
       new = state
-      new%geometry = with_other_stages(finer%model, finer%tableau, state%geometry)
+      if (present(known)) then
+         new%geometry = with_other_stages(finer%model, finer%tableau, state%geometry, known)
+      else
+         new%geometry = with_other_stages(finer%model, finer%tableau, state%geometry, none)
+      end if
       deallocate (new%z)
       allocate (new%z(maxval(finer%z_size), size(finer%z_size)), source=0.0_wp)
       do e = 1, problem%model%mesh%n_elements

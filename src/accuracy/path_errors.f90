@@ -15,6 +15,7 @@ module path_errors
    use tangent_rounding, only: path_stiffness
    use error_bar, only: error_bar_t, error_bars_t, new_error_bar, no_error_bars
    use accuracy_limits, only: why_not_told
+   use finer_problem, only: finer_problem_t
    use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point, values_beside
    use element_shares, only: shares_t, find_shares, eigenvalue_shares
    use touch_places, only: moving_ends, places_at, named_place
@@ -48,8 +49,9 @@ module path_errors
 contains
 
    !> Errors at a point of the path, held by its control: at the given load, at the given monitor, or normal to the path.
-   subroutine point_errors(problem, state, system, control, heading, bars, timers, places)
+   subroutine point_errors(problem, finer, state, system, control, heading, bars, timers, places)
       type(problem_t), intent(in) :: problem
+      type(finer_problem_t), intent(inout), target :: finer !! of the problem; made here where it is not known
       type(state_t), intent(in) :: state         !! converged
       type(system_t), intent(in) :: system       !! factored there
       type(control_t), intent(in) :: control
@@ -69,7 +71,7 @@ contains
       if (present(places)) then
          if (places) ends = moving_ends(problem)
       end if
-      call begin(problem, state, system, holding(problem, state, control, heading), heading, ends, no_modes, path, point, &
+      call begin(problem, finer, state, system, holding(problem, state, control, heading), heading, ends, no_modes, path, point, &
          & shares, value, timers)
       if (point%ok) bars%missed = unstable_difference(problem, state, system, path, point, 0, timers)
       call values_beside(path, point, timers)
@@ -88,8 +90,9 @@ contains
 
    !> Errors of a located event. The finer problem has it further along its path by what its function is at this point, over the
    !> function's slope.
-   subroutine event_errors(problem, state, system, zero, heading, length, rise, bars, timers)
+   subroutine event_errors(problem, finer, state, system, zero, heading, length, rise, bars, timers)
       type(problem_t), intent(in) :: problem
+      type(finer_problem_t), intent(inout), target :: finer !! of the problem; made here where it is not known
       type(state_t), intent(in) :: state         !! where it was located
       type(system_t), intent(in) :: system       !! factored there
       type(zero_t), intent(in) :: zero           !! what vanishes there
@@ -129,7 +132,7 @@ contains
       if (control%method == method_load) reach = abs(rise)
       ends = moving_ends(problem)
       call watched_gap(problem, zero, state, system, watched)
-      call begin(problem, state, system, control, heading, ends, modes, path, first, shares, value, timers, watched)
+      call begin(problem, finer, state, system, control, heading, ends, modes, path, first, shares, value, timers, watched)
       start = first%system
       if (first%ok) call next_point(path, 0.0_wp, first, timers)
       if (.not. first%ok) then
@@ -283,12 +286,13 @@ contains
       type(finer_point_t), intent(in) :: first   !! next to where it was located
       type(crossing_t), intent(inout) :: crossing
       type(timers_t), intent(inout) :: timers
+      type(finer_problem_t), target :: finest
       type(finer_path_t) :: next
       type(finer_point_t) :: point
-      call new_finer_path(path%problem, first%state, path%control, path%heading, path%ends, next)
+      call new_finer_path(path%problem, finest, first%state, path%control, path%heading, path%ends, next)
       next%modes = path%modes
       call start_point(next, point, timers)
-      call next_point(next, 0.0_wp, point, timers)
+      call next_point(next, 0.0_wp, point, timers, once=.true.)
       if (.not. point%ok) then
          crossing%why = no_convergence
          return
@@ -310,9 +314,10 @@ contains
    end function holding
 
    !> The finer problem linearised at the point, and the elements' shares of the errors there.
-   subroutine begin(problem, state, system, control, heading, ends, modes, path, point, shares, value, timers, &
+   subroutine begin(problem, finer, state, system, control, heading, ends, modes, path, point, shares, value, timers, &
       & watched)
       type(problem_t), intent(in) :: problem
+      type(finer_problem_t), intent(inout), target :: finer
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
       type(control_t), intent(in) :: control
@@ -325,7 +330,7 @@ contains
       real(wp), allocatable, intent(out) :: value(:) !! load factor, monitors, places
       type(timers_t), intent(inout) :: timers
       real(wp), allocatable, intent(in), optional :: watched(:, :) !! (3, nodes) a displacement that the event hangs on
-      call new_finer_path(problem, state, control, heading, ends, path)
+      call new_finer_path(problem, finer, state, control, heading, ends, path)
       path%modes = modes
       call start_point(path, point, timers)
       value = [state%load_factor, monitor_values(problem, state, system), places_at(problem, state, ends)]

@@ -45,16 +45,23 @@ contains
       end associate
    end function new_geometry
 
-   !> The same nodes, with other stages in the elements.
-   function with_other_stages(model, tableau, geometry) result(new)
+   !> The same nodes, with other stages in the elements. An element that is still where it was keeps those that it had.
+   function with_other_stages(model, tableau, geometry, known) result(new)
       type(model_t), intent(in) :: model          !! has the new numbers
       type(tableau_t), intent(in) :: tableau(:)
       type(geometry_t), intent(in) :: geometry
+      type(geometry_t), intent(in) :: known       !! such a result for the same model; without elements: none
       type(geometry_t) :: new
       integer :: e
       new = geometry
       do e = 1, model%mesh%n_elements
          associate (g => new%element(e))
+            if (allocated(known%element)) then
+               if (stands_still(known%element(e), g)) then
+                  g = known%element(e)
+                  cycle
+               end if
+            end if
             g%scale = 1.0_wp
             if (follows_curves(model%mesh%family(e)) .and. model%mesh%curve(e) /= 0) then
                call place_stages(model, tableau(model%mesh%stages(e)), e, g)
@@ -65,6 +72,13 @@ contains
          end associate
       end do
    end function with_other_stages
+
+   !> True for the same place on the same curve, to the last bit.
+   pure logical function stands_still(one, other) result(same)
+      type(element_geometry_t), intent(in) :: one, other
+      same = all(abs([one%s - other%s, one%chord - other%chord, one%end_angle - other%end_angle]) <= 0.0_wp) .and. &
+         & abs(one%length - other%length) <= 0.0_wp
+   end function stands_still
 
    !> One element between two nominal coordinates, the nodes at x1 and x2.
    pure function element_geometry(model, tableau, e, s, x1, x2) result(g)

@@ -16,7 +16,7 @@ contains
       real(wp), intent(inout) :: b(:, :)   !! (>= n, right-hand sides), the solution on return
       logical, intent(out) :: singular     !! a pivot was exactly zero or not finite; B is then undefined
       real(wp), intent(in), optional :: weight(:) !! (>= n) of the rows when pivots are compared, positive
-      real(wp) :: swap, w(n), factor(n)
+      real(wp) :: swap, w(n)
       integer :: i, j, k, p
       singular = .false.
       w = 1.0_wp
@@ -39,12 +39,12 @@ contains
                swap = b(k, j); b(k, j) = b(p, j); b(p, j) = swap
             end do
          end if
-         factor(k + 1:n) = a(k + 1:n, k) / a(k, k)
+         a(k + 1:n, k) = a(k + 1:n, k) / a(k, k)
          do j = k + 1, n
-            if (abs(a(k, j)) > 0.0_wp) a(k + 1:n, j) = a(k + 1:n, j) - a(k, j) * factor(k + 1:n)
+            if (abs(a(k, j)) > 0.0_wp) a(k + 1:n, j) = a(k + 1:n, j) - a(k, j) * a(k + 1:n, k)
          end do
          do j = 1, size(b, 2)
-            if (abs(b(k, j)) > 0.0_wp) b(k + 1:n, j) = b(k + 1:n, j) - b(k, j) * factor(k + 1:n)
+            if (abs(b(k, j)) > 0.0_wp) b(k + 1:n, j) = b(k + 1:n, j) - b(k, j) * a(k + 1:n, k)
          end do
       end do
       do j = 1, size(b, 2)

@@ -9,6 +9,7 @@ module path_run
    use mesh_demand, only: demand_t
    use path_control, only: control_t, displacement_between
    use error_bar, only: error_bars_t
+   use finer_problem, only: finer_problem_t
    use mesh_request, only: refinement_t
    use landmarks, only: landmark_t, landmarks_t
    use monitor_rows, only: monitor_change
@@ -47,6 +48,7 @@ module path_run
       logical :: shrunk = .false.                !! a line of contact has just become a point: its probe is the line's, and an
       !! eigenvalue may have gone through zero as it did
       real(wp) :: motion(2) = 0.0_wp             !! largest displacement and rotation so far
+      type(finer_problem_t) :: finer             !! what errors on the mesh are told by
       type(refinement_t) :: refinement           !! what the meshes of the point have been worth
       logical :: unsettled = .false.             !! the last trial wants smaller residuals, and nothing was recorded
       type(demand_t), allocatable :: wanted(:)   !! (stretches) the mesh that the last trial asks for, of which nothing was
@@ -118,6 +120,7 @@ contains
       if (allocated(run%control%tangent)) deallocate (run%control%tangent)
       if (allocated(run%control%previous)) deallocate (run%control%previous)
       if (allocated(run%trail)) deallocate (run%trail)
+      call run%finer%forget()
    end subroutine forget_mesh
 
    !> True for a trial point on the way that the run has come.
