@@ -436,3 +436,68 @@ def test_contact_that_begins_in_the_first_increment(first):
     run = dr.run_deck(PUNCHES.format(first=first))
     assert events(run)[0] == "C+"
     dr.assert_close(run.results.critical[0].load_factor, 0.02 / 0.3, relative=1e-9)
+
+
+PRESSED = """*HEADING
+Straight column that a little presses to its wall
+*NODE
+1, 0., 0.
+3, 1.0, 0.
+*LINE, ELSET=COLUMN, NSET=COLUMN, TYPE=GE8
+1, 3{elements}
+*BEAM SECTION, ELSET=COLUMN, SECTION=STIFFNESS
+1e8, 1.0
+*BOUNDARY
+1, {end}
+3, 2
+*OBSTACLE, NAME=WALL, TYPE=LINE
+1.0, 0.001, 0., 0.001
+*CONTACT, OBSTACLE=WALL, NSET=COLUMN
+*MONITOR, NAME=shortening
+3, U1, -1.0
+*STEP
+*ACCURACY, {accuracy}
+*STATIC
+0.1
+*CLOAD
+3, 1, {unit!r}
+*DLOAD
+COLUMN, PY, {across!r}
+*STOP
+LOAD, ABOVE, {stop!r}
+*END STEP
+"""
+
+
+def pressed(across, accuracy, end="PINNED", elements="", stop=24.0):
+    return dr.run_deck(PRESSED.format(across=across, accuracy=accuracy, end=end, elements=elements, stop=stop, unit=-math.pi**2))
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-5, 1e-6])
+def test_what_presses_a_flat_next_to_nothing(accuracy):
+    """Where the flat lets go is told as well as any bifurcation, and the mesh made for that.
+
+    With k = P^(1/2) the free parts beside the hinges are pi/k long, and the flat between them, as between clamps, buckles where its k l
+    is 2 pi, and twice the root of tan x = x. Slopes and P/EA change that by their squares, 1e-5.
+    """
+    run = pressed(1e-7, f"TOLERANCE={accuracy}")
+    assert events(run) == ["C+", "BP", "BP", "EP"]
+    for bifurcation, wave in zip(run.labelled("BP"), (2.0 * math.pi, 2.0 * 4.493409457909064)):
+        load = (2.0 + wave / math.pi)**2
+        assert bifurcation.error < accuracy * 24.0
+        dr.assert_close(bifurcation.load_factor, load, absolute=bifurcation.error + 1e-5 * load)
+
+
+@pytest.mark.parametrize("accuracy", ["TOLERANCE=1e-3", "TOLERANCE=1e-5", "TOLERANCE=1e-6"])
+def test_what_presses_a_flat_does_not_hang_on_the_accuracy(accuracy):
+    """A pressed flat has no bifurcation. How much that takes is the same however far iterations go."""
+    assert events(pressed(1e-6, accuracy)) == ["C+", "EP"]
+
+
+@pytest.mark.parametrize("elements", [16, 24, 32])
+def test_a_flat_beside_a_span_that_moves_along_itself(elements):
+    """The part beside a clamp, 2 pi/k long, may move along itself at next to no cost: its small eigenvalue is not that of the flat,
+    which buckles at k L = 5 pi, but for how far what presses it has moved that part."""
+    run = pressed(1e-7, "WIDEST=1", "ENCASTRE", f", {elements}", 27.0)
+    assert events(run) == ["C+", "BP", "EP"]
+    dr.assert_close(run.load("BP"), 25.0, relative=5e-4)

@@ -36,7 +36,8 @@ module error_report
 
 contains
 
-   !> Bars of an event of the path that was located between the run's last point and a trial.
+   !> Bars of an event of the path that was located between the run's last point and a trial. Where lines let go their shares are
+   !> those of elements without these lines.
    subroutine bars_at_event(problem, step, run, trial, event, place, heading, bars, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -86,34 +87,18 @@ contains
          if (.not. any_weak) return
          loose = new_system(free)
          call linearise(free, released, released, loose, own)
-         on = heading_at(free, loose, carried_field(problem, place, heading%u, free, released), heading%load)
+         ! The singular tangent would add a share of its null vector, whatever presses the lines a little.
+         on = heading_t(carried_field(problem, place, heading%u, free, released), heading%load)
          one = event
          one%kind = event_bifurcation
          call new_zero(free, one, released, loose, zero, own)
          call event_errors(free, finer, released, loose, zero, on, path_length(problem, run%state, trial), &
             & trial%load_factor - run%state%load_factor, bars, own)
-         if (allocated(bars%share)) bars%share = shares_here(free, released, bars%share)
          ! Another mesh may tell.
          if (any(problem%layout%stretch%placed)) return
          if (bars%why /= '' .or. .not. (bars%load%told .and. bars%load%bounded)) &
             & bars = no_error_bars(size(problem%model%monitor), hidden)
       end subroutine bars_at_release
-
-      !> Shares of elements of the released mesh as shares of those that are at the same places.
-      function shares_here(free, released, share) result(here)
-         type(problem_t), intent(in) :: free
-         type(state_t), intent(in) :: released
-         real(wp), intent(in) :: share(:, :)     !! (numbers, elements of `free`)
-         real(wp) :: here(size(share, 1), problem%model%mesh%n_elements), tau
-         integer :: e, holder
-         here = 0.0_wp
-         do e = 1, size(share, 2)
-            associate (s => released%geometry%element(e)%s)
-               call find_point(problem, place, free%stretch(e), 0.5_wp * (s(1) + s(2)) + free%origin(e), holder, tau)
-            end associate
-            here(:, holder) = here(:, holder) + share(:, e)
-         end do
-      end function shares_here
    end subroutine bars_at_event
 
    !> Bars of an accepted point: of one where a test of contact spans is zero, or of any, which the control holds.

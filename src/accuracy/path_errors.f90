@@ -162,14 +162,14 @@ contains
 
    contains
 
-      !> What the event's place errs by is the elements', too: of a bifurcation by what they err in its eigenvalue, where contact
-      !> with a foundation begins or ends by what they err in the gap, of others as they do in the load; and what the nodes do not
-      !> tell of it is its element's own.
+      !> What the event's place errs by is the elements', too: of a bifurcation by what they err in its eigenvalue and in where the
+      !> spans end that buckle, where contact with a foundation begins or ends by what they err in the gap, of others as they do in
+      !> the load; and what the nodes do not tell of it is its element's own.
       subroutine share_way()
          real(wp) :: part(size(shares%element, 2)), moved, own
          integer :: m
          part = shares%element(1, :)
-         if (size(modes, 2) > 0) part = eigenvalue_shares(problem, system, start, modes)
+         if (size(modes, 2) > 0) part = bifurcation_shares()
          do m = 1, size(shares%element, 1)
             moved = abs(final(m) - first%value(m))
             own = min(abs(local * crossing%rate(m) / crossing%slope), moved)
@@ -185,6 +185,16 @@ contains
             shares%inside(m) = abs(shares%inside(m)) + own
          end do
       end subroutine share_way
+
+      !> Of a bifurcation: what the elements make of the modes where the spans end as they do here, and the rest of the eigenvalue as
+      !> they make the places of those ends.
+      function bifurcation_shares() result(part)
+         real(wp) :: part(size(shares%element, 2)), of_ends(size(shares%element, 2)), rest
+         part = eigenvalue_shares(problem, system, start, modes)
+         of_ends = sum(shares%element(size(shares%element, 1) - size(ends) + 1:, :), dim=1)
+         rest = abs(crossing%f) - sum(part)
+         if (rest > 0.0_wp .and. sum(of_ends) > 0.0_wp) part = part + rest * of_ends / sum(of_ends)
+      end function bifurcation_shares
 
       !> What rounding of the tangent does to the function: the load's slope along the path, or an eigenvalue.
       real(wp) function location_rounding() result(error)

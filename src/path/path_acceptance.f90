@@ -105,7 +105,7 @@ contains
          ! At home they are those of the path that was left, on its mesh.
          if (allocated(seen(i)%bars)) cycle
          call bars_at_event(problem, step, run, trial, seen(i)%event, seen(i)%place, seen(i)%heading, seen(i)%bars, timers)
-         if (present(tries)) call ask_for_mesh(problem, step, run, seen(i)%place, seen(i)%bars, .true., tries, outcome)
+         if (present(tries)) call ask_at_event(problem, step, run, seen(i), tries, outcome)
          if (wants_another(run)) return
          call doubt_bifurcation(seen(i))
          shorter = can_cut .and. .not. seen(i)%located
@@ -206,6 +206,27 @@ contains
       if (passes_kinks) passes_kinks = size(find_cuts(problem, sighting%place)) > max(size(problem%mark), &
          & size(find_cuts(problem, last)))
    end function passes_kinks
+
+   !> Asks for another mesh where the errors of an event are larger than those asked for. Where lines let go elements are missing
+   !> on the mesh without them: those that lie on a straight wall are few and exact.
+   subroutine ask_at_event(problem, step, run, sighting, tries, outcome)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run          !! its system is factored at the event
+      type(sighting_t), intent(in) :: sighting   !! located
+      integer, intent(in) :: tries
+      type(outcome_t), intent(in) :: outcome
+      type(problem_t) :: free
+      type(state_t) :: released
+      logical :: any_weak
+      any_weak = .false.
+      if (sighting%event%kind == event_release) call release_lines(problem, sighting%place, run%system, free, released, any_weak)
+      if (any_weak) then
+         call ask_for_mesh(free, step, run, released, sighting%bars, .true., tries, outcome)
+      else
+         call ask_for_mesh(problem, step, run, sighting%place, sighting%bars, .true., tries, outcome)
+      end if
+   end subroutine ask_at_event
 
    !> Asks for another mesh where the errors of a point are larger than those asked for.
    subroutine ask_for_mesh(problem, step, run, place, bars, critical, tries, outcome)

@@ -240,7 +240,7 @@ contains
       type(state_t), intent(in) :: state
       type(timers_t), intent(inout) :: timers
       type(modes_t), intent(out), optional :: found !! all that were looked at
-      real(wp), parameter :: alone = 1.0e-2_wp
+      real(wp), parameter :: alone = sqrt(epsilon(mu))
       type(modes_t) :: modes
       type(error_t), allocatable :: error
       type(problem_t) :: free
@@ -260,7 +260,7 @@ contains
          call lowest_modes(problem, state, run%system, eigenvalues_looked_at, modes, error, timers)
       end if
       mu = numbered_eigenvalue(modes, event%number, event%least, event%most)
-      ! Free spans on a straight wall leave nothing but this one near zero: the others are rounding.
+      ! At the zero its sign is rounding, and tells no number.
       if (event%kind == event_release .and. abs(modes%mu(1)) <= alone * abs(modes%mu(2))) mu = modes%mu(1)
       if (present(found)) found = modes
    end function zero_eigenvalue

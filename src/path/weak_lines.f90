@@ -9,8 +9,9 @@ module weak_lines
    use problem, only: problem_t
    use rod_state, only: state_t, obstacle_shift, node_position
    use obstacle_geometry, only: obstacle_gap
+   use obstacle_track, only: track_t
    use contact_touch, only: touch_t
-   use conforming_span, only: conforming_forces
+   use conforming_span, only: conforming_forces, node_track
    use span_problem, only: new_span_problem, present_touches
    use touchdown_points, only: carry_forces, held_force
    use past_breakpoints, only: beyond
@@ -22,8 +23,9 @@ module weak_lines
    private
    public :: release_lines, count_released, let_turn, line_opening
 
-   integer, parameter :: samples = 4         !! of the pressure in an element
-   real(wp), parameter :: nothing = 100.0_wp !! times the tolerance of the residuals: no force
+   integer, parameter :: samples = 4            !! of the pressure in an element
+   real(wp), parameter :: nothing = 1.0e-7_wp   !! of the structure's forces: no force
+   real(wp), parameter :: unsettled = 100.0_wp  !! times the tolerance of the residuals: what they may make of the thrust
 
 contains
 
@@ -41,10 +43,11 @@ contains
       integer :: k, side, n
       any_weak = .false.
       if (.not. problem%has_spans()) return
-      none = nothing * problem%model%step(problem%step)%tolerance * max(system%force_scale, tiny(none))
+      none = nothing * max(system%force_scale, tiny(none))
       weak = [(problem%touch(k)%line, k=1, size(weak))]
       do k = 1, size(weak)
-         if (weak(k)) weak(k) = largest_pressure(problem, state, k) * problem%size <= none
+         if (weak(k)) weak(k) = largest_pressure(problem, state, k, unsettled * problem%model%step(problem%step)%tolerance * &
+            & system%force_scale) * problem%size <= none
       end do
       any_weak = any(weak)
       if (.not. any_weak) return
@@ -143,20 +146,33 @@ contains
          & abs(touch%at(3 - side) - end) <= 0.0_wp)
    end function ends_nowhere
 
-   !> The largest density of the obstacle's force along a line, in size.
-   real(wp) function largest_pressure(problem, state, touch) result(largest)
+   !> The largest density of the obstacle's force along a line, in size, less what the thrust errs by round the obstacle's curve:
+   !> on a straight one loads and the rod's shape give it, however far an iteration has gone.
+   real(wp) function largest_pressure(problem, state, touch, thrust_error) result(largest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: touch              !! index into problem%touch
-      real(wp) :: local(3), place(2), angle, density
+      real(wp), intent(in) :: thrust_error
+      real(wp) :: local(3), place(2), angle, density, noise
       integer :: e, i
       largest = 0.0_wp
       do e = problem%touch(touch)%element(1), problem%touch(touch)%element(2)
+         noise = thrust_error * max(bend(problem%conforms(e)), bend(problem%candidates%neighbour(2, problem%conforms(e))))
          do i = 0, samples
             call conforming_forces(problem, state, e, real(i, wp) / samples, local, place, angle, density)
-            largest = max(largest, abs(density))
+            largest = max(largest, abs(density) - noise)
          end do
       end do
+
+   contains
+
+      !> Of the track at a candidate.
+      real(wp) function bend(candidate)
+         integer, intent(in) :: candidate
+         type(track_t) :: track
+         track = node_track(problem, state, candidate)
+         bend = abs(track%curvature)
+      end function bend
    end function largest_pressure
 
    !> The sense in which a mode of the released problem opens the lines that are gone: 1 along it, -1 against it, 0 neither.
