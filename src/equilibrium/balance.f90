@@ -11,7 +11,7 @@ module balance
    use node_loads, only: node_push_t, dead_node_load, node_pushes
    use section_forces, only: end_forces
    use span_forces, only: span_totals, end_force
-   use conforming_span, only: conforming_forces, joint_forces
+   use conforming_span, only: conforming_forces, rolled_t, rolled, joint_forces
    use deck_nodes, only: deck_contact_gaps, find_node
    use element_foundation, only: foundation_forces
    use rod_profile, only: profile_t, new_profile, mend_ends, profile_doubt
@@ -150,6 +150,7 @@ contains
       subroutine add_spans()
          real(wp) :: totals(3, size(problem%model%contact)), moment, push, gap, normal(2), bend, local(3), &
             & x(2), angle, density, tau, counted(2)
+         type(rolled_t) :: roll
          real(wp), allocatable :: gaps(:), place(:, :), pushes(:)
          integer :: c, e, i, mesh_node
          call span_totals(problem, state, middle, totals, moment)
@@ -159,13 +160,16 @@ contains
             if (problem%candidates%touch(c) == 0) cycle
             push = end_force(problem, state, c)
             call candidate_gap(problem, state, c, gap, normal, bend)
+            roll = rolled(problem, state, c)
+            if (abs(roll%way) > 0.0_wp) normal = roll%normal
             associate (node => problem%candidates%node(c))
-               left(1:2, node) = left(1:2, node) - push * normal
+               left(:, node) = left(:, node) - push * [normal, roll%arm(1) * normal(2) - roll%arm(2) * normal(1)]
                ! What its support has counted.
                counted = merge(push * normal, 0.0_wp, problem%model%fixed(1:2, node))
-               x = node_position(state, node) - middle
+               x = node_position(state, node) + roll%arm - middle
                total = total - [counted, x(1) * counted(2) - x(2) * counted(1)]
-               call note_worst(accuracy%penetration, abs(gap) / problem%size, at, node=problem%model%mesh%node_label(node))
+               call note_worst(accuracy%penetration, abs(gap - roll%rise) / problem%size, at, &
+                  & node=problem%model%mesh%node_label(node))
                call note_worst(accuracy%tension, (-push - 1.0e-8_wp * scale) / max(accuracy%reaction, &
                   & least_reaction * scale), at, node=problem%model%mesh%node_label(node))
             end associate

@@ -17,10 +17,18 @@ module conforming_span
    private
    public :: evaluate_conforming, conforming_forces, conforming_point, conforming_displacement, &
       & conforming_resultant, conforming_guess, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple, flat_excess, &
-      & excess_curvature, node_track, track_sense, rod_angle, bend_at, ge_end, joint_forces
+      & rolled_t, rolled, excess_curvature, node_track, track_sense, rod_angle, bend_at, ge_end, joint_forces
 
    !> Excess of curvature times size that is as good as none: what rounding and the tolerance of Newton's method leave.
    real(wp), parameter :: flat_excess = 1.0e-8_wp
+
+   !> Where the force of a contact is, seen from its node.
+   type :: rolled_t
+      real(wp) :: way = 0.0_wp        !! along the rod, stress-free
+      real(wp) :: rise = 0.0_wp       !! of the node above the track
+      real(wp) :: arm(2) = 0.0_wp     !! from the node to the force
+      real(wp) :: normal(2) = 0.0_wp  !! of the obstacle there
+   end type rolled_t
 
 contains
 
@@ -183,6 +191,29 @@ contains
       if (abs(excess) * problem%size <= flat_excess) return
       couple = state%reaction(candidate) * stretch / excess * track_rotation(problem, state, candidate)
    end function touchdown_couple
+
+   !> Where the force of a point contact is that keeps the node of a breakpoint: where the gap is least beside it, to the second order.
+   pure type(rolled_t) function rolled(problem, state, candidate)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      type(track_t) :: track
+      real(wp) :: excess, stretch, turn, angle, sense, normal(2)
+      track = node_track(problem, state, candidate)
+      normal = [-track%tangent(2), track%tangent(1)]
+      rolled%normal = normal
+      if (.not. problem%candidates%rolls(candidate) .or. problem%candidates%moves(candidate)) return
+      if (problem%candidates%held(candidate)) return
+      call excess_curvature(problem, state, candidate, excess, stretch)
+      if (excess * problem%size <= flat_excess) return
+      turn = track_rotation(problem, state, candidate)
+      sense = track_sense(problem, state, candidate, track)
+      rolled%way = -turn * sense / excess
+      rolled%rise = 0.5_wp * stretch * turn**2 / excess
+      angle = rod_angle(problem, state, candidate)
+      rolled%arm = stretch * rolled%way * [cos(angle), sin(angle)]
+      rolled%normal = normal - (track%curvature * sense * stretch * rolled%way) * track%tangent
+   end function rolled
 
    !> Stress-free curvature at the stages of an element.
    pure function stage_bends(problem, state, e) result(bend)

@@ -7,6 +7,7 @@ module linear_system
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t, candidate_gap, closing_rate, may_react
+   use conforming_span, only: rolled_t, rolled
    use node_loads, only: node_push_t, dead_node_load, node_pushes
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
@@ -37,6 +38,7 @@ contains
       integer :: e, c
       logical :: ok
       real(wp) :: defect(3), worst(3), shift(6, 2)
+      type(rolled_t) :: roll
       class(rod_element_t), pointer :: rod
       type(inner_forces_t) :: inner
 
@@ -60,6 +62,10 @@ contains
       call timing_start(timers, phase_assembly)
       do c = 1, problem%candidates%n
          call candidate_gap(problem, state, c, system%gap(c), system%normal(:, c), system%bend(c))
+         if (problem%candidates%rolls(c)) then
+            roll = rolled(problem, state, c)
+            system%gap(c) = system%gap(c) - roll%rise
+         end if
          if (system%soft(c)) call set_foundation(problem, state, c, system)
          system%closing(c) = closing_rate(problem, problem%candidates, c)
          system%motion(:, c) = problem%model%step(problem%step)%load%motion(:, problem%candidates%obstacle(c))

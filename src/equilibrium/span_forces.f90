@@ -6,7 +6,7 @@ module span_forces
    use rod_state, only: state_t, candidate_gap, node_position, element_load
    use ge_element, only: ge_load_t
    use section_forces, only: end_forces
-   use conforming_span, only: conforming_forces
+   use conforming_span, only: conforming_forces, rolled_t, rolled
    use touchdown_points, only: point_force, held_force
    use state_transfer, only: find_point
    implicit none
@@ -23,6 +23,7 @@ contains
       real(wp), intent(out) :: total(:, :)      !! (3, contacts)
       real(wp), intent(out) :: moment
       real(wp) :: x(2), force(3), turn, push, gap, normal(2), bend
+      type(rolled_t) :: roll
       integer :: c, e
       total = 0.0_wp
       moment = 0.0_wp
@@ -30,8 +31,10 @@ contains
          if (problem%candidates%touch(c) == 0) cycle
          push = end_force(problem, state, c)
          call candidate_gap(problem, state, c, gap, normal, bend)
-         x = node_position(state, problem%candidates%node(c)) - middle
+         roll = rolled(problem, state, c)
+         x = node_position(state, problem%candidates%node(c)) + roll%arm - middle
          associate (sums => total(:, problem%candidates%contact(c)))
+            if (abs(roll%way) > 0.0_wp) normal = roll%normal
             force = push * [normal, 1.0_wp]
             if (problem%candidates%moves(c)) force(1:2) = cut_force(problem, state, c)
             sums = sums + force

@@ -11,7 +11,7 @@ module span_tests
    use free_span, only: free_span_t, free_spans, span_ends
    use free_span_gap, only: least_gap
    use line_pressure, only: least_pressure
-   use conforming_span, only: flat_excess, excess_curvature, node_track, track_sense, track_rotation
+   use conforming_span, only: rolled_t, rolled, excess_curvature, node_track, track_sense, track_rotation
    use touchdown_points, only: point_force, held_force, at_breakpoint
    use contact_touch, only: touch_t
    use span_problem, only: present_touches
@@ -100,7 +100,7 @@ contains
                call excess_curvature(problem, state, c, test%value, stretch)
                test%value = test%value * problem%size
                tests = [tests, test]
-               if (.not. moves .and. problem%candidates%rolls(c)) tests = [tests, leaving(c, test%value / problem%size)]
+               if (.not. moves .and. problem%candidates%rolls(c)) tests = [tests, leaving(c)]
             else if (any(problem%beside(:, node) == 0) .and. .not. any(problem%model%fixed(:, node))) then
                ! An end of a rod that nothing holds.
                test%kind = test_slope
@@ -115,25 +115,24 @@ contains
    contains
 
       !> The force of a point goes along the rod as that turns: how far, against what is taken for none.
-      type(span_test_t) function leaving(c, excess)
+      type(span_test_t) function leaving(c)
          integer, intent(in) :: c
-         real(wp), intent(in) :: excess        !! of curvature
-         real(wp) :: way, reach
+         type(rolled_t) :: roll
+         real(wp) :: reach
          integer :: side
          leaving = span_test_t(kind=test_leaving, touch=problem%candidates%touch(c), candidate=c)
-         way = 0.0_wp
-         if (excess * problem%size > flat_excess) way = -track_rotation(problem, state, c) * track_sense(problem, state, c, &
-            & node_track(problem, state, c)) / excess
-         leaving%sense = sign(1.0_wp, way)
-         side = merge(2, 1, way > 0.0_wp)
+         roll = rolled(problem, state, c)
+         leaving%sense = sign(1.0_wp, roll%way)
+         side = merge(2, 1, roll%way > 0.0_wp)
          reach = line_share * problem%layout%stretch(problem%stretch(problem%candidates%element(side, c)))%length
-         leaving%value = (reach - abs(way)) / problem%size
+         leaving%value = (reach - abs(roll%way)) / problem%size
       end function leaving
 
       !> Concentrated force over the scale.
       real(wp) function push(c)
          integer, intent(in) :: c
          real(wp) :: noise, lift, normal(2), bend
+         type(rolled_t) :: roll
          if (problem%candidates%moves(c)) then
             push = point_force(problem, state, c) / scale
             return
@@ -145,7 +144,8 @@ contains
          ! A support that leaves takes the node along, and so does another obstacle.
          if (closes_gap(problem, state, c)) return
          call candidate_gap(problem, state, c, lift, normal, bend)
-         if (lift > rounding_gap(problem)) push = -lift / problem%size
+         roll = rolled(problem, state, c)
+         if (lift - roll%rise > rounding_gap(problem)) push = -lift / problem%size
       end function push
    end function point_tests
 
