@@ -7,7 +7,7 @@ module span_regions
    use rod_profile, only: new_profile, profile_place
    use state_transfer, only: find_point
    use obstacle_geometry, only: has_angle, contact_angle, turns_forward, unwrap_angle
-   use conforming_span, only: rod_angle
+   use conforming_span, only: rod_angle, rolled_t, rolled
    use touchdown_points, only: stands
    use path_record, only: region_t
    use error_bar, only: error_bars_t, new_error_bar
@@ -58,6 +58,7 @@ contains
          integer, intent(in) :: first
          logical :: forward
          real(wp) :: theta
+         type(rolled_t) :: roll
          integer :: last
          last = first
          seen(first) = .true.
@@ -69,15 +70,17 @@ contains
          region%contact = problem%candidates%contact(first)
          region%touch = [number_of(first), number_of(last)]
          region%line = last /= first
-         region%start = chain_coordinate(problem, state, first, 2)
-         region%angle_start = angle_at(first)
+         roll = rolled_t()
+         if (last == first) roll = rolled(problem, state, first)
+         region%start = chain_coordinate(problem, state, first, 2) + roll%way
+         region%angle_start = angle_at(first, roll%arm)
          region%end = region%start
          region%angle_end = region%angle_start
          if (problem%candidates%neighbour(2, last) == first) then
             region%end = region%start + whole_length(problem, state, region%contact)
          else if (last /= first) then
             region%end = chain_coordinate(problem, state, last, 1)
-            region%angle_end = angle_at(last)
+            region%angle_end = angle_at(last, roll%arm)
             if (region%end < region%start) region%end = region%end + whole_length(problem, state, region%contact)
          end if
          associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(first)))
@@ -95,11 +98,12 @@ contains
       end function number_of
 
       !> Where a candidate is on an obstacle that has angles.
-      real(wp) function angle_at(candidate) result(angle)
+      real(wp) function angle_at(candidate, arm) result(angle)
          integer, intent(in) :: candidate
+         real(wp), intent(in) :: arm(2)          !! from its node to the force
          angle = ieee_value(angle, ieee_quiet_nan)
          associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(candidate)))
-            if (has_angle(obstacle)) angle = contact_angle(obstacle, candidate_position(problem, state, candidate))
+            if (has_angle(obstacle)) angle = contact_angle(obstacle, candidate_position(problem, state, candidate) + arm)
          end associate
       end function angle_at
    end function find_span_regions
