@@ -125,6 +125,7 @@ contains
             cycle points
          end if
          searches = 0
+         if (allocated(run%footing)) deallocate (run%footing)
          call renew_mesh(problem, run, timers)
          if (allocated(run%spare)) call coarsen_mesh(problem, run, timers)
          if (is_arc_length(step%method) .and. .not. is_arc_length(run%control%method)) then

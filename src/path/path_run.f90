@@ -18,7 +18,7 @@ module path_run
    use path_events, only: probe_t, new_probe
    implicit none
    private
-   public :: run_t, heading_of, probe_at, keep_landmark, leave_trail, turned_round, forget_mesh, rest_of_mesh
+   public :: run_t, footing_t, heading_of, probe_at, keep_landmark, leave_trail, turned_round, forget_mesh, rest_of_mesh
 
    integer, parameter :: rest_of_mesh = 10       !! points after one that took a finer mesh, for which no coarser one is tried
 
@@ -29,6 +29,14 @@ module path_run
    end type stretch_t
 
    integer, parameter :: trail_length = 3        !! stretches kept: a path that turns round meets the last ones first
+
+   !> What the run stood on before its mesh became coarser.
+   type :: footing_t
+      type(problem_t) :: problem
+      type(state_t) :: state
+      type(heading_t) :: heading
+      type(probe_t) :: probe
+   end type footing_t
 
    !> Kept together so that the procedures of the path loop have short argument lists.
    type :: run_t
@@ -56,6 +64,7 @@ module path_run
       logical :: from_point = .false.            !! it is for the way from the run's point: kinks of the trial are not there
       type(demand_t), allocatable :: before(:)   !! (stretches) the mesh of the way, before it was made for the trial
       type(demand_t), allocatable :: spare(:)    !! (stretches) a coarser mesh that would have done for the last point
+      type(footing_t), allocatable :: footing    !! to go back to, until a point stands on the coarser mesh
       integer :: kept_meshes = 0                 !! points for which the mesh does not become coarser
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! of the last increment: arc length, load factor
       type(stretch_t), allocatable :: trail(:)   !! the way up to the last accepted point, the latest first
@@ -121,6 +130,7 @@ contains
       if (allocated(run%control%previous)) deallocate (run%control%previous)
       if (allocated(run%trail)) deallocate (run%trail)
       call run%finer%forget()
+      if (allocated(run%footing)) deallocate (run%footing)
    end subroutine forget_mesh
 
    !> True for a trial point on the way that the run has come.

@@ -18,7 +18,7 @@ module span_mesh
    use path_control, only: control_t
    use path_continuity, only: heading_t, heading_at, normal_plane
    use path_events, only: probe_t, new_probe
-   use path_run, only: run_t, forget_mesh, rest_of_mesh
+   use path_run, only: run_t, footing_t, forget_mesh, rest_of_mesh
    use corrector, only: increment_t, correct
    use timing, only: timers_t, count_up, counter_remeshed
    implicit none
@@ -63,13 +63,16 @@ contains
       type(state_t), intent(inout) :: trial
       logical, intent(in) :: settled                 !! the trial is in equilibrium
       logical, intent(out) :: taken                  !! the trial is in equilibrium on the new mesh, and the system factored there
-      logical, intent(out) :: done                   !! false: no equilibrium was found on it, nothing has changed
+      logical, intent(out) :: done                   !! false: no equilibrium was found on it, nothing has changed. The mesh may be
+      !! that which the point had before it became coarser
       type(timers_t), intent(inout) :: timers
       type(problem_t) :: asked, here
+      type(footing_t), allocatable :: finer
       type(cut_t), allocatable :: cut(:)
       integer :: k
       taken = .false.
       done = .false.
+      call move_alloc(run%footing, finer)
       asked = problem
       asked%demand = run%wanted
       deallocate (run%wanted)
@@ -90,6 +93,11 @@ contains
          call stand_here()
       end if
       done = done .or. taken
+      if (.not. done .and. allocated(finer)) then
+         ! The mesh was made coarser than leads on.
+         call step_back(finer, problem, run, timers)
+         done = .true.
+      end if
       if (done) call count_up(timers, counter_remeshed)
 
    contains
@@ -164,6 +172,7 @@ contains
       type(run_t), intent(inout) :: run
       type(timers_t), intent(inout) :: timers
       type(problem_t) :: asked
+      type(footing_t), allocatable :: before
       logical :: done
       asked = problem
       asked%demand = run%spare
@@ -174,9 +183,28 @@ contains
          run%kept_meshes = rest_of_mesh
          return
       end if
+      before = footing_t(problem, run%state, run%heading, run%probe)
       call stand_on(asked, problem, run, done, timers)
-      if (done) call count_up(timers, counter_remeshed)
+      if (.not. done) return
+      call move_alloc(before, run%footing)
+      call count_up(timers, counter_remeshed)
    end subroutine coarsen_mesh
+
+   !> The run as it stood before its mesh became coarser. It stays as fine for a while.
+   subroutine step_back(finer, problem, run, timers)
+      type(footing_t), intent(in) :: finer
+      type(problem_t), intent(inout) :: problem
+      type(run_t), intent(inout) :: run
+      type(timers_t), intent(inout) :: timers
+      problem = finer%problem
+      run%state = finer%state
+      run%heading = finer%heading
+      run%probe = finer%probe
+      call forget_mesh(run)
+      run%kept_meshes = rest_of_mesh
+      run%system = new_system(problem)
+      call linearise(problem, run%state, run%state, run%system, timers)
+   end subroutine step_back
 
    !> Asks for twice as many elements everywhere.
    subroutine ask_for_twice(problem, run, asked)
