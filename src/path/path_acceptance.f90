@@ -104,6 +104,8 @@ contains
          call linearise(problem, seen(i)%place, seen(i)%place, run%system, timers)
          ! At home they are those of the path that was left, on its mesh.
          if (allocated(seen(i)%bars)) cycle
+         shorter = can_cut .and. seen(i)%event%kind == event_stop .and. hides_release(problem, run, seen, told, seen(i), timers)
+         if (shorter) return
          call bars_at_event(problem, step, run, trial, seen(i)%event, seen(i)%place, seen(i)%heading, seen(i)%bars, timers)
          if (present(tries)) call ask_at_event(problem, step, run, seen(i), tries, outcome)
          if (wants_another(run)) return
@@ -180,6 +182,26 @@ contains
       run%on_bifurcation = any(seen%event%kind == event_bifurcation .and. seen%located .and. seen%fraction >= 1.0_wp - same_place)
       call go_to(problem, run, trial, ahead, probe)
    end subroutine accept
+
+   !> True for an end of the step where lines have let go of what a trial behind it does not tell: elements so long that they buckle
+   !> between their own nodes hide that, and those behind the end may be.
+   logical function hides_release(problem, run, seen, told, end, timers) result(hides)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run             !! its system is factored at the end
+      type(sighting_t), intent(in) :: seen(:)
+      logical, intent(in) :: told(:)
+      type(sighting_t), intent(in) :: end
+      type(timers_t), intent(inout) :: timers
+      integer :: pivots, i
+      logical :: weak
+      call count_released(problem, end%place, run%system, pivots, weak, timers)
+      hides = weak .and. run%probe%weak .and. run%system%negative_pivots == run%probe%negative_pivots
+      do i = 1, size(seen)
+         if (seen(i)%event%kind == event_release .and. seen(i)%located .and. .not. told(i) .and. seen(i)%fraction < end%fraction) &
+            & pivots = pivots - nint(sign(1.0_wp, seen(i)%event%before))
+      end do
+      hides = hides .and. pivots /= run%probe%free_pivots
+   end function hides_release
 
    !> What was located as a bifurcation may be two paths that pass each other: no path goes through where the null vector feels a
    !> force, and the points that the place was interpolated from lie on both.
