@@ -105,7 +105,7 @@ contains
       type(finer_point_t) :: first
       type(crossing_t) :: crossing
       type(shares_t) :: shares
-      type(system_t) :: start                    ! of the finer problem at the point
+      real(wp), allocatable :: by_eigenvalue(:)  ! (elements) what each errs by in that of a bifurcation
       real(wp), allocatable :: modes(:, :), value(:), final(:), unseen(:), sizes(:), rounding(:), watched(:, :)
       real(wp) :: reach, local, most, doubt, noise
       integer, allocatable :: ends(:)
@@ -133,7 +133,7 @@ contains
       ends = moving_ends(problem)
       call watched_gap(problem, zero, state, system, watched)
       call begin(problem, finer, state, system, control, heading, ends, modes, path, first, shares, value, timers, watched)
-      start = first%system
+      if (size(modes, 2) > 0) by_eigenvalue = eigenvalue_shares(problem, system, first%system, modes)
       if (first%ok) call next_point(path, 0.0_wp, first, timers)
       if (.not. first%ok) then
          bars%why = no_convergence
@@ -169,7 +169,7 @@ contains
          real(wp) :: part(size(shares%element, 2)), moved, own
          integer :: m
          part = shares%element(1, :)
-         if (size(modes, 2) > 0) part = eigenvalue_shares(problem, system, start, modes)
+         if (allocated(by_eigenvalue)) part = by_eigenvalue
          do m = 1, size(shares%element, 1)
             moved = abs(final(m) - first%value(m))
             own = min(abs(local * crossing%rate(m) / crossing%slope), moved)
