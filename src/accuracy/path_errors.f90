@@ -105,7 +105,7 @@ contains
       type(finer_point_t) :: first
       type(crossing_t) :: crossing
       type(shares_t) :: shares
-      type(system_t) :: start                    ! of the finer problem at the point
+      real(wp), allocatable :: by_eigenvalue(:)  ! (elements) what each errs by in that of a bifurcation
       real(wp), allocatable :: modes(:, :), value(:), final(:), unseen(:), sizes(:), rounding(:), watched(:, :)
       real(wp) :: reach, local, most, doubt, noise
       integer, allocatable :: ends(:)
@@ -133,7 +133,7 @@ contains
       ends = moving_ends(problem)
       call watched_gap(problem, zero, state, system, watched)
       call begin(problem, finer, state, system, control, heading, ends, modes, path, first, shares, value, timers, watched)
-      start = first%system
+      if (size(modes, 2) > 0) by_eigenvalue = eigenvalue_shares(problem, system, first%system, modes)
       if (first%ok) call next_point(path, 0.0_wp, first, timers)
       if (.not. first%ok) then
          bars%why = no_convergence
@@ -169,7 +169,7 @@ contains
          real(wp) :: part(size(shares%element, 2)), moved, own
          integer :: m
          part = shares%element(1, :)
-         if (size(modes, 2) > 0) part = bifurcation_shares()
+         if (allocated(by_eigenvalue)) part = bifurcation_shares()
          do m = 1, size(shares%element, 1)
             moved = abs(final(m) - first%value(m))
             own = min(abs(local * crossing%rate(m) / crossing%slope), moved)
@@ -190,7 +190,7 @@ contains
       !> they make the places of those ends.
       function bifurcation_shares() result(part)
          real(wp) :: part(size(shares%element, 2)), of_ends(size(shares%element, 2)), rest
-         part = eigenvalue_shares(problem, system, start, modes)
+         part = by_eigenvalue
          of_ends = sum(shares%element(size(shares%element, 1) - size(ends) + 1:, :), dim=1)
          rest = abs(crossing%f) - sum(part)
          if (rest > 0.0_wp .and. sum(of_ends) > 0.0_wp) part = part + rest * of_ends / sum(of_ends)

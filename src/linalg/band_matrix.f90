@@ -62,7 +62,7 @@ contains
       call copy_masked(band, fixed, factor%cholesky)
       call measure_unknowns(factor)
       call to_general(factor)
-      factor%negative_pivots = count_negative(factor)
+      factor%negative_pivots = count_negative(factor%n, factor%kd, factor%cholesky)
       call factor_general(factor)
    end subroutine factorise
 
@@ -166,42 +166,23 @@ contains
       end do
    end subroutine to_general
 
-   !> Negative pivots of L D L^T without pivoting (a Sturm count), from the general storage.
-   integer function count_negative(factor)
-      type(factor_t), intent(in) :: factor
-      real(wp) :: window(factor%kd + 1, factor%kd + 1), d, ratio
-      integer :: j, i, l, kd, last
-      kd = factor%kd
+   !> Negative pivots of L D L^T without pivoting (a Sturm count).
+   pure integer function count_negative(n, kd, band)
+      integer, intent(in) :: n, kd
+      real(wp), intent(in) :: band(kd + 1, n)  !! lower band storage
+      real(wp) :: a(kd + 1, n), d
+      integer :: j, i, last
+      a = band
       count_negative = 0
-      ! The window holds the lower columns j .. j + kd that elimination has reached.
-      window = 0.0_wp
-      do j = 1, min(kd, factor%n)
-         call load_column(j, j)
-      end do
-      do j = 1, factor%n
-         if (j + kd <= factor%n) call load_column(j + kd, kd + 1)
-         d = window(1, 1)
+      do j = 1, n
+         d = a(1, j)
          if (d < 0.0_wp) count_negative = count_negative + 1
+         last = min(kd, n - j)
          ! A zero pivot counts as a positive one of rounding size.
-         if (abs(d) <= 0.0_wp) d = max(epsilon(d) * maxval(abs(window(:, 1))), tiny(d))
-         last = min(kd, factor%n - j)
+         if (abs(d) <= 0.0_wp) d = max(epsilon(d) * maxval(abs(a(:last + 1, j))), tiny(d))
          do i = 1, last
-            ratio = window(1 + i, 1) / d
-            do l = i, last
-               window(1 + l - i, 1 + i) = window(1 + l - i, 1 + i) - ratio * window(1 + l, 1)
-            end do
+            a(:last + 1 - i, j + i) = a(:last + 1 - i, j + i) - (a(1 + i, j) / d) * a(1 + i:last + 1, j)
          end do
-         window(:, 1:kd) = window(:, 2:kd + 1)
-         window(:, kd + 1) = 0.0_wp
       end do
-
-   contains
-
-      subroutine load_column(column, slot)
-         integer, intent(in) :: column, slot
-         integer :: entries
-         entries = min(kd, factor%n - column) + 1
-         window(:entries, slot) = window(:entries, slot) + factor%lu(2 * kd + 1:2 * kd + entries, column)
-      end subroutine load_column
    end function count_negative
 end module band_matrix
