@@ -10,9 +10,9 @@ module mesh_request
    use rod_state, only: state_t
    use linear_system, only: system_t
    use span_problem, only: present_demand
-   use mesh_demand, only: demand_t, new_demands, with_smooth_density, in_whole_parts
+   use mesh_demand, only: demand_t, new_demands, as_mirrored, with_smooth_density, in_whole_parts
    use ground_segments, only: is_cut
-   use error_bar, only: error_bar_t, error_bars_t
+   use error_bar, only: error_bar_t, error_bars_t, largest_unseen
    implicit none
    private
    public :: refinement_t, request_mesh, spare_mesh, motion_sizes, value_sizes, excess
@@ -28,6 +28,8 @@ module mesh_request
 
    real(wp), parameter :: part_of_asked = 0.5_wp !! of what is asked that a new mesh is to need: its bar is a forecast
    real(wp), parameter :: part_of_iteration = 0.1_wp !! of what is asked
+   !> Shares may differ by this factor where a bar holds, and be the same.
+   real(wp), parameter :: share_known = (1.0_wp + largest_unseen) / (1.0_wp - largest_unseen)
    real(wp), parameter :: of_rest = 1.4_wp       !! times what the iteration has left is its part of a bar, see error_bar
    real(wp), parameter :: most_spared = 0.7_wp   !! of the elements: a mesh that is hardly coarser is not worth its change
    integer, parameter :: most_unbounded = 2      !! meshes for a bar that is narrow enough, but has no bounds
@@ -260,7 +262,10 @@ contains
       do k = 1, size(demand)
          if (.not. problem%layout%stretch(k)%placed) cycle
          demand(k)%elements = wanted * g(problem%along(problem%element_first(k):problem%element_last(k)))
-         demand(k) = in_whole_parts(with_smooth_density(demand(k)))
+      end do
+      demand = as_mirrored(demand, share_known**(1.0_wp / (2 * minval(problem%model%mesh%stages) + 1)))
+      do k = 1, size(demand)
+         if (problem%layout%stretch(k)%placed) demand(k) = in_whole_parts(with_smooth_density(demand(k)))
       end do
    end function demand_of
 

@@ -7,7 +7,7 @@ module mesh_demand
    use rod_layout, only: layout_t
    implicit none
    private
-   public :: demand_t, new_demands, between, equal_shares, with_smooth_density, in_whole_parts
+   public :: demand_t, new_demands, between, equal_shares, as_mirrored, with_smooth_density, in_whole_parts
 
    !> Of one stretch.
    type :: demand_t
@@ -17,6 +17,7 @@ module mesh_demand
 
    real(wp), parameter :: first_elements = 2.0_wp !! of a stretch: the fewest that can tell of each other
    real(wp), parameter :: steepest = 4.0_wp       !! ratio of the lengths of neighbours
+   real(wp), parameter :: same = 1.0e-9_wp        !! of a stretch: lengths that differ by rounding
    real(wp), parameter :: part = 1.0_wp / 64.0_wp !! of an element, the least that a demand tells apart; exact in any sum
 
 contains
@@ -118,6 +119,31 @@ contains
          if (wanted > 1.0_wp) wanted = min(wanted, 2.0_wp + log(wanted) / log(steepest))
       end function beside
    end function with_smooth_density
+
+   !> The same, pieces that are each other's mirror images with the larger number of both where these differ by no more than they
+   !> are known. Of the stretches the first is the image of the last, and so on.
+   !>
+   !> A symmetric structure that a support at one of its ends holds is measured from that end: shares of its two halves are not the
+   !> same, and a mesh that is not its own image would be an imperfection.
+   pure function as_mirrored(demand, known) result(even)
+      type(demand_t), intent(in) :: demand(:)
+      real(wp), intent(in) :: known             !! factor by which numbers of elements are known
+      type(demand_t) :: even(size(demand))
+      integer :: k, i, n
+      even = demand
+      do k = 1, size(demand)
+         associate (here => demand(k), image => demand(size(demand) + 1 - k))
+            n = size(here%elements)
+            if (size(image%elements) /= n) cycle
+            if (any(abs((here%at(2:) - here%at(:n)) - (image%at(n + 1:2:-1) - image%at(n:1:-1))) > same * here%at(n + 1))) cycle
+            do i = 1, n
+               associate (mine => here%elements(i), its => image%elements(n + 1 - i))
+                  if (max(mine, its) <= known * min(mine, its)) even(k)%elements(i) = max(mine, its)
+               end associate
+            end do
+         end associate
+      end do
+   end function as_mirrored
 
    !> The same in whole parts of an element. Pieces that are alike but for rounding want the same to the last bit: symmetric
    !> structures keep symmetric meshes, where rounding would grow from mesh to mesh to an imperfection of its own.
