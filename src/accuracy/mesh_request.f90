@@ -114,7 +114,7 @@ contains
          wanted = min(wanted, most * now)
          g = g / whole
       else
-         last%in_vain = last%doublings > most_unknown
+         last%in_vain = max(tries, last%doublings) > most_unknown
          if (last%in_vain) return
          last%doublings = last%doublings + 1
          wanted = 2.0_wp * now
