@@ -110,13 +110,13 @@ contains
          if (2.0_wp * sum(indicator, mask=free) < sum(indicator)) return
          wanted = number_for(problem, free, whole, part_of_asked * asked)
          if (tries > 0 .or. .not. bounded) wanted = max(wanted, least * now)
-         ! Of a few errors may cancel, and no longer of some more: of twice as many they do not. (Twice as many at any number would be
-         ! twice as many at every point where it is not their number.)
+         ! Of a few errors may cancel, and no longer of some more: of twice as many they do not. (Twice as many at any number would
+         ! be twice as many at every point where it is not their number.)
          if (.not. helps .and. tries > most_unbounded) wanted = max(wanted, 2.0_wp * last%elements)
          wanted = min(wanted, most * now)
          g = g / whole
       else
-         last%in_vain = last%doublings > most_unknown
+         last%in_vain = max(tries, last%doublings) > most_unknown
          if (last%in_vain) return
          last%doublings = last%doublings + 1
          wanted = 2.0_wp * now
