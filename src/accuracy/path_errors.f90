@@ -18,6 +18,7 @@ module path_errors
    use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point, values_beside
    use element_shares, only: shares_t, find_shares, eigenvalue_shares
    use touch_places, only: moving_ends, places_at, named_place
+   use mesh_request, only: value_sizes, motion_sizes
    use missed_modes, only: unstable_difference
    use located_zero, only: zero_t, zero_value, watched_gap, between_nodes, located_gap, mode_rounding
    use timing, only: timers_t
@@ -79,7 +80,7 @@ contains
          return
       end if
       unseen = point%value - value - shares%sum
-      call set_bars(problem, ends, shares, value, point%value - value, unseen, shares%size, shares%rounding, bars)
+      call set_bars(problem, state, system, ends, shares, value, point%value - value, unseen, shares%size, shares%rounding, bars)
       ! What is held is what it is held at.
       given = new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
       if (path%control%method == method_load) bars%load = given
@@ -155,7 +156,7 @@ contains
       call between_nodes(problem, zero, state, system, heading%load, path%problem, first%state, crossing%f, e, local, &
          & most, doubt, timers)
       call share_way()
-      call set_bars(problem, ends, shares, value, final - value, unseen, sizes, rounding, bars)
+      call set_bars(problem, state, system, ends, shares, value, final - value, unseen, sizes, rounding, bars)
 
    contains
 
@@ -163,10 +164,15 @@ contains
       !> with a foundation begins or ends by what they err in the gap, of others as they do in the load; and what the nodes do not
       !> tell of it is its element's own.
       subroutine share_way()
-         real(wp) :: part(size(shares%element, 2)), moved, own
+         real(wp), dimension(size(shares%element, 2)) :: part, ends_part
+         real(wp) :: moved, own
          integer :: m
          part = shares%element(1, :)
          if (size(modes, 2) > 0) part = eigenvalue_shares(problem, system, start, modes)
+         ! It hangs on where contact ends, too: buckling loads go with a length's square.
+         ends_part = 0.0_wp
+         if (size(modes, 2) > 0 .and. abs(crossing%rate(1)) > 0.0_wp) ends_part = 2.0_wp * abs(value(1)) / problem%size * &
+            & sum(shares%element(size(value) - size(ends) + 1:, :), dim=1)
          do m = 1, size(shares%element, 1)
             moved = abs(final(m) - first%value(m))
             own = min(abs(local * crossing%rate(m) / crossing%slope), moved)
@@ -175,6 +181,8 @@ contains
             else if (sum(part) > 0.0_wp) then
                shares%element(m, :) = shares%element(m, :) + (moved - own) * part / sum(part)
             end if
+            if (any(ends_part > 0.0_wp)) shares%element(m, :) = shares%element(m, :) + &
+               & ends_part * abs(crossing%rate(m) / crossing%rate(1))
             if (e == 0) cycle
             own = max(own, next_order * most * abs(crossing%rate(m) / crossing%slope)) + &
                & doubt * abs(crossing%rate(m) / crossing%slope)
@@ -335,29 +343,34 @@ contains
 
    !> Bars from estimates. What is taken from the polynomial inside an element errs by one order more in the finer one only, not
    !> by two, so that as much again may be missing.
-   subroutine set_bars(problem, ends, shares, value, correction, unseen, sizes, rounding, bars)
+   subroutine set_bars(problem, state, system, ends, shares, value, correction, unseen, sizes, rounding, bars)
       type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system       !! factored there
       integer, intent(in) :: ends(:)             !! touchdown points
       type(shares_t), intent(in) :: shares
       real(wp), intent(in) :: value(:), correction(:), unseen(:), sizes(:), rounding(:)
       type(error_bars_t), intent(inout) :: bars
-      real(wp) :: noise(size(value))
+      real(wp) :: noise(size(value)), kind_size(size(value))
       integer :: m, n, k
       noise = rounding + 4.0_wp * epsilon(noise) * abs(value)
-      if (shares%known(1)) bars%load = new_error_bar(correction(1), unseen(1), sizes(1), noise(1))
+      n = 1 + size(bars%monitor)
+      kind_size(:n) = value_sizes(problem, system, abs(state%load_factor), motion_sizes(problem, state), 1.0_wp)
+      kind_size(n + 1:) = problem%size
+      if (shares%known(1)) bars%load = new_error_bar(correction(1), unseen(1), sizes(1), noise(1), kind_size(1))
       bars%load%bar = bars%load%bar + abs(shares%inside(1))
       do m = 1, size(bars%monitor)
          if (.not. shares%known(m + 1)) cycle
-         bars%monitor(m) = new_error_bar(correction(m + 1), unseen(m + 1), sizes(m + 1), noise(m + 1))
+         bars%monitor(m) = new_error_bar(correction(m + 1), unseen(m + 1), sizes(m + 1), noise(m + 1), &
+            & kind_size(m + 1))
          bars%monitor(m)%bar = bars%monitor(m)%bar + abs(shares%inside(m + 1))
       end do
-      n = 1 + size(bars%monitor)
       bars%share = shares%element(:n, :)
       bars%rest = shares%rest(:n)
       if (size(ends) > 0) allocate (bars%place(size(ends)))
       do k = 1, size(ends)
          bars%place(k) = named_place(problem, ends(k), value(n + k))
-         bars%place(k)%bar = new_error_bar(correction(n + k), unseen(n + k), sizes(n + k), noise(n + k))
+         bars%place(k)%bar = new_error_bar(correction(n + k), unseen(n + k), sizes(n + k), noise(n + k), kind_size(n + k))
       end do
       if (.not. all(shares%known)) bars%why = not_known
    end subroutine set_bars
