@@ -107,6 +107,9 @@ contains
          ! At home they are those of the path that was left, on its mesh.
          if (allocated(seen(i)%bars)) cycle
          call bars_at_event(problem, step, run, trial, seen(i)%event, seen(i)%place, seen(i)%heading, seen(i)%bars, timers)
+         ! Bars may know of more rounding.
+         told(i) = turns_by_rounding(problem, step, run, probe, seen(i))
+         if (told(i)) cycle
          if (present(tries)) call ask_for_mesh(problem, step, run, seen(i)%place, seen(i)%bars, .true., tries, outcome)
          if (wants_another(run)) return
          call doubt_bifurcation(seen(i))
@@ -200,12 +203,17 @@ contains
       type(probe_t), intent(in) :: probe         !! at the trial
       type(sighting_t), intent(in) :: sighting
       type(probe_t) :: there
+      real(wp) :: least
       integer :: m
       no_turn = .false.
       if (sighting%event%kind /= event_turning) return
       m = step%turning(sighting%event%monitor)
       there = new_probe(problem, sighting%place, run%system, sighting%heading%load)
-      no_turn = maxval(abs(there%monitor(m) - [run%probe%monitor(m), probe%monitor(m)])) <= rounding_of(problem, m)
+      least = rounding_of(problem, m)
+      if (allocated(sighting%bars)) then
+         if (sighting%bars%monitor(m)%told) least = max(least, sighting%bars%monitor(m)%rounding)
+      end if
+      no_turn = maxval(abs(there%monitor(m) - [run%probe%monitor(m), probe%monitor(m)])) <= least
    end function turns_by_rounding
 
    !> True where the trial is to be found anew, on another mesh or with a smaller residual.
