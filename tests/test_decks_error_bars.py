@@ -210,11 +210,71 @@ def test_too_wide_a_bar_fails_the_run():
     text = remeshed(dr.on_given_mesh("lee-frame"), "GE4", 2)
     wide = dr.run_deck(text.replace("WIDEST=1E9", "WIDEST=0.001"), code=2)
     good = dr.run_deck(text)
-    assert "the mesh is too coarse for what was asked: the load factor of LP at point" in wide.results.status
+    assert "the mesh is too coarse for what was asked: v of LP at point" in wide.results.status
     assert wide.results.n_points == good.results.n_points and good.results.status == "complete"
     load = np.abs(good.column("load_factor"))
     worst = max(c.error / np.max(load[:c.point]) for c in good.results.critical)
     dr.assert_close(good.results.accuracy["error_bar"], worst, relative=1e-12)
+
+
+def test_a_force_that_may_be_any():
+    """Two elements of order 4 know nothing of a roller's force on an arc of contact, at a load that is met by it: no bar is as wide as
+    none, and the listing shows it. Who allows errors larger than numbers allows that."""
+    text = remeshed(dr.on_given_mesh("indenter"), "GE4", 2).replace("*CONTROLS, LOCATE=1E-11\n*ACCURACY, WIDEST=1E9\n", "")
+    run = dr.run_deck(text, code=2)
+    assert math.isinf(run.labelled("UZ")[1].monitor_errors["force"])
+    assert "the error of force of UZ at point" in run.results.status and "and no bound" in run.results.status
+    row, = (line for line in run.stdout.splitlines() if " UZ " in line and "value asked for" in line and " > " in line)
+    assert "15.000" in row
+    assert dr.run_deck(text.replace("*STEP\n", "*STEP\n*ACCURACY, WIDEST=100\n")).results.status == "complete"
+    # Only the numbers that count.
+    assert dr.run_deck(text.replace("*STEP\n", "*STEP\n*ACCURACY\nLOAD\n")).results.status == "complete"
+
+
+BEAM_ON_POSTS = """*HEADING
+A beam under load and thrust on two round posts
+*NODE
+1, 0, 0
+2, 0.6, 0
+3, 1, 0
+*LINE, ELSET=BEAM, NSET=BEAM, TYPE=GE8
+1, 2, {n}
+2, 3, {n}
+*BEAM SECTION, ELSET=BEAM, SECTION=STIFFNESS
+1e5, 1
+*BOUNDARY
+1, PINNED
+3, 2
+*OBSTACLE, NAME=POST, TYPE=CIRCLE, SIDE=OUTSIDE
+0.37, -0.21, 0.2
+*OBSTACLE, NAME=OTHER, TYPE=CIRCLE, SIDE=OUTSIDE
+0.8, -0.16, 0.15
+*CONTACT, OBSTACLE=POST, NSET=BEAM
+*CONTACT, OBSTACLE=OTHER, NSET=BEAM
+*MONITOR, NAME=w
+2, U2
+*STEP
+*STATIC, METHOD=LOAD
+0.1
+*CLOAD
+3, 1, -4
+*DLOAD
+BEAM, PY, -10
+*STOP
+LOAD, ABOVE, 3
+*END STEP
+"""
+
+
+def test_a_monitor_between_nodes_that_move():
+    """Where it stands in its element every mesh has it elsewhere, and polynomials of two orders agree by chance at some places: the bar
+    is that of all places as far from the nodes. The reference has 60 elements in each half and a bar of 2E-15."""
+    fine = dr.run_deck(BEAM_ON_POSTS.format(n=60)).only("EP")
+    for n in range(5, 18):
+        point = dr.run_deck(BEAM_ON_POSTS.format(n=n)).only("EP")
+        error = abs(point.monitors["w"] - fine.monitors["w"])
+        assert error <= point.monitor_errors["w"] + fine.monitor_errors["w"], f"{n} elements: {error}"
+        assert point.monitor_errors["w"] < 1e-8
 
 
 def test_no_bars_when_none_are_wanted():

@@ -511,7 +511,7 @@ LOAD, ABOVE, 5.5
 
 @functools.cache
 def over_drum(elements, kind):
-    return dr.run_deck(DRUM.format(kind=kind, elements=elements, fine=FINE))
+    return dr.run_deck(DRUM.format(kind=kind, elements=elements, fine=FINE + "*ACCURACY, WIDEST=1\n"))
 
 
 def lift_errors(elements, kind):

@@ -22,7 +22,8 @@ module element_shares
    use contact_totals, only: contact_sum_known, contact_sum_defect, contact_sum_gradient
    use stop_forces, only: stop_force_gradient, stop_force_defect
    use monitor_rows, only: monitor_row_t, monitor_row, watched_displacement
-   use deck_nodes, only: find_node
+   use deck_nodes, only: find_node, node_gradient_t, place_gradient
+   use state_transfer, only: point_displacement
    use touch_places, only: place_gradients, moment_places
    use small_dense, only: solve_small
    use timing, only: timers_t
@@ -142,6 +143,7 @@ contains
             shares%inside(m) = inside%defect + watched_displacement(finer, start, m - 1) - &
                & watched_displacement(problem, state, m - 1)
             change = change + shares%inside(m)
+            shares%inside(m) = max(abs(shares%inside(m)), most_inside())
             call share_inside()
          else if (problem%deck%monitor(m - 1)%quantity == quantity_contact) then
             ! Ends of spans carry it: what nodes are known to, not polynomials between them.
@@ -164,6 +166,30 @@ contains
       shares%watched = abs(shares_by(nodal_all(w)))
 
    contains
+
+      !> What a monitor may err by as far inside its elements as it is: where it is, two polynomials may agree by chance.
+      real(wp) function most_inside() result(most)
+         type(node_gradient_t) :: gradient
+         real(wp) :: tau, other, error, largest, u(3), v(3)
+         integer :: i, j, node, holder
+         most = 0.0_wp
+         associate (monitor => problem%deck%monitor(m - 1))
+            do i = 1, size(monitor%node)
+               call find_node(problem, state, monitor%node(i), node, holder, tau)
+               if (holder == 0) cycle
+               largest = 0.0_wp
+               do j = 1, 7
+                  other = 0.125_wp * j
+                  call place_gradient(finer, start, at_start, holder, other, gradient)
+                  u = point_displacement(problem, state, holder, other)
+                  v = point_displacement(finer, start, holder, other)
+                  error = abs(gradient%defect(monitor%component) + v(monitor%component) - u(monitor%component))
+                  largest = max(largest, error)
+               end do
+               most = most + 4.0_wp * tau * (1.0_wp - tau) * largest * abs(monitor%factor) / size(monitor%node)
+            end do
+         end associate
+      end function most_inside
 
       !> What a monitor errs by inside an element is that element's.
       subroutine share_inside()

@@ -1,21 +1,21 @@
 !> Which points of a run have their discretisation errors told, and of what kind they are.
 module error_report
    use kinds, only: wp
-   use model, only: step_t, method_load
+   use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t
    use state_transfer, only: find_point, carried_field
-   use path_control, only: control_t, path_length, holding_value
+   use path_control, only: path_length, holding_value
    use path_continuity, only: heading_t, heading_at
-   use monitors, only: monitor_rate
+   use monitors, only: monitor_values
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
    use weak_lines, only: release_lines
    use span_tests, only: span_test_t, run_span_tests, test_force
    use path_events, only: event_t, event_limit, event_bifurcation, event_contact, event_release
    use path_run, only: run_t
-   use error_bar, only: error_bar_t, error_bars_t, no_error_bars, moved_error_bar
    use finer_problem, only: finer_problem_t
+   use error_bar, only: error_bar_t, error_bars_t, no_error_bars, shifted_error_bar, allowed_part, lacks_bound
    use path_errors, only: point_errors, event_errors
    use located_zero, only: zero_t, new_zero
    use mesh_request, only: excess
@@ -182,9 +182,8 @@ contains
       type(timers_t) :: own
       type(finer_problem_t) :: finer
       type(span_test_t), allocatable :: tests(:)
-      type(error_bars_t) :: held, moved
       type(zero_t) :: zero
-      type(control_t) :: control
+      real(wp), allocatable :: here(:), there(:)
       integer :: k, m
       if (.not. step%error_bars) return
       call timing_start(timers, phase_accuracy)
@@ -198,13 +197,13 @@ contains
          allocate (bars)
          call event_errors(begun, finer, touched%state, touched%system, zero, heading_at(begun, touched%system, &
             & 0.0_wp * touched%state%u, heading%load), path_length(problem, run%state, place), &
-            & place%load_factor - run%state%load_factor, moved, own)
-         control%method = method_load
-         call point_errors(problem, run%finer, place, run%system, control, heading, held, own)
-         bars = moved
-         if (allocated(moved%share)) bars%share = shares_on(begun, touched%state, moved%share, problem, place)
+            & place%load_factor - run%state%load_factor, bars, own)
+         if (allocated(bars%share)) bars%share = shares_on(begun, touched%state, bars%share, problem, place)
+         ! The numbers told are those without the contact.
+         here = monitor_values(problem, place, run%system)
+         there = monitor_values(begun, touched%state, touched%system)
          do m = 1, size(bars%monitor)
-            bars%monitor(m) = moved_error_bar(held%monitor(m), moved%load, monitor_rate(problem, m, place, run%system))
+            bars%monitor(m) = shifted_error_bar(bars%monitor(m), there(m) - here(m))
          end do
       end if
       call timing_stop(timers, phase_accuracy)
@@ -265,35 +264,44 @@ contains
       integer :: k
       do k = 1, size(buckling%load_factor)
          associate (bar => buckling%bar(k), factor => buckling%load_factor(k))
-            if (bar%told) call note_ratio(bar, bar%bar / abs(factor), 'the load factor of buckling mode '//whole(k)//' is '// &
+            if (bar%told) call note_ratio(bar, abs(factor), 'the load factor of buckling mode '//whole(k)//' is '// &
                & brief(factor), place_t(step=buckling%step, load_factor=factor), widest, accuracy)
          end associate
       end do
    end subroutine note_buckling_bars
 
-   !> The same of a point of a limit curve.
-   subroutine note_curve_bar(point, name, widest, accuracy)
+   !> The same of a point of a limit curve; monitors that count have bars with bounds.
+   subroutine note_curve_bar(problem, point, name, step, accuracy)
+      type(problem_t), intent(in) :: problem
       type(limit_point_t), intent(in) :: point   !! with bars
       character(*), intent(in) :: name           !! of the curve
-      real(wp), intent(in) :: widest             !! over the load factor
+      type(step_t), intent(in) :: step
       type(accuracy_t), intent(inout) :: accuracy
+      integer :: k
       associate (bar => point%bars%load, factor => point%load_factor)
-         if (bar%told .and. abs(factor) > 0.0_wp) call note_ratio(bar, bar%bar / abs(factor), 'on the limit curve '//name// &
+         if (bar%told .and. abs(factor) > 0.0_wp) call note_ratio(bar, abs(factor), 'on the limit curve '//name// &
             & ' at parameter '//brief(point%parameter)//' the load factor is '//brief(factor), &
-            & place_t(step=point%step, load_factor=factor), widest, accuracy)
+            & place_t(step=point%step, load_factor=factor), step%widest_bar, accuracy)
       end associate
+      do k = 1, size(step%asked_of)
+         if (step%asked_of(k) == 0 .or. allocated(accuracy%bar_words)) cycle
+         associate (bar => point%bars%monitor(step%asked_of(k)), monitor => problem%deck%monitor(step%asked_of(k)))
+            if (lacks_bound(bar, step%widest_bar)) accuracy%bar_words = unbounded_words(trim(monitor%name)// &
+               & ' on the limit curve '//name//' at parameter '//brief(point%parameter), bar)
+         end associate
+      end do
    end subroutine note_curve_bar
 
    !> Keeps the widest bar, and words for the first one that is wider than the deck allows.
-   subroutine note_ratio(bar, ratio, what, at, widest, accuracy)
+   subroutine note_ratio(bar, size, what, at, widest, accuracy)
       type(error_bar_t), intent(in) :: bar
-      real(wp), intent(in) :: ratio              !! of the bar to what it is measured against
+      real(wp), intent(in) :: size               !! what it is measured against, > 0
       character(*), intent(in) :: what           !! the number, as far as its bar
       type(place_t), intent(in) :: at
       real(wp), intent(in) :: widest
       type(accuracy_t), intent(inout) :: accuracy
-      call note_worst(accuracy%error_bar, ratio, at)
-      if (ratio <= widest .or. allocated(accuracy%bar_words)) return
+      call note_worst(accuracy%error_bar, bar%bar / size, at)
+      if (allowed_part(bar, widest, size) <= 1.0_wp .or. allocated(accuracy%bar_words)) return
       accuracy%bar_words = coarse_words(what//' '//bar_text(bar), brief(widest)//' of it')
    end subroutine note_ratio
 
@@ -325,15 +333,14 @@ contains
       integer, allocatable :: counted(:)
       integer :: which
       logical :: made
-      ! What is only looked for decides nothing.
-      if (any(label == ['UZ', 'TP'])) return
       if (label /= '' .and. bars%load%told .and. accuracy%load > 0.0_wp) &
          & call note_worst(accuracy%error_bar, bars%load%bar / accuracy%load, at)
       made = any(problem%layout%stretch%placed)
       if (allocated(accuracy%bar_words) .or. .not. (made .or. label /= '')) return
       there = ' at point '//whole(at%point)//' (load factor '//brief(at%load_factor)//')'
       if (label /= '') there = ' of '//label//there
-      if (bars%missed /= 0) then
+      ! Of what is only looked for nothing hangs on that.
+      if (bars%missed /= 0 .and. .not. any(label == ['UZ', 'TP'])) then
          accuracy%bar_words = 'the mesh is too coarse for the bifurcations'//there//': finer elements have '// &
             & whole(abs(bars%missed))//trim(merge(' more ', ' fewer', bars%missed > 0))// &
             & ' unstable directions there; give more elements or a higher order'
@@ -349,14 +356,17 @@ contains
       end if
       asked = asked_at(problem, step, label)
       counted = step%asked_of
-      ! At critical points of a given mesh it is the load that is looked for.
-      if (.not. made .and. label /= 'EP') counted = pack(counted, counted == 0)
-      call excess(bars, sizes, counted, asked, label /= '', ratio, which)
-      if (ratio <= 1.0_wp) return
+      call excess(bars, sizes, counted, asked, label /= '', label /= '' .or. step%bars_everywhere, ratio, which)
+      if (ratio <= 1.0_wp) then
+         if (allocated(bars%place) .and. any(counted == 0)) call note_places()
+         return
+      end if
       what = 'the load factor'
       if (which > 0) what = trim(problem%deck%monitor(which)%name)
       widest = bar_of(bars, which)
-      if (made) then
+      if (.not. widest%bounded .and. ratio >= huge(ratio)) then
+         accuracy%bar_words = unbounded_words(what//there, widest)
+      else if (made) then
          accuracy%bar_words = 'the errors asked for are not reached: the error bar of '//what//there//' is '// &
             & scientific(ratio * asked, 2)//' of its size, TOLERANCE on *ACCURACY allows '//brief(asked)
          if (2.0_wp * widest%rounding > widest%bar) accuracy%bar_words = accuracy%bar_words// &
@@ -365,7 +375,28 @@ contains
          accuracy%bar_words = coarse_words(what//there//' has the error bar '//bar_text(widest), brief(asked)//' of '// &
             & brief(sizes(1 + which)))
       end if
+
+   contains
+
+      !> Where contact ends has a bar where it has bounds.
+      subroutine note_places()
+         integer :: k
+         do k = 1, size(bars%place)
+            if (.not. lacks_bound(bars%place(k)%bar, asked)) cycle
+            accuracy%bar_words = unbounded_words('where contact ends at '//brief(bars%place(k)%at)//' along its rod'//there, &
+               & bars%place(k)%bar)
+            return
+         end do
+      end subroutine note_places
    end subroutine note_error
+
+   !> What is said of a number whose error may be any.
+   pure function unbounded_words(what, bar) result(words)
+      character(*), intent(in) :: what           !! the number
+      type(error_bar_t), intent(in) :: bar
+      character(:), allocatable :: words
+      words = 'the error of '//what//' is not known: '//bar_text(bar)//', and no bound; give more elements or a higher order'
+   end function unbounded_words
 
    !> The relative error that decides at a point: what a mesh is made for, or the widest bar that is allowed.
    pure real(wp) function asked_at(problem, step, label) result(asked)

@@ -12,10 +12,10 @@ module mesh_request
    use span_problem, only: present_demand
    use mesh_demand, only: demand_t, new_demands, as_mirrored, with_smooth_density, in_whole_parts
    use ground_segments, only: is_cut
-   use error_bar, only: error_bar_t, error_bars_t, largest_unseen
+   use error_bar, only: error_bar_t, error_bars_t, largest_unseen, allowed_part
    implicit none
    private
-   public :: refinement_t, request_mesh, spare_mesh, motion_sizes, value_sizes, excess
+   public :: refinement_t, request_mesh, spare_mesh, motion_sizes, stays_within, value_sizes, rounding_of, excess
 
    !> What the meshes of a point have been worth.
    type :: refinement_t
@@ -32,7 +32,7 @@ module mesh_request
    real(wp), parameter :: share_known = (1.0_wp + largest_unseen) / (1.0_wp - largest_unseen)
    real(wp), parameter :: of_rest = 1.4_wp       !! times what the iteration has left is its part of a bar, see error_bar
    real(wp), parameter :: most_spared = 0.7_wp   !! of the elements: a mesh that is hardly coarser is not worth its change
-   integer, parameter :: most_unbounded = 2      !! meshes for a bar that is narrow enough, but has no bounds
+   integer, parameter :: most_cancelling = 4     !! meshes after which one that hardly helps is the last: errors of few may cancel
    integer, parameter :: few = 4                 !! on a stretch
    integer, parameter :: most_unknown = 5        !! and for one that has none at all, or several of them in a row
    !> Nothing is asked of what rounding leaves of a place, over the size: in runs of a prototype it was up to this.
@@ -53,7 +53,7 @@ contains
       real(wp), intent(in) :: sizes(:)           !! (1 + monitors) what errors are measured against
       integer, intent(in) :: counted(:)          !! monitors, 0: the load factor
       real(wp), intent(in) :: asked              !! relative error
-      logical, intent(in) :: critical            !! a load's bar without bounds does not do, however narrow
+      logical, intent(in) :: critical            !! a bar without bounds does not do, however narrow
       integer, intent(in) :: tries               !! requests for the same point that did not suffice
       type(refinement_t), intent(inout) :: last  !! what these were worth
       logical, intent(in) :: can_settle          !! the iteration can go on
@@ -66,7 +66,7 @@ contains
       now = count(free)
       unsettled = .false.
       if (now == 0) return
-      call indicate(bars, sizes, counted, asked, critical, critical .and. tries < most_unbounded, can_settle, indicator, ratio, &
+      call indicate(bars, sizes, counted, asked, critical, critical, can_settle, indicator, ratio, &
          & known, bounded, unsettled)
       if (tries == 0) then
          if (known .or. last%doublings == 0) last = refinement_t(demand=present_demand(problem, state))
@@ -95,12 +95,12 @@ contains
       end if
       if (known) then
          helps = ratio <= enough_progress * last%ratio
-         if (helps .and. tries > most_unbounded) helps = comes_there(ratio, now, last, count(problem%layout%stretch%placed))
+         if (helps .and. tries > most_cancelling) helps = comes_there(ratio, now, last, count(problem%layout%stretch%placed))
          if (helps .or. tries == 0) then
             last%ratio = ratio
             last%elements = now
             last%in_vain = .false.
-         else if (now > few * count(problem%layout%stretch%placed) .and. (tries > most_unbounded .or. &
+         else if (now > few * count(problem%layout%stretch%placed) .and. (tries > most_cancelling .or. &
             & (bounded .and. now >= 2 * last%elements))) then
             ! Where more elements do not help it is not their number.
             last%in_vain = .true.
@@ -112,7 +112,7 @@ contains
          if (tries > 0 .or. .not. bounded) wanted = max(wanted, least * now)
          ! Of a few errors may cancel, and no longer of some more: of twice as many they do not. (Twice as many at any number would
          ! be twice as many at every point where it is not their number.)
-         if (.not. helps .and. tries > most_unbounded) wanted = max(wanted, 2.0_wp * last%elements)
+         if (.not. helps .and. tries > most_cancelling) wanted = max(wanted, 2.0_wp * last%elements)
          wanted = min(wanted, most * now)
          g = g / whole
       else
@@ -173,7 +173,7 @@ contains
       integer, intent(in) :: counted(:)          !! monitors, 0: the load factor
       real(wp), intent(in) :: asked              !! relative error
       logical, intent(in) :: critical            !! rounding counts; at points between nothing is asked of it
-      logical, intent(in) :: bounds              !! a load's bar without bounds does not do, however narrow
+      logical, intent(in) :: bounds              !! a bar without bounds does not do, however narrow
       logical, intent(in) :: can_settle          !! the iteration can go on
       real(wp), intent(out) :: indicator(:)      !! (elements) of what is asked, as parts of what is allowed
       real(wp), intent(out) :: ratio             !! of what the mesh makes of the widest bar to what rounding and iteration leave
@@ -216,7 +216,10 @@ contains
          if (.not. of_mesh > 0.0_wp) return
          ! Rounding that is wider than what is asked for is told at the end; the mesh is as good as that.
          allowed = max(allowed - left, left)
-         if (of_mesh > allowed .or. (bounds .and. row == 1)) bounded = bounded .and. has_bounds
+         ! No elements make what the iteration has left.
+         if (of_mesh > allowed) unsettled = unsettled .or. (can_settle .and. abs(bars%rest(row)) > max(sum(bars%share(row, :)), &
+            & rounding))
+         if (of_mesh > allowed .or. bounds) bounded = bounded .and. has_bounds
          ratio = max(ratio, of_mesh / allowed)
          if (.not. sum(bars%share(row, :)) > 0.0_wp) return
          indicator = max(indicator, bars%share(row, :) / sum(bars%share(row, :)) * of_mesh * asked / allowed)
@@ -279,6 +282,17 @@ contains
       sizes(2) = max(sizes(2), sizes(1) / problem%size)
    end function motion_sizes
 
+   !> True where two states of one mesh differ by no more than all that has moved: displacements and rotations each by their own.
+   pure logical function stays_within(problem, from, to, motion) result(within)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, to
+      real(wp), intent(in) :: motion(2)          !! largest displacement and rotation so far
+      type(state_t) :: change
+      change = to
+      change%u = to%u - from%u
+      within = all(motion_sizes(problem, change) <= max(motion, motion_sizes(problem, from)))
+   end function stays_within
+
    !> What errors of the load factor and of the monitors are measured against: the largest of their kind.
    pure function value_sizes(problem, system, load, motion, asked) result(sizes)
       type(problem_t), intent(in) :: problem
@@ -303,13 +317,25 @@ contains
       end do
    end function value_sizes
 
+   !> What rounding may make of a monitor that does not move; of forces that is not known.
+   pure real(wp) function rounding_of(problem, m)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: m                   !! index into model%monitor
+      rounding_of = 0.0_wp
+      associate (monitor => problem%deck%monitor(m))
+         if (monitor%quantity /= quantity_displacement) return
+         rounding_of = place_rounding * abs(monitor%factor) * merge(1.0_wp, problem%size, monitor%component == 3)
+      end associate
+   end function rounding_of
+
    !> The widest bar over what is allowed, with the number that has it: 0 the load factor, else a monitor.
-   subroutine excess(bars, sizes, counted, asked, critical, ratio, which)
+   subroutine excess(bars, sizes, counted, asked, critical, told, ratio, which)
       type(error_bars_t), intent(in) :: bars
       real(wp), intent(in) :: sizes(:)           !! (1 + monitors)
       integer, intent(in) :: counted(:)
       real(wp), intent(in) :: asked
       logical, intent(in) :: critical            !! rounding counts
+      logical, intent(in) :: told                !! they are in the results: one without bounds is wider than any
       real(wp), intent(out) :: ratio
       integer, intent(out) :: which
       integer :: k
@@ -327,16 +353,19 @@ contains
 
       subroutine take(number)
          type(error_bar_t), intent(in) :: number
-         real(wp) :: bar
-         if (.not. number%told) return
-         bar = number%bar
+         type(error_bar_t) :: of_mesh
+         real(wp) :: part
+         if (.not. number%told .or. .not. sizes(1 + counted(k)) > 0.0_wp) return
+         of_mesh = number
+         of_mesh%bounded = number%bounded .or. .not. told
          if (.not. critical) then
-            if (is_rounding(bar, number%rounding)) return
-            bar = bar - number%rounding
+            if (is_rounding(number%bar, number%rounding)) return
+            of_mesh%bar = number%bar - number%rounding
          end if
-         if (.not. bar > ratio * asked * sizes(1 + counted(k)) .or. .not. sizes(1 + counted(k)) > 0.0_wp) return
+         part = allowed_part(of_mesh, asked, sizes(1 + counted(k)))
+         if (.not. part > ratio) return
          which = counted(k)
-         ratio = bar / (asked * sizes(1 + which))
+         ratio = part
       end subroutine take
    end subroutine excess
 end module mesh_request

@@ -19,6 +19,7 @@ module path_errors
    use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point, values_beside
    use element_shares, only: shares_t, find_shares, eigenvalue_shares
    use touch_places, only: moving_ends, places_at, named_place
+   use mesh_request, only: value_sizes, motion_sizes
    use missed_modes, only: unstable_difference
    use located_zero, only: zero_t, zero_value, watched_gap, between_nodes, located_gap, mode_rounding
    use timing, only: timers_t
@@ -81,7 +82,7 @@ contains
          return
       end if
       unseen = point%value - value - shares%sum
-      call set_bars(problem, ends, shares, value, point%value - value, unseen, shares%size, shares%rounding, bars)
+      call set_bars(problem, state, system, ends, shares, value, point%value - value, unseen, shares%size, shares%rounding, bars)
       ! What is held is what it is held at.
       given = new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
       if (path%control%method == method_load) bars%load = given
@@ -158,7 +159,7 @@ contains
       call between_nodes(problem, zero, state, system, heading%load, path%problem, first%state, crossing%f, e, local, &
          & most, doubt, timers)
       call share_way()
-      call set_bars(problem, ends, shares, value, final - value, unseen, sizes, rounding, bars)
+      call set_bars(problem, state, system, ends, shares, value, final - value, unseen, sizes, rounding, bars)
 
    contains
 
@@ -350,29 +351,34 @@ contains
 
    !> Bars from estimates. What is taken from the polynomial inside an element errs by one order more in the finer one only, not
    !> by two, so that as much again may be missing.
-   subroutine set_bars(problem, ends, shares, value, correction, unseen, sizes, rounding, bars)
+   subroutine set_bars(problem, state, system, ends, shares, value, correction, unseen, sizes, rounding, bars)
       type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system       !! factored there
       integer, intent(in) :: ends(:)             !! touchdown points
       type(shares_t), intent(in) :: shares
       real(wp), intent(in) :: value(:), correction(:), unseen(:), sizes(:), rounding(:)
       type(error_bars_t), intent(inout) :: bars
-      real(wp) :: noise(size(value))
+      real(wp) :: noise(size(value)), kind_size(size(value))
       integer :: m, n, k
       noise = rounding + 4.0_wp * epsilon(noise) * abs(value)
-      if (shares%known(1)) bars%load = new_error_bar(correction(1), unseen(1), sizes(1), noise(1))
+      n = 1 + size(bars%monitor)
+      kind_size(:n) = value_sizes(problem, system, abs(state%load_factor), motion_sizes(problem, state), 1.0_wp)
+      kind_size(n + 1:) = problem%size
+      if (shares%known(1)) bars%load = new_error_bar(correction(1), unseen(1), sizes(1), noise(1), kind_size(1))
       bars%load%bar = bars%load%bar + abs(shares%inside(1))
       do m = 1, size(bars%monitor)
          if (.not. shares%known(m + 1)) cycle
-         bars%monitor(m) = new_error_bar(correction(m + 1), unseen(m + 1), sizes(m + 1), noise(m + 1))
+         bars%monitor(m) = new_error_bar(correction(m + 1), unseen(m + 1), sizes(m + 1), noise(m + 1), &
+            & kind_size(m + 1))
          bars%monitor(m)%bar = bars%monitor(m)%bar + abs(shares%inside(m + 1))
       end do
-      n = 1 + size(bars%monitor)
       bars%share = shares%element(:n, :)
       bars%rest = shares%rest(:n)
       if (size(ends) > 0) allocate (bars%place(size(ends)))
       do k = 1, size(ends)
          bars%place(k) = named_place(problem, ends(k), value(n + k))
-         bars%place(k)%bar = new_error_bar(correction(n + k), unseen(n + k), sizes(n + k), noise(n + k))
+         bars%place(k)%bar = new_error_bar(correction(n + k), unseen(n + k), sizes(n + k), noise(n + k), kind_size(n + k))
       end do
       if (.not. all(shares%known)) bars%why = not_known
    end subroutine set_bars

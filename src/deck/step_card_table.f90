@@ -75,11 +75,11 @@ contains
          bound=positive)
       call param(t, 'POINTS', kind_word, 'which points get them: CRITICAL ones and the end, ALL, or NONE', default='CRITICAL', &
          words='CRITICAL|ALL|NONE')
-      call param(t, 'WIDEST', kind_real, 'part of the largest load that the bar of a critical load may be; wider ones end '// &
-         'the run with code 2; left out: TOLERANCE where this is given or a mesh is made for it, else 0.01', optional=.true., &
-         bound=positive)
+      call param(t, 'WIDEST', kind_real, 'part of the largest value of its kind that the bar of one at a point with a label '// &
+         'may be; wider ones, and those without bounds, end the run with code 2, from 1 on the latter by their size only; '// &
+         'left out: TOLERANCE where this is given or a mesh is made for it, else 0.01', optional=.true., bound=positive)
       call lines(t, least=0)
-      call field(t, 'monitor', kind_name, 'TOLERANCE is for this monitor, or for LOAD; without lines for all')
+      call field(t, 'monitor', kind_name, 'TOLERANCE and WIDEST are for this monitor, or for LOAD; without lines for all')
    end subroutine step_cards
 
    pure subroutine load_cards(t)

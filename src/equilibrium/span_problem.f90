@@ -226,7 +226,8 @@ contains
       end subroutine divide_free
 
       !> Nodes up to the end of a span. Free spans share all elements of the deck; in contact there are as many as the deck has
-      !> there, a quarter of them where the rod is perfect; but not less than a span needs, nor more than rounding allows.
+      !> there, a quarter of them where the rod is perfect; but not less than a span needs, nor more than rounding allows. A mesh
+      !> that is made has what is asked for, in contact, too: a line without pressure buckles as a free span does.
       subroutine divide(to, contact)
          real(wp), intent(in) :: to
          integer, intent(in) :: contact              ! of a line, 0: a free span
@@ -238,9 +239,6 @@ contains
          if (base%layout%stretch(stretch)%placed) then
             wanted = between(base%demand(stretch), from, to)
             n = max(least_placed, ceiling(min(wanted, (to - from) / (finest * base%size)) - whole_number))
-            if (contact > 0) then
-               if (is_perfect(base, stretch) .and. on_straight(base, contact)) n = least_conforming
-            end if
             if (any(layer > 0.0_wp)) then
                n = max(1, n)
                associate (shares => graded(base%demand(stretch), from, to, n, layer, stages))

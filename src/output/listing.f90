@@ -15,7 +15,7 @@ module listing
    use run_summary, only: write_accuracy, write_cost
    use text, only: plural
    use error_bar, only: error_bar_t
-   use told_error, only: bar_text, corrected_text
+   use told_error, only: bar_text, corrected_text, unbounded_text
    implicit none
    private
    public :: listing_t, listing_open, listing_close
@@ -250,6 +250,7 @@ contains
          end if
          do i = 1, listing%n_monitors
             row%cell(6 + i)%text = significant(critical%monitor(i), monitor_digits)
+            if (allocated(critical%bars)) row%cell(6 + i)%text = row%cell(6 + i)%text//unbounded_text(critical%bars%monitor(i))
          end do
       end associate
       call move_alloc(longer, listing%critical)

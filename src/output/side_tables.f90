@@ -4,7 +4,7 @@ module side_tables
    use model, only: model_t
    use model_words, only: parameter_name, parameter_object
    use path_record, only: buckling_t, limit_point_t
-   use told_error, only: bar_text, corrected_text
+   use told_error, only: bar_text, corrected_text, unbounded_text
    use columns, only: significant, scientific, whole
    use text_table, only: column_t, cell_t, page_rows, monitor_digits, fitting_columns, widen_columns, write_head, write_row
    implicit none
@@ -87,6 +87,8 @@ contains
       end if
       do i = first_monitor, n - 3
          cell(i)%text = significant(limit_point%monitor(i - first_monitor + 1), monitor_digits)
+         if (allocated(limit_point%bars)) cell(i)%text = cell(i)%text// &
+            & unbounded_text(limit_point%bars%monitor(i - first_monitor + 1))
       end do
       cell(n - 2)%text = whole(limit_point%iterations)
       cell(n - 1)%text = scientific(limit_point%residual, 2)

@@ -6,7 +6,7 @@ module told_error
    use columns, only: significant, scientific
    implicit none
    private
-   public :: stored_bar, stored_correction, bar_text, corrected_text, bar_description, corrected_description
+   public :: stored_bar, stored_correction, bar_text, unbounded_text, corrected_text, bar_description, corrected_description
 
    character(*), parameter :: bar_description = 'error bar of the load factor: how far the discretisation may have it off; '// &
       & 'NaN: no estimate, infinite: the mesh is too coarse to tell'
@@ -45,6 +45,14 @@ contains
          text = trim(merge('+-', '> ', bar%bounded))//' '//scientific(bar%bar, 2)
       end if
    end function bar_text
+
+   !> What stands behind a value whose bar has no column: nothing as long as it has bounds.
+   pure function unbounded_text(bar) result(text)
+      type(error_bar_t), intent(in) :: bar
+      character(:), allocatable :: text
+      text = ''
+      if (bar%told .and. .not. bar%bounded) text = ' '//bar_text(bar)
+   end function unbounded_text
 
    !> A value less its estimated error as tables have it; blank where no bar holds it.
    pure function corrected_text(value, bar) result(text)

@@ -283,7 +283,7 @@ contains
          point%label = label
          if (step%error_bars) then
             call bars_here(follower, point%bars, timers)
-            call note_curve_bar(point, trim(step%limit_curve(number)%name), step%widest_bar, outcome%accuracy)
+            call note_curve_bar(follower%problem, point, trim(step%limit_curve(number)%name), step, outcome%accuracy)
          end if
          call recorder%limit_point(point, timers, error)
          if (allocated(error)) outcome%why = error%message

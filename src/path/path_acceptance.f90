@@ -27,7 +27,7 @@ module path_acceptance
    use point_recording, only: record
    use error_bar, only: error_bars_t
    use error_report, only: bars_at_event, bars_at_point, note_error, asked_at
-   use mesh_request, only: request_mesh, spare_mesh, motion_sizes, value_sizes
+   use mesh_request, only: request_mesh, spare_mesh, motion_sizes, value_sizes, rounding_of
    use path_record, only: recorder_t, critical_t
    use run_accuracy, only: place_t
    use timing, only: timers_t, count_up, counter_located
@@ -102,11 +102,16 @@ contains
       do i = 1, size(seen)
          if (told(i) .or. .not. seen(i)%located) cycle
          call linearise(problem, seen(i)%place, seen(i)%place, run%system, timers)
+         told(i) = turns_by_rounding(problem, step, run, probe, seen(i))
+         if (told(i)) cycle
          ! At home they are those of the path that was left, on its mesh.
          if (allocated(seen(i)%bars)) cycle
          shorter = can_cut .and. seen(i)%event%kind == event_stop .and. hides_release(problem, run, seen, told, seen(i), timers)
          if (shorter) return
          call bars_at_event(problem, step, run, trial, seen(i)%event, seen(i)%place, seen(i)%heading, seen(i)%bars, timers)
+         ! Bars may know of more rounding.
+         told(i) = turns_by_rounding(problem, step, run, probe, seen(i))
+         if (told(i)) cycle
          if (present(tries)) call ask_at_event(problem, step, run, seen(i), tries, outcome)
          if (wants_another(run)) return
          call doubt_bifurcation(seen(i))
@@ -211,6 +216,27 @@ contains
       sighting%located = sighting%bars%unfolding * sighting%swerve <= largest_turn
       if (.not. sighting%located) sighting%event%note = passing
    end subroutine doubt_bifurcation
+
+   !> True for a monitor that turns by no more than what rounding makes of it, as one that symmetry holds: that is nothing to tell.
+   logical function turns_by_rounding(problem, step, run, probe, sighting) result(no_turn)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(in) :: run             !! its system is factored at the place
+      type(probe_t), intent(in) :: probe         !! at the trial
+      type(sighting_t), intent(in) :: sighting
+      type(probe_t) :: there
+      real(wp) :: least
+      integer :: m
+      no_turn = .false.
+      if (sighting%event%kind /= event_turning) return
+      m = step%turning(sighting%event%monitor)
+      there = new_probe(problem, sighting%place, run%system, sighting%heading%load)
+      least = rounding_of(problem, m)
+      if (allocated(sighting%bars)) then
+         if (sighting%bars%monitor(m)%told) least = max(least, sighting%bars%monitor(m)%rounding)
+      end if
+      no_turn = maxval(abs(there%monitor(m) - [run%probe%monitor(m), probe%monitor(m)])) <= least
+   end function turns_by_rounding
 
    !> True where the trial is to be found anew, on another mesh or with a smaller residual.
    pure logical function wants_another(run)

@@ -130,8 +130,12 @@ contains
          if (allocated(run%spare)) call coarsen_mesh(problem, run, timers)
          if (is_arc_length(step%method) .and. .not. is_arc_length(run%control%method)) then
             call begin_arc_length(step, run, scaled)
-            if (.not. scaled) outcome%why = 'the first increment moved nothing: the arc length has no scale'
-            if (.not. scaled) return
+            if (.not. (scaled .or. moves_obstacle(step))) then
+               outcome%why = 'the first increment moved nothing: the arc length has no scale'
+               return
+            end if
+            ! An obstacle that is apart, or only touches, comes on in increments like the first.
+            if (.not. scaled) run%control%increment = step%increment
             cycle points
          end if
          if (allocated(run%control%tangent)) run%control%previous = run%control%tangent
@@ -317,6 +321,14 @@ contains
             & ' cannot follow it (an arc-length METHOD can)'
       end if
    end subroutine turn_corner
+
+   !> True where the load of a step moves obstacles, or closes their gaps.
+   pure logical function moves_obstacle(step)
+      type(step_t), intent(in) :: step
+      moves_obstacle = .false.
+      if (allocated(step%load%motion)) moves_obstacle = any(abs(step%load%motion) > 0.0_wp)
+      if (allocated(step%load%closing)) moves_obstacle = moves_obstacle .or. any(abs(step%load%closing) > 0.0_wp)
+   end function moves_obstacle
 
    !> True for other contacts of the same mesh. The trial's may be gone, as that of the set before.
    pure logical function other_set(one, other)

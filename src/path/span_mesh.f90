@@ -20,6 +20,7 @@ module span_mesh
    use path_events, only: probe_t, new_probe
    use path_run, only: run_t, footing_t, forget_mesh, rest_of_mesh
    use corrector, only: increment_t, correct
+   use mesh_request, only: stays_within
    use timing, only: timers_t, count_up, counter_remeshed
    implicit none
    private
@@ -263,7 +264,7 @@ contains
          call correct(problem, run%state, hold, .true., better, run%system, report, timers)
          done = run%system%ok .and. report%converged
          ! No mesh that anything was found on errs by more than all that has moved: that is another equilibrium.
-         if (done) done = maxval(abs(better%u - run%state%u)) <= max(maxval(run%motion), maxval(abs(run%state%u)))
+         if (done) done = stays_within(problem, run%state, better, run%motion)
       end if
       if (.not. done) return
       run%state = better

@@ -13,6 +13,7 @@ module span_start
    use begin_of_set, only: go_back
    use corrector, only: increment_t
    use path_run, only: run_t
+   use rod_layout, only: stretch_element
    use rod_geometry, only: geometry_t, new_geometry
    use obstacle_geometry, only: obstacle_gap
    use timing, only: timers_t
@@ -63,24 +64,70 @@ contains
       integer, intent(in) :: k, i                    !! contact, index into its nodes
       real(wp), intent(out) :: normal(2)             !! of the obstacle there
       real(wp) :: gap, bend
-      associate (contact => problem%deck%contact(k))
-         call obstacle_gap(problem%deck%obstacle(contact%obstacle), problem%deck%mesh%x(:, contact%node(i)), gap, normal, bend)
-         touches = gap + contact%gap + problem%overlap(k) <= touching * problem%size
-      end associate
+      call first_gap(problem, k, i, gap, normal, bend)
+      touches = gap <= touching * problem%size
    end function touches_at_first
 
-   !> True for a set with a touch of a contact that is apart from its obstacle everywhere at the start: on the way it has begun.
+   !> The gap of a node of a contact at the start.
+   subroutine first_gap(problem, k, i, gap, normal, bend)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: k, i                    !! contact, index into its nodes
+      real(wp), intent(out) :: gap
+      real(wp), intent(out) :: normal(2), bend       !! of the obstacle there
+      associate (contact => problem%deck%contact(k))
+         call obstacle_gap(problem%deck%obstacle(contact%obstacle), problem%deck%mesh%x(:, contact%node(i)), gap, normal, bend)
+         gap = gap + contact%gap + problem%overlap(k)
+      end associate
+   end subroutine first_gap
+
+   !> True for a set with a touch that has begun on the way: where the rod was nearest to its obstacle thereabouts at the start it
+   !> was apart from it.
    logical function gains_contact(problem, set) result(gains)
       type(problem_t), intent(in) :: problem
       type(touch_t), intent(in) :: set(:)
-      real(wp) :: normal(2)
-      integer :: k, i
-      gains = .false.
-      do k = 1, size(problem%deck%contact)
-         if (.not. any(set%contact == k)) cycle
-         gains = gains .or. .not. any([(touches_at_first(problem, k, i, normal), i=1, size(problem%deck%contact(k)%node))])
-      end do
+      integer :: k
+      gains = any([(nearest_gap(problem, set(k)) > touching * problem%size, k=1, size(set))])
    end function gains_contact
+
+   !> The gap that there was at the start where the rod goes down to from a touch, along the deck's nodes of its contact.
+   real(wp) function nearest_gap(problem, touch) result(gap)
+      type(problem_t), intent(in) :: problem
+      type(touch_t), intent(in) :: touch
+      real(wp) :: first(size(problem%deck%contact(touch%contact)%node)), normal(2), bend
+      integer :: row(problem%deck%mesh%n_nodes), i, e, here, next
+      row = 0
+      associate (contact => problem%deck%contact(touch%contact), mesh => problem%deck%mesh, &
+         & whole => problem%layout%stretch(touch%stretch))
+         row(contact%node) = [(i, i=1, size(contact%node))]
+         do i = 1, size(contact%node)
+            call first_gap(problem, touch%contact, i, first(i), normal, bend)
+         end do
+         e = whole%element(stretch_element(whole, touch%at(1)))
+         here = lower_end(e)
+         do
+            next = here
+            do e = 1, mesh%n_elements
+               if (.not. any(mesh%node(:, e) == contact%node(here))) cycle
+               i = lower_end(e)
+               if (first(i) < first(next)) next = i
+            end do
+            if (next == here) exit
+            here = next
+         end do
+      end associate
+      gap = first(here)
+
+   contains
+
+      !> Of an element's nodes that of the contact which is nearer to the obstacle, by its index there.
+      integer function lower_end(e) result(lower)
+         integer, intent(in) :: e                    !! of the deck, one node at least is the contact's
+         integer :: ends(2)
+         ends = row(problem%deck%mesh%node(:, e))
+         lower = maxval(ends)
+         if (all(ends > 0)) lower = ends(minloc(first(ends), dim=1))
+      end function lower_end
+   end function nearest_gap
 
    !> True for the end of a rod that a support clamps along the obstacle: contact may spread from there, but does not carry
    !> anything yet.

@@ -1,0 +1,51 @@
+"""Contact that begins with the load: what touches from the start is no event, what comes next is one, however near it is."""
+import math
+
+import pytest
+
+import deck_runner as dr
+
+
+def two_humps(gap, static):
+    """A pipe hinged at its left end lies on the crest of a hump; that of the next one, of the same spline, is lower by `gap`."""
+    def ground(x):
+        return 0.1 * (math.exp(-((x + 1.0) / 0.45)**2) + math.exp(-((x - 1.0) / 0.45)**2)) - (gap if x > 0.45 else 0.0)
+    points = "".join(f"{x:.1f}, {ground(x):.15f}\n" for x in (-2.5 + 0.1 * k for k in range(51)))
+    crest = f"{ground(-1.0):.15f}"
+    return (f"*HEADING\nA pipe on two humps\n*NODE\n1, -4, {crest}\n2, -1, {crest}\n3, 4, {crest}\n"
+            "*LINE, ELSET=PIPE, NSET=PIPE, TYPE=GE8\n1, 2\n2, 3\n*BEAM SECTION, ELSET=PIPE, SECTION=STIFFNESS\n1e6, 1\n"
+            f"*BOUNDARY\n1, PINNED\n*OBSTACLE, NAME=GROUND, TYPE=SPLINE\n{points}*CONTACT, OBSTACLE=GROUND, NSET=PIPE\n"
+            "*MONITOR, NAME=ground, OBSTACLE=GROUND\nRF2\n"
+            f"*STEP\n*ACCURACY, TOLERANCE=1E-6\n{static}*DLOAD\nPIPE, PY, -0.1\n*STOP\nLOAD, ABOVE, 0.04\n*END STEP\n")
+
+
+@pytest.mark.parametrize("static", ["*STATIC, METHOD=LOAD\n0.02, 1e-6, 0.05\n", "*STATIC\n0.02, , 0.02\n"])
+@pytest.mark.parametrize("gap", [1e-7, 1e-5, 1e-3])
+def test_a_second_place_of_one_contact(gap, static):
+    """Hinge, support 3 behind it and 5 that overhang under q: 2 behind the support the beam sinks by q (1.1375 + 1.9) / 0.1 =
+    41.75 q, q = 0.1. What is not linear is of the order of the gap over these lengths: 0.1 of it, squares of angles 2 % at 1e-3."""
+    run = dr.run_deck(two_humps(gap, static))
+    first = run.labelled("C+")[0]
+    dr.assert_close(first.load_factor, gap / 4.175, relative=1e-7 + 0.1 * gap)
+    # Moments about the hinge: the first hump alone carries it.
+    dr.assert_close(first.monitors["ground"], first.load_factor * 0.1 * 8 * 4 / 3, relative=1e-6 + 10 * gap)
+
+
+def test_what_touches_at_two_places_from_the_start():
+    assert not run_below(0.04, 0.0).labelled("C+")
+
+
+def run_below(load, gap):
+    return dr.run_deck(two_humps(gap, "*STATIC, METHOD=LOAD\n0.02, 1e-6, 0.05\n").replace("ABOVE, 0.04", f"ABOVE, {load}"))
+
+
+@pytest.mark.parametrize("first", [0.04, 0.01, 0.007])
+def test_a_roller_that_comes_by_arc_length(first):
+    """Until the roller is there nothing moves, and no arc length has a scale; it stops to touch at 0.04, an increment's end or not.
+    From there on all is as with a roller that touches from the start, 0.04 later."""
+    text = dr.changed(dr.example("indenter"), ("*LOCATE", "*STOP\nLOAD, ABOVE, 1.\n*LOCATE"),
+                      ("*STATIC, METHOD=LOAD\n0.04, 1e-6, 0.1\n", f"*STATIC\n{first}, , 0.02\n"))
+    near, apart = dr.run_deck(text), dr.run_deck(dr.changed(text, ("0., 0.4, 0.4", "0., 0.41, 0.4")))
+    dr.assert_close(apart.load("C+"), 0.04, relative=1e-7)
+    for one, other in zip(near.labelled("UZ"), apart.labelled("UZ"), strict=True):
+        dr.assert_close(other.load_factor, one.load_factor + 0.04, absolute=one.error + other.error + 1e-10)
