@@ -187,8 +187,8 @@ contains
          end do
       end subroutine share_way
 
-      !> Of a bifurcation: what the elements make of the modes where the spans end as they do here, and the rest of the eigenvalue as
-      !> they make the places of those ends.
+      !> Of a bifurcation: what the elements make of the modes where the spans end as they do here, and the rest of the eigenvalue
+      !> as they make the places of those ends.
       function bifurcation_shares() result(part)
          real(wp) :: part(size(shares%element, 2)), of_ends(size(shares%element, 2)), rest
          part = by_eigenvalue
