@@ -33,6 +33,7 @@ module mesh_request
    real(wp), parameter :: of_rest = 1.4_wp       !! times what the iteration has left is its part of a bar, see error_bar
    real(wp), parameter :: most_spared = 0.7_wp   !! of the elements: a mesh that is hardly coarser is not worth its change
    integer, parameter :: most_cancelling = 4     !! meshes after which one that hardly helps is the last: errors of few may cancel
+   integer, parameter :: most_unbounded = 2      !! and after which one without bounds is, too
    integer, parameter :: few = 4                 !! on a stretch
    integer, parameter :: most_unknown = 5        !! and for one that has none at all, or several of them in a row
    !> Nothing is asked of what rounding leaves of a place, over the size: in runs of a prototype it was up to this.
@@ -101,8 +102,9 @@ contains
             last%elements = now
             last%in_vain = .false.
          else if (now > few * count(problem%layout%stretch%placed) .and. (tries > most_cancelling .or. &
-            & (bounded .and. now >= 2 * last%elements))) then
-            ! Where more elements do not help it is not their number.
+            & ((bounded .or. tries > most_unbounded) .and. now >= 2 * last%elements .and. enough_progress * ratio > 1.0_wp))) then
+            ! Where more elements do not help it is not their number; but errors of few may cancel just where they are nearly small
+            ! enough, and bounds may come with some more.
             last%in_vain = .true.
             return
          end if
