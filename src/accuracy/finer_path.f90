@@ -77,31 +77,21 @@ contains
    end subroutine start_point
 
    !> From a point, or the start, to the one at the control's increment.
-   subroutine next_point(path, increment, point, timers, once)
+   subroutine next_point(path, increment, point, timers)
       type(finer_path_t), intent(in) :: path
       real(wp), intent(in) :: increment
       type(finer_point_t), intent(inout) :: point
       type(timers_t), intent(inout) :: timers
-      logical, intent(in), optional :: once      !! one step will do where it is short, see values_beside
       type(contact_step_t) :: step
-      logical :: short, ends
       integer :: k
-      ends = .false.
-      if (present(once)) ends = once
-      short = .false.
       associate (problem => path%problem)
          do k = 1, steps
             if (.not. point%ok) return
             call solve_step(path, increment, point, step, timers)
             if (.not. point%ok) return
-            if (ends) then
-               call go(path, step, point, short)
-            else
-               call go(path, step, point)
-            end if
+            call go(path, step, point)
             call linearise(problem, point%state, point%state, point%system, timers)
             point%ok = point%system%ok
-            if (short) exit
          end do
          if (.not. point%ok) return
          point%value = values_at(path, point)
@@ -127,7 +117,7 @@ contains
          ahead = point%state
          call apply_increment(problem, point%system, step%x, step%y, ahead)
          ahead%reaction = step%reaction
-         if (is_short(problem, point%system, step, point%state, ahead)) then
+         if (is_short(problem, point, step, ahead)) then
             point%value = [ahead%load_factor, monitor_values(problem, ahead, point%system) + support_changes(problem, &
                & point%system, step), places_after(problem, point%state, ahead, path%ends)]
             return
@@ -160,14 +150,13 @@ contains
    end function values_at
 
    !> True where a second step would find next to nothing to do.
-   logical function is_short(problem, system, step, before, ahead)
+   logical function is_short(problem, point, step, ahead)
       type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system       !! gives the axes
+      type(finer_point_t), intent(in) :: point   !! where the step begins
       type(contact_step_t), intent(in) :: step
-      type(state_t), intent(in) :: before        !! where the step begins; with spans only
       type(state_t), intent(in) :: ahead         !! and where it ends, touchdown points left where they are
-      is_short = turns_little(problem, system, step)
-      if (is_short .and. problem%has_spans()) is_short = touchdown_travel(problem, before, ahead) <= near
+      is_short = turns_little(problem, point%system, step)
+      if (is_short .and. problem%has_spans()) is_short = touchdown_travel(problem, point%state, ahead) <= near
    end function is_short
 
    !> True for a step that leaves little where nodes stay. With foundations their contact is more than what turns.
@@ -237,17 +226,15 @@ contains
    end subroutine solve_step
 
    !> Goes there; the equations are still those of the point before.
-   subroutine go(path, step, point, short)
+   subroutine go(path, step, point)
       type(finer_path_t), intent(in) :: path
       type(contact_step_t), intent(in) :: step
       type(finer_point_t), intent(inout) :: point
-      logical, intent(out), optional :: short    !! see is_short
       type(state_t) :: before
       associate (problem => path%problem)
          if (problem%moves_nodes()) before = point%state
          call apply_increment(problem, point%system, step%x, step%y, point%state)
          point%state%reaction = step%reaction
-         if (present(short)) short = is_short(problem, point%system, step, before, point%state)
          if (problem%moves_nodes()) call move_touchdown_points(problem, before, point%state)
       end associate
    end subroutine go

@@ -303,7 +303,7 @@ contains
       call new_finer_path(path%problem, finest, first%state, path%control, path%heading, path%ends, next)
       next%modes = path%modes
       call start_point(next, point, timers)
-      call next_point(next, 0.0_wp, point, timers, once=.true.)
+      call next_point(next, 0.0_wp, point, timers)
       if (.not. point%ok) then
          crossing%why = no_convergence
          return
