@@ -128,8 +128,8 @@ contains
       end associate
    end function one_contact
 
-   !> Tests that are as good as zero where one is. Its place is known to that for the one that was looked for, to a few times that for
-   !> others.
+   !> Tests that are as good as zero where one is. The place is known to that for the one that was looked for, to a few times that
+   !> for others.
    pure function at_zero(tests, which)
       type(span_test_t), intent(in) :: tests(:)
       integer, intent(in) :: which
@@ -197,7 +197,8 @@ contains
       if (as_flat) as_flat = would_press(problem, state, c)
    end function as_flat
 
-   !> True where a line that begins at a flat point would be pressed: by what acts along the rod, and at a breakpoint by what acts there.
+   !> True where a line that begins at a flat point would be pressed: by what acts along the rod, at a breakpoint by what acts there,
+   !> too.
    logical function would_press(problem, state, c)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
