@@ -197,8 +197,8 @@ contains
       if (as_flat) as_flat = would_press(problem, state, c)
    end function as_flat
 
-   !> True where a line that begins at a flat point would be pressed: by what acts along the rod, at a breakpoint by what acts there,
-   !> too.
+   !> True where a line that begins at a flat point would be pressed: by what acts along the rod, and at a breakpoint by what acts
+   !> on that.
    logical function would_press(problem, state, c)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
