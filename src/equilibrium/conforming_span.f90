@@ -192,7 +192,7 @@ contains
       couple = state%reaction(candidate) * stretch / excess * track_rotation(problem, state, candidate)
    end function touchdown_couple
 
-   !> Where the force of a point contact is that keeps the node of a breakpoint: where the gap is least beside it, to the second order.
+   !> Where the force of a point contact is that keeps a breakpoint's node: where the gap is least beside it, to second order.
    pure type(rolled_t) function rolled(problem, state, candidate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

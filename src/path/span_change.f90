@@ -42,8 +42,8 @@ module span_change
       integer :: where = place_within
       integer :: which = 0                        !! index into the tests; 0: none of them tells
       type(span_test_t), allocatable :: tests(:)  !! at the place
-      type(span_test_t), allocatable :: begins(:) !! gaps that are closed there, the one that was looked for last; none where that is
-      !! another test
+      type(span_test_t), allocatable :: begins(:) !! gaps that are closed there, the one that was looked for last; none where
+      !! that is another test
       type(state_t) :: place
       type(heading_t) :: heading                  !! of the path that arrives there
       type(increment_t) :: report                 !! of the way there
