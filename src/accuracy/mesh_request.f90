@@ -21,6 +21,8 @@ module mesh_request
    type :: refinement_t
       real(wp) :: ratio = huge(1.0_wp)           !! the error over what is allowed, the last that a finer mesh has made smaller
       integer :: elements = 0                    !! and how many elements had it
+      real(wp) :: ratio_before = huge(1.0_wp)    !! the same of the mesh before, whether or not it was of use
+      integer :: elements_before = 0
       integer :: doublings = 0                   !! for want of any errors, here and at points before that wanted some, too
       type(demand_t), allocatable :: demand(:)   !! (stretches) the mesh before all that
       logical :: in_vain = .false.               !! finer ones are no better: it is not their number
@@ -61,7 +63,7 @@ contains
       logical, intent(out) :: unsettled          !! the iteration has left more than its part: it is to go on first
       type(demand_t), allocatable, intent(out) :: demand(:) !! (stretches)
       real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio
-      logical :: free(problem%model%mesh%n_elements), known, bounded, cut, helps
+      logical :: free(problem%model%mesh%n_elements), known, bounded, cut, helps, on_its_way
       integer :: now, k
       free = problem%layout%stretch(problem%stretch)%placed
       now = count(free)
@@ -73,6 +75,8 @@ contains
          if (known .or. last%doublings == 0) last = refinement_t(demand=present_demand(problem, state))
          last%ratio = huge(ratio)
          last%elements = now
+         last%ratio_before = huge(ratio)
+         last%elements_before = now
          last%in_vain = .false.
       end if
       if (known .and. .not. allocated(bars%share)) then
@@ -96,18 +100,22 @@ contains
       end if
       if (known) then
          helps = ratio <= enough_progress * last%ratio
-         if (helps .and. tries > most_cancelling) helps = comes_there(ratio, now, last, count(problem%layout%stretch%placed))
+         on_its_way = comes_there(ratio, now, last%ratio_before, last%elements_before, count(problem%layout%stretch%placed))
+         if (tries > most_cancelling) helps = helps .and. on_its_way
          if (helps .or. tries == 0) then
             last%ratio = ratio
             last%elements = now
             last%in_vain = .false.
          else if (now > few * count(problem%layout%stretch%placed) .and. (tries > most_cancelling .or. &
-            & ((bounded .or. tries > most_unbounded) .and. now >= 2 * last%elements .and. enough_progress * ratio > 1.0_wp))) then
-            ! Where more elements do not help it is not their number; but errors of few may cancel just where they are nearly small
-            ! enough, and bounds may come with some more.
+            & ((bounded .or. tries > most_unbounded) .and. now >= 2 * last%elements .and. enough_progress * ratio > 1.0_wp .and. &
+            & .not. on_its_way))) then
+            ! Where more elements do not help it is not their number; but errors of few may cancel, those of the first mesh or just
+            ! where they are nearly small enough, and bounds may come with some more.
             last%in_vain = .true.
             return
          end if
+         last%ratio_before = ratio
+         last%elements_before = now
          ! What the given elements contribute no other mesh takes away.
          if (2.0_wp * sum(indicator, mask=free) < sum(indicator)) return
          wanted = number_for(problem, free, whole, part_of_asked * asked)
@@ -133,15 +141,16 @@ contains
 
    !> True where the error, on as it fell from one mesh to a finer one, is what is allowed before rounding, which grows as the
    !> fourth power of the number of elements of a rod, is all that there is. Kinks inside elements let it fall as a low power.
-   pure logical function comes_there(ratio, now, last, stretches)
+   pure logical function comes_there(ratio, now, ratio_before, elements_before, stretches)
       real(wp), intent(in) :: ratio              !! of the error to what is allowed
       integer, intent(in) :: now                 !! elements
-      type(refinement_t), intent(in) :: last     !! the same of a coarser mesh; its error was larger
+      real(wp), intent(in) :: ratio_before       !! the same of a coarser mesh
+      integer, intent(in) :: elements_before
       integer, intent(in) :: stretches
       real(wp) :: finer, left
-      finer = log(real(now, wp) / max(last%elements, 1))
+      finer = log(real(now, wp) / max(elements_before, 1))
       left = log(stretches * epsilon(ratio)**(-0.25_wp) / now)
-      comes_there = log(max(ratio, 1.0_wp)) * finer <= left * log(last%ratio / max(ratio, tiny(ratio)))
+      comes_there = log(max(ratio, 1.0_wp)) * finer <= left * (log(ratio_before) - log(max(ratio, tiny(ratio))))
    end function comes_there
 
    !> The elements that would do where bars are narrower than allowed. Not allocated: hardly fewer than there are, or it is not

@@ -234,6 +234,7 @@ contains
       type(timers_t), intent(inout) :: timers
       type(finer_point_t) :: ahead, near
       real(wp) :: f_ahead, way, bend
+      logical :: known
       associate (f => crossing%f, slope => crossing%slope, more => crossing%more, control => path%control)
          ahead = first
          call next_point(path, small_part * reach, ahead, timers)
@@ -245,7 +246,9 @@ contains
          f_ahead = value_at(ahead)
          slope = (f_ahead - f) / (small_part * reach)
          crossing%rate = (ahead%value - first%value) / (small_part * reach)
-         if (.not. ieee_is_finite(slope) .or. .not. abs(slope) > 0.0_wp) then
+         known = ieee_is_finite(slope)
+         if (known) known = abs(slope) > 0.0_wp
+         if (.not. known) then
             crossing%why = no_function
             return
          end if
