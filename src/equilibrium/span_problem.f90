@@ -17,7 +17,7 @@ module span_problem
    use conforming_element, only: conforming_size
    implicit none
    private
-   public :: new_span_problem, same_spans, new_sampled_problem, place_spans, present_touches, touch_place, outgrown
+   public :: new_span_problem, same_spans, new_sampled_problem, place_spans, present_touches, touch_place, outgrown, rolls_at
    public :: present_demand, looking_demand
 
    ! Every free span has a node inside, and one in contact is smooth: no layer forms at its ends.
@@ -403,6 +403,22 @@ contains
          end associate
       end function node_of
    end subroutine add_touch_candidates
+
+   !> True for an end of a stretch where the rod goes on smoothly past the obstacle of a contact: a point that touches there rolls.
+   pure logical function rolls_at(problem, contact, stretch, side)
+      type(problem_t), intent(in) :: problem         !! of contact spans
+      integer, intent(in) :: contact, stretch
+      integer, intent(in) :: side                    !! 1: where it begins, 2: where it ends
+      integer :: e(2), i
+      e(1) = problem%element_first(stretch)
+      if (side == 2) e(1) = problem%element_last(stretch)
+      e = problem%beside(:, problem%model%mesh%node(side, e(1)))
+      rolls_at = all(e > 0)
+      do i = 1, 2
+         if (rolls_at) rolls_at = problem%covered(problem%stretch(e(i)), contact)
+      end do
+      if (rolls_at) rolls_at = runs_through(problem, e)
+   end function rolls_at
 
    !> True for a smooth rod at the node between two elements, free to turn there.
    pure logical function runs_through(problem, element)

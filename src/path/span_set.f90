@@ -7,9 +7,9 @@ module span_set
    use bordered_system, only: linearise, apply_increment
    use contact_response, only: reaction_rate
    use contact_touch, only: touch_t
-   use span_problem, only: present_touches, touch_place
+   use span_problem, only: present_touches, touch_place, rolls_at
    use free_span_gap, only: gap_at
-   use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length
+   use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, shortest
    use span_rules, only: answer_t
    use span_mesh, only: take_touches
    use held_openings, only: open_span, rest_held, small_load, spreading_rate
@@ -120,7 +120,8 @@ contains
       integer :: c, try, k
       do k = 1, size(begins)
          run%touches = run%touches + 1
-         new(k) = touch_t(number=run%touches, contact=begins(k)%contact, stretch=begins(k)%stretch, at=spread(begins(k)%at, 1, 2))
+         new(k) = touch_t(number=run%touches, contact=begins(k)%contact, stretch=begins(k)%stretch, &
+            & at=spread(beginning_place(problem, begins(k)), 1, 2))
       end do
       call take_touches(problem, run, [present_touches(problem, run%state), new], timers)
       ok = run%system%ok
@@ -150,6 +151,20 @@ contains
       run%state = first
       call linearise(problem, run%state, run%state, run%system, timers)
    end subroutine begin_touches
+
+   !> Where along its stretch a touch begins: at a breakpoint that it may roll away from where it is as near as that.
+   pure real(wp) function beginning_place(problem, test) result(at)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: test
+      at = test%at
+      associate (length => problem%layout%stretch(test%stretch)%length)
+         if (test%at <= shortest * length) then
+            if (rolls_at(problem, test%contact, test%stretch, 1)) at = 0.0_wp
+         else if (test%at >= (1.0_wp - shortest) * length) then
+            if (rolls_at(problem, test%contact, test%stretch, 2)) at = length
+         end if
+      end associate
+   end function beginning_place
 
    !> The candidate at a touch's beginning; 0: it is that of another touch.
    pure integer function candidate_of(problem, number) result(c)
