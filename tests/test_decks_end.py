@@ -173,4 +173,4 @@ def test_meshes_that_are_doubled_point_after_point_are_given_back():
     """Where no errors can be told the mesh is doubled; the next points began with that, and doubled it again."""
     run = dr.run_deck(LYING.format(ea="4.8e5"), code=2)
     assert run.column("load_factor")[-1] >= 20.0 * (1.0 - 1e-9)
-    assert counted(run, "elements at the most") < 2000
+    assert counted(run, "elements at the most") < 8192  # of one stretch of order 4 that is all rounding
