@@ -11,7 +11,8 @@ module path_follower
    use path_run, only: run_t, heading_of, turned_round
    use step_control, only: begin_arc_length, next_increment, smallest, shorten_to_stop
    use path_events, only: new_probe
-   use path_acceptance, only: accept, wants_another
+   use path_acceptance, only: accept
+   use accuracy_asked, only: wants_another
    use path_outcome, only: outcome_t
    use contact_corner, only: find_corner, leave_corner
    use contact_regions, only: find_regions

@@ -21,7 +21,8 @@ module span_changes
    use path_continuity, only: heading_t
    use path_control, only: path_length
    use path_run, only: run_t
-   use path_acceptance, only: accept, wants_another
+   use path_acceptance, only: accept
+   use accuracy_asked, only: wants_another
    use path_outcome, only: outcome_t
    use step_control, only: smallest
    use path_record, only: recorder_t
