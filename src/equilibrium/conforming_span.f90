@@ -62,42 +62,57 @@ contains
       end associate
    end function joint_forces
 
+   !> The element at a candidate that what is asked of the rod there is told by: that after it, at the end of a stretch that
+   !> before. Where the rod is not smooth `which` says on which side.
+   pure subroutine own_element(problem, candidate, e, end, which)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: candidate
+      integer, intent(out) :: e
+      integer, intent(out) :: end                   !! of the element, where the candidate is: 1 or 2
+      integer, intent(in), optional :: which        !! 1: before the candidate, 2: after it
+      integer :: side
+      associate (element => problem%candidates%element(:, candidate))
+         side = merge(2, 1, element(2) > 0)
+         if (present(which)) side = which
+         e = element(side)
+         end = 3 - side
+      end associate
+   end subroutine own_element
+
    !> Tangent angle of the rod at a candidate.
-   pure real(wp) function rod_angle(problem, state, candidate) result(angle)
+   pure real(wp) function rod_angle(problem, state, candidate, which) result(angle)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      integer :: e, side
-      side = 1
-      e = problem%candidates%element(2, candidate)
-      if (e == 0) then
-         side = 2
-         e = problem%candidates%element(1, candidate)
-      end if
-      angle = state%geometry%element(e)%end_angle(side) + state%u(3, problem%candidates%node(candidate))
+      integer, intent(in), optional :: which        !! as own_element has it, also below
+      integer :: e, end
+      call own_element(problem, candidate, e, end, which)
+      angle = state%geometry%element(e)%end_angle(end) + state%u(3, problem%candidates%node(candidate))
    end function rod_angle
 
    !> 1 where the rod runs in the sense of the track at a candidate, -1 where it runs against it.
-   pure real(wp) function track_sense(problem, state, candidate, track) result(sense)
+   pure real(wp) function track_sense(problem, state, candidate, track, which) result(sense)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       type(track_t), intent(in) :: track            !! there
+      integer, intent(in), optional :: which
       real(wp) :: angle
-      angle = rod_angle(problem, state, candidate)
+      angle = rod_angle(problem, state, candidate, which)
       sense = sign(1.0_wp, dot_product([cos(angle), sin(angle)], track%tangent))
    end function track_sense
 
    !> Rotation of the rod at a candidate against the track, in (-pi/2, pi/2].
-   pure real(wp) function track_rotation(problem, state, candidate) result(rotation)
+   pure real(wp) function track_rotation(problem, state, candidate, which) result(rotation)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
+      integer, intent(in), optional :: which
       type(track_t) :: track
       real(wp) :: angle, sense, t(2)
       track = node_track(problem, state, candidate)
-      angle = rod_angle(problem, state, candidate)
-      sense = track_sense(problem, state, candidate, track)
+      angle = rod_angle(problem, state, candidate, which)
+      sense = track_sense(problem, state, candidate, track, which)
       t = sense * track%tangent
       rotation = atan2(t(1) * sin(angle) - t(2) * cos(angle), t(1) * cos(angle) + t(2) * sin(angle))
    end function track_rotation
@@ -114,26 +129,24 @@ contains
 
    !> By how much the rod at a point contact is curved more towards the free side than the obstacle there: o theta' -
    !> kappa (1 + e), per unit stress-free length. Zero where a line contact, or two points, begin.
-   pure subroutine excess_curvature(problem, state, candidate, excess, stretch)
+   pure subroutine excess_curvature(problem, state, candidate, excess, stretch, which)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       real(wp), intent(out) :: excess
       real(wp), intent(out) :: stretch              !! 1 + e
+      integer, intent(in), optional :: which
       type(track_t) :: track
       type(ge_load_t) :: load
       real(wp) :: angle, axial, bend, sense
       real(wp) :: n(2), m
       integer :: e, side
-      side = 1
-      e = problem%candidates%element(2, candidate)
-      if (e == 0) side = 2
-      if (e == 0) e = problem%candidates%element(1, candidate)
+      call own_element(problem, candidate, e, side, which)
       call ge_end(problem, state, e, side, n, m)
       load = element_load(problem, state, e)
       track = node_track(problem, state, candidate)
-      sense = track_sense(problem, state, candidate, track)
-      angle = rod_angle(problem, state, candidate)
+      sense = track_sense(problem, state, candidate, track, which)
+      angle = rod_angle(problem, state, candidate, which)
       axial = 1.0_wp + load%strain + problem%compliance(e)%axial * (cos(angle) * n(1) + sin(angle) * n(2))
       associate (g => state%geometry%element(e), c => problem%model%mesh%curve(e))
          bend = 0.0_wp

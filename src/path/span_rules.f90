@@ -9,7 +9,8 @@ module span_rules
    use past_breakpoints, only: beyond, across
    use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_pressure, test_length, test_crossing, &
       & test_slope, test_leaving, test_slack, line_share
-   use conforming_span, only: flat_excess, excess_curvature
+   use conforming_span, only: flat_excess, excess_curvature, node_track, track_sense, rod_angle, ge_end
+   use obstacle_track, only: track_t
    use touchdown_points, only: stands, held_force, point_force
    use held_openings, only: first_length
    use span_problem, only: present_touches
@@ -302,22 +303,59 @@ contains
       end if
    end subroutine shrink
 
-   !> An end of a rod that touched is tangent to the obstacle: where the rod, which has no moment there, is curved away from it
-   !> the point leaves the end; else a line begins with it.
+   !> An end of a rod, or a corner, that touched is tangent to the obstacle. Where the rod is curved away from it there, and still is
+   !> where the force would go, the point leaves the end. Where it is curved towards it another point begins beside. In between, as
+   !> without a moment, a line begins with the end.
    subroutine lie_down_from_end(problem, state, test, answer)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: test        !! its sense: the rod lies before its end (-1), or after it
       type(answer_t), intent(inout) :: answer
-      real(wp) :: inside, excess, stretch
-      integer :: k
+      type(touch_t), allocatable :: set(:)
+      real(wp) :: excess(2), length
+      integer :: k, way, side, stretch
       k = test%touch
-      inside = answer%touch(k)%at(1) + test%sense * line_share * stretch_length(problem, answer%touch(k))
-      call excess_curvature(problem, state, test%candidate, excess, stretch)
-      answer%touch(k)%line = excess * problem%size <= flat_excess
-      answer%touch = end_moved(answer%touch, k, merge(2, 1, test%sense > 0.0_wp), inside)
-      answer%crosses(merge(1, 2, test%sense > 0.0_wp)) = k
+      way = nint(test%sense)
+      side = merge(1, 2, way < 0)
+      stretch = problem%stretch(problem%candidates%element(side, test%candidate))
+      length = line_share * problem%layout%stretch(stretch)%length
+      excess = problem%size * excess_inside(problem, state, test%candidate, side, length)
+      set = continued(answer%touch, k, stretch, behind(problem, stretch, way, length, .false.))
+      if (excess(1) < -flat_excess) then
+         answer%touch = set
+         answer%opens = [k, size(set)]
+         if (way < 0) answer%opens = answer%opens([2, 1])
+         answer%label = 'C+'
+         return
+      end if
+      answer%touch(k)%line = excess(2) <= flat_excess
+      answer%touch = moved(answer%touch, k, stretch, behind(problem, stretch, way, length, answer%touch(k)%line))
+      answer%crosses(3 - side) = k
    end subroutine lie_down_from_end
+
+   !> Excess of curvature where a rod ends, and at a distance inside where the force of the contact goes that is at the end: with
+   !> the shear force that the rod has before that, m' = -r' x n.
+   function excess_inside(problem, state, candidate, side, distance) result(excess)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      integer, intent(in) :: side                  !! 1: the rod lies before the candidate, 2: after it
+      real(wp), intent(in) :: distance             !! stress-free
+      real(wp) :: excess(2)
+      type(track_t) :: track
+      real(wp) :: n(2), m, angle, sense, stretch, way
+      integer :: e
+      e = problem%candidates%element(side, candidate)
+      way = merge(-1.0_wp, 1.0_wp, side == 1)
+      call excess_curvature(problem, state, candidate, excess(1), stretch, side)
+      call ge_end(problem, state, e, 3 - side, n, m)
+      track = node_track(problem, state, candidate)
+      n = n + way * held_force(problem, state, candidate) * [-track%tangent(2), track%tangent(1)]
+      angle = rod_angle(problem, state, candidate, side)
+      sense = track_sense(problem, state, candidate, track, side)
+      excess(2) = excess(1) + way * distance * stretch * (sense * problem%compliance(e)%bending * (sin(angle) * n(1) - &
+         & cos(angle) * n(2)) - sense * track%curvature_rate * stretch)
+   end function excess_inside
 
    !> What comes to a breakpoint goes on behind it: a point is there, a line gets another part there. At the end of a rod, or at
    !> a support, it stays.

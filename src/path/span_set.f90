@@ -9,7 +9,8 @@ module span_set
    use contact_touch, only: touch_t
    use span_problem, only: present_touches, touch_place, rolls_at
    use free_span_gap, only: gap_at
-   use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, shortest
+   use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, test_slope, &
+      & shortest
    use span_rules, only: answer_t
    use span_mesh, only: take_touches
    use held_openings, only: open_span, rest_held, small_load, spreading_rate
@@ -79,6 +80,10 @@ contains
             if (.not. ok) call rest_held(next, on, answer%opens, timers)
          end if
          call head_for(next, on, spreading_rate(next, on, answer%opens))
+      case (test_slope)
+         rate = spreading_rate(next, on, merge(answer%opens, answer%crosses, parts))
+         ! A span that is crossed shrinks as the touch moves on.
+         call head_for(next, on, merge(rate, -rate, parts))
       case default
          ! At a flat point the tangent tells nothing.
          if (is_arc_length(on%control%method) .and. .not. flat) then

@@ -29,7 +29,7 @@ module span_tests
    integer, parameter :: test_length = 5    !! of a line
    integer, parameter :: test_flat = 6      !! largest gap of a free span beside a contact; where that is gone, the span's length
    integer, parameter :: test_crossing = 7  !! length of a free span between a contact and a breakpoint of the rod
-   integer, parameter :: test_slope = 8     !! of the gap inwards from a free end that touches
+   integer, parameter :: test_slope = 8     !! of the gap inwards from an end of a rod, or a corner, that touches
    integer, parameter :: test_leaving = 9   !! how far from a breakpoint of the rod a point that is held there belongs
 
    !> What its zero means.
@@ -83,7 +83,7 @@ contains
       type(span_test_t), allocatable :: tests(:)
       type(span_test_t) :: test
       real(wp) :: stretch
-      integer :: c
+      integer :: c, side
       allocate (tests(0))
       do c = 1, problem%candidates%n
          if (problem%candidates%touch(c) == 0) cycle
@@ -101,13 +101,16 @@ contains
                test%value = test%value * problem%size
                tests = [tests, test]
                if (.not. moves .and. problem%candidates%rolls(c)) tests = [tests, leaving(c)]
-            else if (any(problem%beside(:, node) == 0) .and. .not. any(problem%model%fixed(:, node))) then
-               ! An end of a rod that nothing holds.
-               test%kind = test_slope
-               test%sense = merge(1.0_wp, -1.0_wp, problem%beside(1, node) == 0)
-               test%value = test%sense * track_rotation(problem, state, c) * track_sense(problem, state, c, &
-                  & node_track(problem, state, c))
-               tests = [tests, test]
+            else if (.not. any(problem%model%fixed(:, node))) then
+               ! An end of a rod, or a corner: what lies beside it must rise from the obstacle.
+               do side = 1, 2
+                  if (problem%candidates%element(side, c) == 0) cycle
+                  test%kind = test_slope
+                  test%sense = merge(1.0_wp, -1.0_wp, side == 2)
+                  test%value = test%sense * track_rotation(problem, state, c, side) * track_sense(problem, state, c, &
+                     & node_track(problem, state, c), side)
+                  tests = [tests, test]
+               end do
             end if
          end associate
       end do
