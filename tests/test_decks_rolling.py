@@ -256,3 +256,46 @@ def test_contacts_of_both_halves_begin_together():
     for a, b in zip((c for c in whole.results.critical if c.label != "BP"), half.results.critical):
         dr.assert_close(a.load_factor, b.load_factor, relative=1e-8)
     assert whole.results.contact.count[-1] == 3 and half.results.contact.count[-1] == 2
+
+
+PRESSED = """*HEADING
+Beam pressed down on a floor by a force that turns it a little
+*NODE
+1, 0., 0.
+2, 0.5, 0.
+3, 1., 0.
+*LINE, ELSET=B, NSET=B, TYPE=GE8
+1, 2
+2, 3
+*BEAM SECTION, ELSET=B, SECTION=STIFFNESS
+1e4, 1.
+*BOUNDARY
+1, ENCASTRE
+3, ENCASTRE
+*OBSTACLE, NAME=FLOOR, TYPE=LINE
+0., -0.001, 1., -0.001
+*CONTACT, OBSTACLE=FLOOR, NSET=B
+*MONITOR, NAME=push, OBSTACLE=FLOOR
+RN
+*STEP
+*ACCURACY, TOLERANCE=1E-6
+*STATIC, METHOD={method}
+0.1
+*CLOAD
+2, 2, -1.
+2, 6, 1e-5
+*STOP
+LOAD, ABOVE, 100.
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("method", ["SPHERICAL", "LOAD"])
+def test_a_force_beside_its_node_is_known_to_the_tangent(method):
+    """All that is added to the force goes into the floor, beside its node, and turns that: increments grow as long as they may."""
+    run = dr.run_deck(PRESSED.format(method=method))
+    assert [c.label for c in run.results.critical] == ["C+", "EP"]
+    load = run.column("load_factor")
+    after = load > run.load("C+")
+    dr.assert_close(run.column("push")[after] + run.load("C+"), load[after], relative=1e-6)
+    assert after.sum() <= 40

@@ -141,6 +141,7 @@ contains
             end if
             call to_node(system, node, along)
             if (system%turned(node)) along(3) = -system%roll(node) * along(1)
+            along(2) = along(2) - system%lean(node) * along(3)
          end associate
       end function shift
    end subroutine contact_sum_gradient

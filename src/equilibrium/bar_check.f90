@@ -22,8 +22,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state       !! the start
       character(:), allocatable :: words
-      real(wp) :: block(3, 3, size(problem%ties%of)), axis(2, problem%model%mesh%n_nodes), roll(problem%model%mesh%n_nodes), &
-         & chord(2), length
+      real(wp) :: block(3, 3, size(problem%ties%of)), axis(2, problem%model%mesh%n_nodes), chord(2), length
+      real(wp), dimension(problem%model%mesh%n_nodes) :: roll, lean
       real(wp), allocatable :: row(:, :), gram(:, :)
       integer, allocatable :: bar(:)           ! stretches
       logical :: turned(problem%model%mesh%n_nodes)
@@ -33,7 +33,8 @@ contains
       turned = .false.
       axis = 0.0_wp
       roll = 0.0_wp
-      call set_blocks(problem, state%u, turned, axis, roll, block)
+      lean = 0.0_wp
+      call set_blocks(problem, state%u, turned, axis, roll, lean, block)
       allocate (bar(0), row(problem%n_unknowns, 0))
       do j = 1, size(problem%layout%stretch)
          associate (element => problem%along(problem%element_first(j):problem%element_last(j)))

@@ -26,6 +26,7 @@ module conforming_span
    type :: rolled_t
       real(wp) :: way = 0.0_wp        !! along the rod, stress-free
       real(wp) :: rise = 0.0_wp       !! of the node above the track
+      real(wp) :: lean = 0.0_wp       !! of that, per rotation of the node
       real(wp) :: arm(2) = 0.0_wp     !! from the node to the force
       real(wp) :: normal(2) = 0.0_wp  !! of the obstacle there
    end type rolled_t
@@ -223,6 +224,7 @@ contains
       sense = track_sense(problem, state, candidate, track)
       rolled%way = -turn * sense / excess
       rolled%rise = 0.5_wp * stretch * turn**2 / excess
+      rolled%lean = stretch * turn / excess
       angle = rod_angle(problem, state, candidate)
       rolled%arm = stretch * rolled%way * [cos(angle), sin(angle)]
       rolled%normal = normal - (track%curvature * sense * stretch * rolled%way) * track%tangent

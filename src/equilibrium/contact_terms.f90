@@ -67,7 +67,9 @@ contains
             d = dof(problem, node, 1)
             call contact_tangent(problem, state, system, c, force, k)
             if (system%soft(c)) call spread_force(problem, system%tie_block, node, -[force, 0.0_wp], system%residual)
-            if (problem%candidates%touch(c) > 0 .and. .not. problem%candidates%follows(c)) then
+            ! What a node that leans is pushed with turns it by itself.
+            if (problem%candidates%touch(c) > 0 .and. .not. problem%candidates%follows(c) .and. &
+               & (problem%candidates%moves(c) .or. .not. system%turned(node))) then
                system%residual(d + 2) = system%residual(d + 2) + touchdown_couple(problem, state, c)
             end if
             call add_matrix(problem, system%tie_block, [node], k, system%k)
@@ -76,6 +78,7 @@ contains
             if (system%turned(node)) call turn_pair(system%axis(:, node), motion(1:2))
             if (system%turned(node)) call turn_pair(system%axis(:, node), normal(1:2))
             motion(3) = -system%roll(node) * motion(1)
+            motion(2) = motion(2) - system%lean(node) * motion(3)
             call spread_force(problem, system%tie_block, node, &
                & matmul(k, motion) + (system%spring(c) * system%closing(c)) * normal, system%load)
          end associate

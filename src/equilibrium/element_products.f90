@@ -65,7 +65,7 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: x(:)             !! (n) node axes
       real(wp) :: relative(6)
-      real(wp) :: moved(2), u(3), own(3)
+      real(wp) :: moved(2), u(3), own(3), turn
       integer :: i, node(2)
       node = problem%model%mesh%node(:, e)
       u = to_global(problem, system, x, node(1))
@@ -74,7 +74,8 @@ contains
          moved = u(1:2)
          if (system%turned(node(i))) call turn_pair(system%axis(:, node(i)), moved)
          ! What moves without turning turns against the track of a contact span.
-         relative(3 * i - 2:3 * i) = own - [moved, -system%roll(node(i)) * moved(1)]
+         turn = -system%roll(node(i)) * moved(1)
+         relative(3 * i - 2:3 * i) = own - [moved(1), moved(2) - system%lean(node(i)) * turn, turn]
          ! On a track a translation is none.
          if (problem%conforms(e) > 0) relative(3 * i - 2:3 * i) = own
       end do

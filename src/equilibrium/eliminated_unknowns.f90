@@ -3,7 +3,7 @@ module eliminated_unknowns
    use kinds, only: wp
    use problem, only: problem_t, dof
    use rod_state, only: state_t, may_react, parallel
-   use conforming_span, only: track_rotation
+   use conforming_span, only: track_rotation, rolled_t, rolled
    use tied_nodes, only: tie_value
    use system_type, only: system_t
    implicit none
@@ -18,12 +18,14 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
       integer :: node, i, c, d, other, first(problem%model%mesh%n_nodes)
+      type(rolled_t) :: rolls
       real(wp) :: target, along
       system%fixed = .false.
       system%value = 0.0_wp
       system%rate = 0.0_wp
       system%turned = .false.
       system%roll = 0.0_wp
+      system%lean = 0.0_wp
       associate (step => problem%model%step(problem%step)%load, fixed => problem%model%fixed)
          do node = 1, problem%model%mesh%n_nodes
             do i = 1, 3
@@ -83,6 +85,8 @@ contains
                system%slope(c) = 1.0_wp
                system%turned(node) = .true.
                system%axis(:, node) = [system%normal(2, c), -system%normal(1, c)]
+               rolls = rolled(problem, state, c)
+               system%lean(node) = rolls%lean
             end if
             d = dof(problem, node, i)
             system%unknown(c) = d

@@ -73,7 +73,7 @@ contains
       end do
       call set_coupling(problem, state, system)
       call set_constraints(problem, state, system)
-      call set_blocks(problem, state%u, system%turned, system%axis, system%roll, system%tie_block)
+      call set_blocks(problem, state%u, system%turned, system%axis, system%roll, system%lean, system%tie_block)
       call sum_elements(problem, system)
       call set_rigidity(problem, state, system)
       call add_node_loads(problem, state, system)
@@ -109,8 +109,8 @@ contains
             end do
          end if
          do i = 1, 2
-            if (system%turned(node(i))) call turn_element(system%axis(:, node(i)), system%roll(node(i)), 3 * i - 2, &
-               & system%ek(:, :, e), system%ef(:, e), system%eraw(:, e), system%el(:, e))
+            if (system%turned(node(i))) call turn_element(system%axis(:, node(i)), system%roll(node(i)), system%lean(node(i)), &
+               & 3 * i - 2, system%ek(:, :, e), system%ef(:, e), system%eraw(:, e), system%el(:, e))
          end do
          if (any(problem%ties%follows(node))) then
             do i = 1, 2
@@ -141,19 +141,19 @@ contains
    end subroutine sum_elements
 
    !> Turns the unknowns from row `first` of an element into a node's axes.
-   pure subroutine turn_element(axis, roll, first, k, f, raw, fl)
-      real(wp), intent(in) :: axis(2), roll
+   pure subroutine turn_element(axis, roll, lean, first, k, f, raw, fl)
+      real(wp), intent(in) :: axis(2), roll, lean
       integer, intent(in) :: first
       real(wp), intent(inout) :: k(6, 6), f(6), raw(6), fl(6)
       integer :: j
-      call turn_force(axis, roll, f(first:first + 2))
-      call turn_force(axis, roll, raw(first:first + 2))
-      call turn_force(axis, roll, fl(first:first + 2))
+      call turn_force(axis, roll, lean, f(first:first + 2))
+      call turn_force(axis, roll, lean, raw(first:first + 2))
+      call turn_force(axis, roll, lean, fl(first:first + 2))
       do j = 1, 6
-         call turn_force(axis, roll, k(first:first + 2, j))
+         call turn_force(axis, roll, lean, k(first:first + 2, j))
       end do
       do j = 1, 6
-         call turn_force(axis, roll, k(j, first:first + 2))
+         call turn_force(axis, roll, lean, k(j, first:first + 2))
       end do
    end subroutine turn_element
 

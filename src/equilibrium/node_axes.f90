@@ -15,15 +15,17 @@ contains
       type(system_t), intent(in) :: system
       integer, intent(in) :: node
       real(wp), intent(inout) :: force(3)      !! global axes on entry, those of the node on return
-      if (system%turned(node)) call turn_force(system%axis(:, node), system%roll(node), force)
+      if (system%turned(node)) call turn_force(system%axis(:, node), system%roll(node), system%lean(node), force)
    end subroutine to_node
 
-   !> Force and moment on a node in its axes: what works on the first unknown turns the node along the track, too.
-   pure subroutine turn_force(axis, roll, force)
-      real(wp), intent(in) :: axis(2), roll
+   !> Force and moment on a node in its axes: what works on the first unknown turns the node along the track, too, and what works on
+   !> the third lifts a node that leans.
+   pure subroutine turn_force(axis, roll, lean, force)
+      real(wp), intent(in) :: axis(2), roll, lean
       real(wp), intent(inout) :: force(3)
       call turn_pair(axis, force(1:2))
       force(1) = force(1) + roll * force(3)
+      force(3) = force(3) + lean * force(2)
    end subroutine turn_force
 
    !> Components of a vector along `axis` and its left normal.
@@ -58,6 +60,7 @@ contains
          matrix(1:2, 1) = a
          matrix(1:2, 2) = [-a(2), a(1)]
          matrix(3, 1) = system%roll(node)
+         matrix(1:2, 3) = system%lean(node) * matrix(1:2, 2)
       end associate
    end function own_axes
 
@@ -68,12 +71,14 @@ contains
       real(wp), intent(in) :: x(:)
       integer, intent(in) :: node
       real(wp) :: du(3)
+      real(wp) :: normal
       integer :: d
       du = node_unknowns(problem, system%tie_block, node, x)
       if (.not. system%turned(node)) return
       d = dof(problem, node, 1)
       associate (a => system%axis(:, node))
-         du(1:2) = [a(1) * x(d) - a(2) * x(d + 1), a(2) * x(d) + a(1) * x(d + 1)]
+         normal = x(d + 1) + system%lean(node) * x(d + 2)
+         du(1:2) = [a(1) * x(d) - a(2) * normal, a(2) * x(d) + a(1) * normal]
          du(3) = du(3) + system%roll(node) * x(d)
       end associate
    end function to_global

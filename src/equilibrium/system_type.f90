@@ -30,6 +30,8 @@ module system_type
       logical, allocatable :: turned(:)         !! (nodes) the axes differ from the global ones
       real(wp), allocatable :: roll(:)          !! (nodes) rotation per displacement along the first axis that the third unknown
       !! does not count: the curvature of the track of a contact span
+      real(wp), allocatable :: lean(:)          !! (nodes) displacement along the second axis per rotation by the third unknown that
+      !! the second does not count: a point contact held at its node has its force beside it
       real(wp), allocatable :: tie_block(:, :, :) !! see tied_nodes
       type(rigidity_t) :: rigidity              !! inextensible elements
       real(wp), allocatable :: tangent_stretch(:, :) !! (2, inextensible elements) what is given back to them in `tangent`
@@ -86,7 +88,7 @@ contains
       allocate (system%fixed(n), source=.false.)
       allocate (system%axis(2, nodes), source=0.0_wp)
       allocate (system%turned(nodes), source=.false.)
-      allocate (system%roll(nodes), source=0.0_wp)
+      allocate (system%roll(nodes), system%lean(nodes), source=0.0_wp)
       allocate (system%tie_block(3, 3, size(problem%ties%of)), source=0.0_wp)
       system%rigidity = new_rigidity(problem)
       allocate (system%tangent_stretch(2, system%rigidity%n), source=0.0_wp)

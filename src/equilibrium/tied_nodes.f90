@@ -15,11 +15,11 @@ module tied_nodes
 contains
 
    !> T' at a state: for each tied node the derivatives of its displacements and rotation by the unknowns of the nodes in its list.
-   subroutine set_blocks(problem, u, turned, axis, roll, block)
+   subroutine set_blocks(problem, u, turned, axis, roll, lean, block)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: u(:, :)            !! (3, nodes) displacements
       logical, intent(in) :: turned(:)           !! (nodes) the axes of a node, as in system_t; tied ones are not turned
-      real(wp), intent(in) :: axis(:, :), roll(:)
+      real(wp), intent(in) :: axis(:, :), roll(:), lean(:)
       real(wp), intent(out) :: block(:, :, :)    !! (3, 3, size(problem%ties%of)) rows: global axes, columns: node axes
       real(wp) :: arm(2)
       integer :: i, k, n
@@ -73,9 +73,9 @@ contains
          if (.not. turned(node)) return
          select case (part)
          case (1)
-            row = [axis(1, node), -axis(2, node), 0.0_wp]
+            row = [axis(1, node), -axis(2, node), -axis(2, node) * lean(node)]
          case (2)
-            row = [axis(2, node), axis(1, node), 0.0_wp]
+            row = [axis(2, node), axis(1, node), axis(1, node) * lean(node)]
          case default
             row = [roll(node), 0.0_wp, 1.0_wp]
          end select

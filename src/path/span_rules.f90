@@ -303,9 +303,9 @@ contains
       end if
    end subroutine shrink
 
-   !> An end of a rod, or a corner, that touched is tangent to the obstacle. Where the rod is curved away from it there, and still is
-   !> where the force would go, the point leaves the end. Where it is curved towards it another point begins beside. In between, as
-   !> without a moment, a line begins with the end.
+   !> An end of a rod, or a corner, that touched is tangent to the obstacle. Where the rod is curved away from it there, and still
+   !> is where the force would go, the point leaves the end. Where it is curved towards it another point begins beside. In between,
+   !> as without a moment, a line begins with the end.
    subroutine lie_down_from_end(problem, state, test, answer)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
