@@ -36,7 +36,6 @@ module mesh_request
    real(wp), parameter :: most_spared = 0.7_wp   !! of the elements: a mesh that is hardly coarser is not worth its change
    integer, parameter :: most_cancelling = 4     !! meshes after which one that hardly helps is the last: errors of few may cancel
    integer, parameter :: most_unbounded = 2      !! and after which one without bounds is, too
-   integer, parameter :: few = 4                 !! on a stretch
    integer, parameter :: most_unknown = 5        !! and for one that has none at all, or several of them in a row
    !> Nothing is asked of what rounding leaves of a place, over the size: in runs of a prototype it was up to this.
    real(wp), parameter :: place_rounding = 3.0e-14_wp
@@ -106,11 +105,10 @@ contains
             last%ratio = ratio
             last%elements = now
             last%in_vain = .false.
-         else if (now > few * count(problem%layout%stretch%placed) .and. (tries > most_cancelling .or. &
-            & ((bounded .or. tries > most_unbounded) .and. now >= 2 * last%elements .and. enough_progress * ratio > 1.0_wp .and. &
-            & .not. on_its_way))) then
-            ! Where more elements do not help it is not their number; but errors of few may cancel, those of the first mesh or just
-            ! where they are nearly small enough, and bounds may come with some more.
+         else if (tries > most_cancelling .or. (tries > merge(1, most_unbounded, bounded) .and. now >= 2 * last%elements .and. &
+            & enough_progress * ratio > 1.0_wp .and. .not. on_its_way)) then
+            ! Where more elements do not help it is not their number; but errors of few may cancel, by symmetry those of the first
+            ! mesh, or just where they are nearly small enough, and bounds may come with some more.
             last%in_vain = .true.
             return
          end if
