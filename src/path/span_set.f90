@@ -57,9 +57,9 @@ contains
          ok = on%system%ok
       end if
       if (ok .and. parts) call open_span(next, on, answer%opens, ok, timers)
-      if (ok .and. any(answer%crosses > 0)) call open_span(next, on, answer%crosses, ok, timers)
+      if (ok .and. size(answer%crosses, 2) > 0) call open_span(next, on, answer%crosses(:, 1), ok, timers, answer%crosses(:, 2:))
       flat = .false.
-      if (ok .and. test%kind == test_length .and. all(answer%crosses == 0)) &
+      if (ok .and. test%kind == test_length .and. size(answer%crosses, 2) == 0) &
          & call come_to_rest(next, on, candidate_of(next, before(test%touch)%number), reach, &
          & flat, timers)
       if (.not. ok) then

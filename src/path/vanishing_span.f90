@@ -16,7 +16,8 @@ module vanishing_span
    use conforming_span, only: conforming_forces
    use line_pressure, only: virtual_pressure
    use span_problem, only: present_touches
-   use span_tests, only: span_test_t, another_fails, test_slack, test_pressure, shortest
+   use span_tests, only: span_test_t, another_fails, test_slack, test_pressure, shortest, line_share
+   use past_breakpoints, only: beyond
    use span_regions, only: find_span_regions
    use span_change, only: leg_t
    use next_spans, only: next_t, new_next, go_to_load, tests_of
@@ -46,9 +47,11 @@ contains
       logical, intent(out) :: found
       logical, intent(out) :: wave               !! what does not lie down is one between two points
       type(timers_t), intent(inout) :: timers
+      wave = .false.
+      found = .not. is_passage(problem, leg%after(which))
+      if (.not. found) return
       call lie_down(problem, run, leg, which, next, found, timers)
       if (found) found = comes_next()
-      wave = .false.
       if (.not. found) wave = is_wave(problem, leg%to, leg%after(which))
       ! As long as there is a gap between them, and both push, they are two.
       if (wave .and. is_gone(problem, leg%after(which)) .and. .not. turns(run, leg)) then
@@ -203,6 +206,17 @@ contains
       gone = abs(test%value) * problem%size <= rounding_gap(problem) .or. &
          & test%ends(2) - test%ends(1) < shortest * problem%layout%stretch(test%stretch)%length
    end function is_gone
+
+   !> True for the last bit before a breakpoint that contact goes on past: it does not lie down, contact passes it (passages).
+   pure logical function is_passage(problem, test)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: test      !! of the span
+      integer :: side
+      side = findloc(test%beside > 0, .true., 1)
+      is_passage = count(test%beside > 0) == 1 .and. test%ends(2) - test%ends(1) <= line_share * &
+         & problem%layout%stretch(test%stretch)%length
+      if (is_passage) is_passage = beyond(problem, test%beside(side), merge(1, -1, side == 1)) > 0
+   end function is_passage
 
    !> True for a span between two points where the obstacle would have to pull to hold the rod down.
    logical function is_wave(problem, state, test)
