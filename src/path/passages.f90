@@ -1,17 +1,19 @@
-!> Contact that passes breakpoints of its rod: a point or an end of a line comes to one from this side and goes on behind it, or what
-!> a line has behind one shrinks and it ends on this side. As little as is left on one side is taken for none, and what goes on on the
-!> other is longer than that: the path jumps over this little way. What comes to another breakpoint on that way passes it, too, for
-!> a span that is shorter than none stops all of them, as where a mirror makes one passage of the other.
+!> Contact that passes breakpoints of its rod: a point or an end of a line comes to one from this side and goes on behind it, or
+!> what a line has behind one shrinks and it ends on this side. As little as is left on one side is taken for none, and what goes on
+!> on the other is longer than that: the path jumps over this little way. What comes to another breakpoint on that way passes it,
+!> too, for a span that is shorter than none stops all of them, as where a mirror makes one passage of the other.
 module passages
    use kinds, only: wp
    use problem, only: problem_t
    use contact_touch, only: touch_t
    use touch_edits, only: lost, shrunk, end_moved, moved, continued
-   use past_breakpoints, only: beyond
+   use past_breakpoints, only: beyond, end_node
+   use lifted_node, only: lifted_ahead
+   use rod_state, only: state_t
    use span_tests, only: span_test_t, test_length, test_crossing, shortest, line_share
    implicit none
    private
-   public :: pass_breakpoints, behind
+   public :: pass_breakpoints, is_turned, behind
 
    type :: passage_t
       integer :: touch = 0                  !! index into the set
@@ -66,6 +68,20 @@ contains
          where (passes > k) passes = passes - 1
       end do
    end subroutine pass_breakpoints
+
+   !> True for a line's end that comes to a node which a couple turns: behind it nothing of that length lies down.
+   logical function is_turned(problem, state, test)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(span_test_t), intent(in) :: test          !! of a crossing
+      integer :: way
+      way = nint(test%sense)
+      associate (touch => problem%touch(test%touch))
+         is_turned = touch%line .and. beyond(problem, test%touch, way) > 0
+         if (is_turned) is_turned = lifted_ahead(problem, state, touch%candidate(merge(1, 2, way < 0)), end_node(problem, &
+            & test%touch, way)) > shortest * problem%layout%stretch(touch%stretch)%length
+      end associate
+   end function is_turned
 
    !> The passage that is last of those taken, and when it has passed.
    pure subroutine find_last(passage, taken, last, time)

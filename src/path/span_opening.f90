@@ -25,8 +25,9 @@ module span_opening
    use touch_edits, only: begun, lost, opened, end_moved, shrunk, numbered, same_set
    use span_problem, only: present_touches
    use line_pressure, only: density_at
-   use span_tests, only: span_test_t, test_force, test_pressure, test_slack, well_below
-   use touchdown_points, only: held_force
+   use span_tests, only: span_test_t, test_force, test_pressure, test_couple, test_slack, well_below
+   use breakpoint_forces, only: held_force
+   use lifted_node, only: inside_line, lifted_beside
    use next_spans, only: next_t, new_next, settle, holds
    use timing, only: timers_t
    implicit none
@@ -51,8 +52,8 @@ contains
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
       type(touch_t), allocatable :: touch(:)
-      if (test%kind == test_force) then
-         call lifted_touches(problem, beyond, test%candidate, touch)
+      if (test%kind == test_force .or. test%kind == test_couple) then
+         call lifted_touches(problem, beyond, test%candidate, test%kind == test_couple, touch)
       else
          call opened_touches(problem, place, beyond, scale, number, touch)
       end if
@@ -152,21 +153,25 @@ contains
       end function free_across
    end subroutine open_zone
 
-   !> The touches with lines that end before a breakpoint that a force lifts. Not allocated where the laws do not tell.
-   subroutine lifted_touches(problem, state, candidate, touch)
+   !> The touches with lines that end before a breakpoint that a force or a couple lifts. Not allocated where the laws do not tell.
+   subroutine lifted_touches(problem, state, candidate, by_couple, touch)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
+      logical, intent(in) :: by_couple
       type(touch_t), allocatable, intent(out) :: touch(:)
       type(touch_t), allocatable :: now(:)
-      real(wp) :: force, lift, length, local(3), x(2), normal(2), bend, angle, density
+      real(wp) :: beside(2), force, lift, length, local(3), x(2), normal(2), bend, angle, density
       integer :: c, e, k, side
       logical :: turns
       force = -held_force(problem, state, candidate)
       call candidate_gap(problem, state, candidate, lift, normal, bend)
       turns = .not. (problem%model%fixed(3, problem%candidates%node(candidate)) .or. &
          & all(problem%candidates%element(:, candidate) > 0))
-      if (.not. (force > 0.0_wp .or. lift > 0.0_wp)) return
+      beside = 0.0_wp
+      if (inside_line(problem, candidate) .and. (by_couple .or. force > 0.0_wp)) &
+         & beside = lifted_beside(problem, state, candidate)
+      if (.not. (force > 0.0_wp .or. lift > 0.0_wp .or. all(beside > 0.0_wp))) return
       now = present_touches(problem, state)
       if (all(problem%candidates%element(:, candidate) > 0)) force = 0.5_wp * force
       do side = 1, 2
@@ -177,7 +182,9 @@ contains
          call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, x, angle, density)
          k = problem%candidates%touch(c)
          length = now(k)%at(2) - now(k)%at(1)
-         if (density > 0.0_wp .and. force > 0.0_wp) then
+         if (all(beside > 0.0_wp)) then
+            length = min(length, beside(side))
+         else if (density > 0.0_wp .and. force > 0.0_wp) then
             length = min(length, merge(2.0_wp, 1.5_wp, turns) * force / density)
          else if (density > 0.0_wp) then
             length = min(length, (merge(24.0_wp, 72.0_wp, turns) * lift / (problem%compliance(e)%bending * density))**0.25_wp)

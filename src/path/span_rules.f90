@@ -7,11 +7,12 @@ module span_rules
    use touch_edits, only: spread_out, parted, shrunk, end_moved, moved, continued, numbered
    use line_pressure, only: virtual_pressure
    use past_breakpoints, only: across
-   use passages, only: pass_breakpoints, behind
+   use passages, only: pass_breakpoints, is_turned, behind
    use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_pressure, test_length, test_crossing, &
-      & test_slope, test_leaving, test_slack, line_share
+      & test_slope, test_leaving, test_couple, test_slack, line_share
    use conforming_span, only: flat_excess, excess_curvature
-   use touchdown_points, only: stands, held_force, point_force
+   use touchdown_points, only: point_force
+   use breakpoint_forces, only: stands, held_force
    use held_openings, only: first_length
    use span_problem, only: present_touches
    implicit none
@@ -79,6 +80,7 @@ contains
          call pass_breakpoints(problem, tests, which, fall, answer%touch, answer%crosses, passed)
          if (.not. passed) call shrink(problem, test, answer)
       case (test_crossing)
+         if (is_turned(problem, state, test)) answer%why = 'contact comes to a node that a couple turns'
          call pass_breakpoints(problem, tests, which, fall, answer%touch, answer%crosses, passed)
       case (test_slope)
          call lie_down_from_end(problem, state, test, answer)
@@ -86,6 +88,8 @@ contains
          call leave_breakpoint(problem, test, answer)
       case (test_pressure)
          answer%why = 'a line contact lifts off inside'
+      case (test_couple)
+         answer%why = 'a couple lifts a line contact'
       case default
          ! Vanishing spans are located with the set that comes after (vanishing_span).
          answer%why = trim(test_words(test%kind))
