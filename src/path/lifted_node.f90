@@ -59,16 +59,9 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate      !! at the end of the line
       integer, intent(in) :: node           !! between two free elements
-      real(wp) :: local(3), place(2), angle, density, first(3), second(3), couple, scale
+      real(wp) :: local(3), place(2), angle, density, couple, scale
       integer :: side
-      couple = 0.0_wp
-      scale = 0.0_wp
-      do side = 1, 2
-         call end_forces(problem, state, problem%beside(side, node), first, second)
-         scale = max(scale, norm2(first(1:2)), norm2(second(1:2)))
-         if (side == 1) couple = couple + second(3)
-         if (side == 2) couple = couple - first(3)
-      end do
+      call find_couple(problem, state, node, couple, scale)
       length = 0.0_wp
       if (abs(couple) <= left_over(problem) * scale * problem%size) return
       side = findloc(problem%conforms(problem%candidates%element(:, candidate)) > 0, .true., 1)
@@ -76,6 +69,20 @@ contains
          & place, angle, density)
       length = minval(lifted_lengths(couple, 0.0_wp, density))
    end function lifted_ahead
+
+   !> The couple on a node between two free elements, counterclockwise, and the scale of the forces beside it.
+   subroutine find_couple(problem, state, node, couple, scale)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: node
+      real(wp), intent(out) :: couple, scale
+      real(wp) :: before(3), after(3), other(3)
+      call end_forces(problem, state, problem%beside(1, node), other, before)
+      scale = norm2(other(1:2))
+      call end_forces(problem, state, problem%beside(2, node), after, other)
+      scale = max(scale, norm2(other(1:2)), norm2(before(1:2)), norm2(after(1:2)))
+      couple = before(3) - after(3)
+   end subroutine find_couple
 
    !> Lengths that lift off, huge where nothing presses.
    pure function lifted_lengths(couple, force, density) result(length)

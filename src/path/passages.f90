@@ -30,7 +30,7 @@ module passages
 contains
 
    !> The set behind the passage of a test that is zero, and those on its way.
-   subroutine pass_breakpoints(problem, tests, which, fall, set, passes, passed)
+   subroutine pass_breakpoints(problem, tests, which, fall, set, passes, passed, meets)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: tests(:)
       integer, intent(in) :: which                   !! of a length or of a crossing
@@ -39,6 +39,7 @@ contains
       integer, allocatable, intent(out) :: passes(:, :) !! (2, passages) indices of the touches between which a span opens behind a
       !! breakpoint, 0: the breakpoint itself; the first one is passed last
       logical, intent(out) :: passed                 !! false: the test is that of a line that shrinks, and goes on nowhere
+      logical, intent(out) :: meets                  !! another line is on its way to the breakpoint from the other side
       type(passage_t) :: passage(size(tests))
       logical :: taken(size(tests))
       logical, allocatable :: gone(:)
@@ -47,6 +48,7 @@ contains
       allocate (passes(2, 0))
       passage = [(passage_of(problem, set, tests(k), fall(k)), k=1, size(tests))]
       passed = passage(which)%touch > 0
+      meets = .false.
       if (.not. passed) return
       taken = .false.
       taken(which) = .true.
@@ -57,6 +59,8 @@ contains
          if (k == 0) exit
          taken(k) = .true.
       end do
+      meets = any(taken .and. meet(passage(which), passage, set))
+      if (meets) return
       gone = spread(.false., 1, size(set))
       do k = 1, size(tests)
          if (taken(k) .and. k /= last) call pass(problem, passage(k), passage(k)%rate * time - passage(k)%left, set, gone, passes)
@@ -68,6 +72,22 @@ contains
          where (passes > k) passes = passes - 1
       end do
    end subroutine pass_breakpoints
+
+   !> True for passages that come to the breakpoint of another one from its other side, both of them ends of lines.
+   pure function meet(one, passage, set)
+      type(passage_t), intent(in) :: one, passage(:)
+      type(touch_t), intent(in) :: set(:)
+      logical :: meet(size(passage))
+      integer :: k
+      meet = passage%touch > 0 .and. .not. (one%shrinks .or. passage%shrinks) .and. passage%way == -one%way .and. one%stretch > 0
+      do k = 1, size(passage)
+         if (.not. meet(k)) cycle
+         associate (a => set(one%touch), b => set(passage(k)%touch))
+            meet(k) = a%line .and. b%line .and. a%contact == b%contact .and. a%stretch == passage(k)%stretch .and. &
+               & b%stretch == one%stretch
+         end associate
+      end do
+   end function meet
 
    !> True for a line's end that comes to a node which a couple turns: behind it nothing of that length lies down.
    logical function is_turned(problem, state, test)

@@ -42,7 +42,7 @@ contains
       integer, intent(in) :: last                 !! number given last to a touch
       type(answer_t) :: answer
       type(span_test_t) :: test
-      logical :: passed
+      logical :: passed, meets
       integer :: k
       test = tests(which)
       answer%touch = present_touches(problem, state)
@@ -77,11 +77,16 @@ contains
          associate (ends => problem%touch(test%touch)%candidate)
             if (stands(problem, state, ends(1)) .or. stands(problem, state, ends(2))) answer%label = 'C-'
          end associate
-         call pass_breakpoints(problem, tests, which, fall, answer%touch, answer%crosses, passed)
+         call pass_breakpoints(problem, tests, which, fall, answer%touch, answer%crosses, passed, meets)
          if (.not. passed) call shrink(problem, test, answer)
       case (test_crossing)
-         if (is_turned(problem, state, test)) answer%why = 'contact comes to a node that a couple turns'
-         call pass_breakpoints(problem, tests, which, fall, answer%touch, answer%crosses, passed)
+         call pass_breakpoints(problem, tests, which, fall, answer%touch, answer%crosses, passed, meets)
+         if (meets) then
+            ! Located with the set that comes after (vanishing_span).
+            answer%why = 'two lines of contact meet at a breakpoint of the rod'
+         else if (is_turned(problem, state, test)) then
+            answer%why = 'contact comes to a node that a couple turns'
+         end if
       case (test_slope)
          call lie_down_from_end(problem, state, test, answer)
       case (test_leaving)

@@ -149,7 +149,7 @@ contains
          length = lifted_beside(problem, state, c)
          do side = 1, 2
             e = problem%beside(side, problem%candidates%node(c))
-            if (length(side) <= shortest * problem%layout%stretch(problem%stretch(e))%length) turned = 0.0_wp
+            if (length(side) <= line_share * problem%layout%stretch(problem%stretch(e))%length) turned = 0.0_wp
          end do
       end function turned
 

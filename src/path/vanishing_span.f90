@@ -11,13 +11,14 @@ module vanishing_span
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t
    use bordered_system, only: linearise
-   use touch_edits, only: laid_down, merged
+   use touch_edits, only: laid_down, merged, end_moved
    use section_forces, only: end_forces
    use conforming_span, only: conforming_forces
    use line_pressure, only: virtual_pressure
    use span_problem, only: present_touches
    use span_tests, only: span_test_t, another_fails, test_slack, test_pressure, shortest, line_share
    use past_breakpoints, only: beyond
+   use breakpoint_forces, only: held_couple, held_force, left_over
    use span_regions, only: find_span_regions
    use span_change, only: leg_t
    use next_spans, only: next_t, new_next, go_to_load, tests_of
@@ -48,10 +49,13 @@ contains
       logical, intent(out) :: wave               !! what does not lie down is one between two points
       type(timers_t), intent(inout) :: timers
       wave = .false.
-      found = .not. is_passage(problem, leg%after(which))
-      if (.not. found) return
-      call lie_down(problem, run, leg, which, next, found, timers)
+      call close_over(problem, leg, leg%after(which), next, found, timers)
       if (found) found = comes_next()
+      if (.not. found) then
+         if (is_passage(problem, leg%after(which))) return
+         call lie_down(problem, run, leg, which, next, found, timers)
+         if (found) found = comes_next()
+      end if
       if (.not. found) wave = is_wave(problem, leg%to, leg%after(which))
       ! As long as there is a gap between them, and both push, they are two.
       if (wave .and. is_gone(problem, leg%after(which)) .and. .not. turns(run, leg)) then
@@ -79,6 +83,56 @@ contains
          end associate
       end function comes_next
    end subroutine locate_vanishing
+
+   !> Two lines that meet at a breakpoint of the rod, as what a couple or a force has lifted there comes down again: where the one line
+   !> that they make has to hold neither.
+   subroutine close_over(problem, leg, test, next, found, timers)
+      type(problem_t), intent(in) :: problem
+      type(leg_t), intent(in) :: leg
+      type(span_test_t), intent(in) :: test      !! of the span on one side
+      type(next_t), intent(out) :: next
+      logical, intent(out) :: found
+      type(timers_t), intent(inout) :: timers
+      type(span_test_t), allocatable :: tests(:)
+      real(wp) :: load(2), couple(2), force(2), at(2)
+      integer :: side, way, k, other, stretch, i, c
+      found = count(test%beside > 0) == 1
+      if (.not. found) return
+      side = findloc(test%beside > 0, .true., 1)
+      k = test%beside(side)
+      way = merge(1, -1, side == 1)
+      stretch = beyond(problem, k, way)
+      other = findloc(problem%touch%stretch == stretch .and. problem%touch%contact == problem%touch(k)%contact, .true., 1, &
+         & back=way < 0)
+      found = other > 0 .and. problem%touch(k)%line
+      if (found) found = problem%touch(other)%line .and. problem%candidates%moves(problem%touch(other)%candidate(side))
+      if (.not. found) return
+      if (way < 0) at = [0.0_wp, problem%layout%stretch(stretch)%length]
+      if (way > 0) at = [problem%layout%stretch(problem%touch(k)%stretch)%length, 0.0_wp]
+      next = new_next(problem, leg%to, end_moved(end_moved(present_touches(problem, leg%to), k, 3 - side, at(1)), other, side, &
+         & at(2)))
+      c = next%problem%touch(findloc(next%problem%touch%number, problem%touch(k)%number, 1))%candidate(3 - side)
+      load = [leg%to%load_factor, leg%from%load_factor]
+      do i = 1, 2
+         call go_to_load(next, load(i), tests, timers)
+         found = allocated(tests)
+         if (.not. found) return
+         couple(i) = held_couple(next%problem, next%state, c)
+         force(i) = held_force(next%problem, next%state, c)
+      end do
+      if (maxval(abs(couple)) <= left_over(problem) * leg%scale * problem%size) couple = force
+      found = abs(couple(2) - couple(1)) > 0.0_wp
+      if (.not. found) return
+      load(1) = load(1) - couple(1) * (load(2) - load(1)) / (couple(2) - couple(1))
+      ! Both ends come there at once, with the root of what is left of the load where it is a couple.
+      found = leg%stuck .or. abs(load(1) - leg%to%load_factor) <= abs(leg%to%load_factor - leg%from%load_factor)
+      associate (stop => problem%model%step(problem%step)%stop)
+         found = found .and. .not. any(stop%monitor == 0 .and. (stop%value - leg%to%load_factor) * (load(1) - stop%value) > 0.0_wp)
+      end associate
+      if (.not. found) return
+      call go_to_load(next, load(1), tests, timers)
+      found = allocated(tests)
+   end subroutine close_over
 
    !> The line in which a free span lies down, and its equilibrium where it begins to press.
    subroutine lie_down(problem, run, leg, which, next, lies, timers)
