@@ -84,8 +84,8 @@ contains
       end function comes_next
    end subroutine locate_vanishing
 
-   !> Two lines that meet at a breakpoint of the rod, as what a couple or a force has lifted there comes down again: where the one line
-   !> that they make has to hold neither.
+   !> Two lines that meet at a breakpoint of the rod, as what a couple or a force has lifted there comes down again: where the one
+   !> line that they make has to hold neither.
    subroutine close_over(problem, leg, test, next, found, timers)
       type(problem_t), intent(in) :: problem
       type(leg_t), intent(in) :: leg
