@@ -165,8 +165,14 @@ def test_a_node_that_is_lifted_and_let_go(force, elements):
     dr.assert_close(contact_at(run, run.results.critical[-1]), [[free_length(LOAD), 1.0 - free_length(LOAD)]], absolute=1e-6)
 
 
-def test_a_line_that_comes_to_a_node_that_a_couple_turns():
-    """It cannot go on over it; that the program cannot part it there is told."""
-    run = beam((0.45,), with_load="2, 6, 5e-5\n", code=2)
-    assert labels(run) == ["C+"]
-    assert "contact comes to a node that a couple turns" in run.stderr
+@pytest.mark.parametrize("couple, place", [(0.005, 0.45), (0.05, 0.45), (5e-5, 0.3), (0.005, 0.3), (0.05, 0.3)])
+def test_a_line_that_comes_to_a_node_that_a_couple_turns(couple, place):
+    """Its end is there when the free part, clamped at both ends with a settlement of GAP, balances the couple. Then the line parts:
+    a point stays, which rolls away from the node, and becomes the other one of the two lines that the node hangs between."""
+    run = beam((place,), with_load=f"2, 6, {couple!r}\n")
+    assert labels(run) == ["C+", "C-", "EP"]
+    _, parts, end = run.results.critical
+    dr.assert_close(parts.load_factor, 6.0 * GAP / place**2 / (LOAD * place**2 / 12.0 + couple), relative=1e-6)
+    m, n = lifted(couple, 0.0, LOAD)
+    a = free_length(LOAD)
+    dr.assert_close(contact_at(run, end), [[a, place - m], [place + n, 1.0 - a]], absolute=1e-6)

@@ -125,14 +125,15 @@ contains
       real(wp) :: angle, axial, bend, sense
       real(wp) :: n(2), m
       integer :: e, side
-      side = 1
-      e = problem%candidates%element(2, candidate)
-      if (e == 0) side = 2
-      if (e == 0) e = problem%candidates%element(1, candidate)
-      call ge_end(problem, state, e, side, n, m)
-      load = element_load(problem, state, e)
       track = node_track(problem, state, candidate)
       sense = track_sense(problem, state, candidate, track)
+      side = 1
+      ! Where a couple acts, or sections differ, that of the side to which the contact rolls.
+      if (.not. problem%candidates%moves(candidate) .and. track_rotation(problem, state, candidate) * sense > 0.0_wp) side = 2
+      if (problem%candidates%element(3 - side, candidate) == 0) side = 3 - side
+      e = problem%candidates%element(3 - side, candidate)
+      call ge_end(problem, state, e, side, n, m)
+      load = element_load(problem, state, e)
       angle = rod_angle(problem, state, candidate)
       axial = 1.0_wp + load%strain + problem%compliance(e)%axial * (cos(angle) * n(1) + sin(angle) * n(2))
       associate (g => state%geometry%element(e), c => problem%model%mesh%curve(e))

@@ -11,14 +11,12 @@ module vanishing_span
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t
    use bordered_system, only: linearise
-   use touch_edits, only: laid_down, merged, end_moved
-   use section_forces, only: end_forces
-   use conforming_span, only: conforming_forces
+   use touch_edits, only: laid_down, merged
    use line_pressure, only: virtual_pressure
    use span_problem, only: present_touches
    use span_tests, only: span_test_t, another_fails, test_slack, test_pressure, shortest, line_share
    use past_breakpoints, only: beyond
-   use breakpoint_forces, only: held_couple, held_force, left_over
+   use line_arrival, only: find_arrival
    use span_regions, only: find_span_regions
    use span_change, only: leg_t
    use next_spans, only: next_t, new_next, go_to_load, tests_of
@@ -49,7 +47,7 @@ contains
       logical, intent(out) :: wave               !! what does not lie down is one between two points
       type(timers_t), intent(inout) :: timers
       wave = .false.
-      call close_over(problem, leg, leg%after(which), next, found, timers)
+      call find_arrival(problem, leg, leg%after(which), next, found, timers)
       if (found) found = comes_next()
       if (.not. found) then
          if (is_passage(problem, leg%after(which))) return
@@ -70,11 +68,8 @@ contains
 
       !> True for an equilibrium that holds and lies as far ahead as something may be that is looked for.
       logical function comes_next() result(right)
-         real(wp) :: scale
-         scale = max(next%system%force_scale, tiny(scale))
          right = path_length(next%problem, carried(problem, leg%to, next%problem), next%state) <= reach_of(leg) * &
             & path_length(problem, leg%from, leg%to)
-         if (right) call look_at_ends(next%problem, next%state, scale, right)
          if (right) right = .not. another_fails(tests_of(next), 0)
          associate (load => next%state%load_factor, here => run%state%load_factor, from => leg%from%load_factor, &
             & to => leg%to%load_factor)
@@ -83,56 +78,6 @@ contains
          end associate
       end function comes_next
    end subroutine locate_vanishing
-
-   !> Two lines that meet at a breakpoint of the rod, as what a couple or a force has lifted there comes down again: where the one
-   !> line that they make has to hold neither.
-   subroutine close_over(problem, leg, test, next, found, timers)
-      type(problem_t), intent(in) :: problem
-      type(leg_t), intent(in) :: leg
-      type(span_test_t), intent(in) :: test      !! of the span on one side
-      type(next_t), intent(out) :: next
-      logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
-      type(span_test_t), allocatable :: tests(:)
-      real(wp) :: load(2), couple(2), force(2), at(2)
-      integer :: side, way, k, other, stretch, i, c
-      found = count(test%beside > 0) == 1
-      if (.not. found) return
-      side = findloc(test%beside > 0, .true., 1)
-      k = test%beside(side)
-      way = merge(1, -1, side == 1)
-      stretch = beyond(problem, k, way)
-      other = findloc(problem%touch%stretch == stretch .and. problem%touch%contact == problem%touch(k)%contact, .true., 1, &
-         & back=way < 0)
-      found = other > 0 .and. problem%touch(k)%line
-      if (found) found = problem%touch(other)%line .and. problem%candidates%moves(problem%touch(other)%candidate(side))
-      if (.not. found) return
-      if (way < 0) at = [0.0_wp, problem%layout%stretch(stretch)%length]
-      if (way > 0) at = [problem%layout%stretch(problem%touch(k)%stretch)%length, 0.0_wp]
-      next = new_next(problem, leg%to, end_moved(end_moved(present_touches(problem, leg%to), k, 3 - side, at(1)), other, side, &
-         & at(2)))
-      c = next%problem%touch(findloc(next%problem%touch%number, problem%touch(k)%number, 1))%candidate(3 - side)
-      load = [leg%to%load_factor, leg%from%load_factor]
-      do i = 1, 2
-         call go_to_load(next, load(i), tests, timers)
-         found = allocated(tests)
-         if (.not. found) return
-         couple(i) = held_couple(next%problem, next%state, c)
-         force(i) = held_force(next%problem, next%state, c)
-      end do
-      if (maxval(abs(couple)) <= left_over(problem) * leg%scale * problem%size) couple = force
-      found = abs(couple(2) - couple(1)) > 0.0_wp
-      if (.not. found) return
-      load(1) = load(1) - couple(1) * (load(2) - load(1)) / (couple(2) - couple(1))
-      ! Both ends come there at once, with the root of what is left of the load where it is a couple.
-      found = leg%stuck .or. abs(load(1) - leg%to%load_factor) <= abs(leg%to%load_factor - leg%from%load_factor)
-      associate (stop => problem%model%step(problem%step)%stop)
-         found = found .and. .not. any(stop%monitor == 0 .and. (stop%value - leg%to%load_factor) * (load(1) - stop%value) > 0.0_wp)
-      end associate
-      if (.not. found) return
-      call go_to_load(next, load(1), tests, timers)
-      found = allocated(tests)
-   end subroutine close_over
 
    !> The line in which a free span lies down, and its equilibrium where it begins to press.
    subroutine lie_down(problem, run, leg, which, next, lies, timers)
@@ -163,35 +108,6 @@ contains
          lies = lies .and. abs(next%rate) > 0.0_wp
       end associate
    end subroutine lie_down
-
-   !> Where a line ends at a breakpoint, or with its rod, nothing gives the couple that the obstacle's curvature may want: the
-   !> moment is that of the free part beyond, or none.
-   subroutine look_at_ends(problem, state, scale, balanced)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      real(wp), intent(in) :: scale              !! of forces
-      logical, intent(out) :: balanced
-      real(wp) :: local(3), ends(3, 2), place(2), angle
-      integer :: e, side, beyond
-      balanced = .true.
-      do e = 1, problem%model%mesh%n_elements
-         if (problem%conforms(e) == 0) cycle
-         do side = 1, 2
-            associate (node => problem%model%mesh%node(side, e))
-               if (problem%model%fixed(3, node)) cycle
-               if (any(problem%candidates%moves .and. problem%candidates%node == node)) cycle
-               beyond = problem%beside(side, node)
-            end associate
-            ends = 0.0_wp
-            if (beyond > 0) then
-               if (problem%conforms(beyond) > 0) cycle
-               call end_forces(problem, state, beyond, ends(:, 1), ends(:, 2))
-            end if
-            call conforming_forces(problem, state, e, real(side - 1, wp), local, place, angle)
-            balanced = balanced .and. abs(local(3) - ends(3, 3 - side)) <= sqrt(epsilon(scale)) * scale * problem%size
-         end do
-      end do
-   end subroutine look_at_ends
 
    !> Where the new line begins to press: its least pressure is zero, or just above it. By secants, within a bracket once there is
    !> one. Where nothing is left of the span, and the line presses all the way, it is where the run stands: meshes differ.
