@@ -89,11 +89,12 @@ def test_ends_pass_breakpoints_together(places, elements):
     dr.assert_close(run.column("push")[pressed.point - 1], LOAD * (1.0 - 2.0 * a) + 2.0 * LOAD * a / 3.0, relative=1e-6)
 
 
+@pytest.mark.parametrize("elements", [12, None])
 @pytest.mark.parametrize("load", [1e-12, -0.05, -0.5])
 @pytest.mark.parametrize("heavier", [1.000001, 1.0001])
-def test_a_point_that_becomes_a_line_beside_its_breakpoint_goes_on(load, heavier):
+def test_a_point_that_becomes_a_line_beside_its_breakpoint_goes_on(load, heavier, elements):
     """Its parts on both sides of the breakpoint are one contact, and no new one."""
-    run = beam((0.5,), elements=12, presses=(LOAD, heavier * LOAD), with_load=f"2, 2, {load!r}\n")
+    run = beam((0.5,), elements=elements, presses=(LOAD, heavier * LOAD), with_load=f"2, 2, {load!r}\n")
     assert labels(run) == ["C+", "EP"]
     dr.assert_close(contact_at(run, run.results.critical[-1]), [[free_length(LOAD), 1.0 - free_length(heavier * LOAD)]], absolute=1e-6)
 

@@ -99,10 +99,10 @@ contains
       type(timers_t), intent(inout) :: timers
       type(problem_t) :: turning
       turning = problem
-      turning%candidates%follows(candidate) = problem%candidates%moves(candidate)
+      turning%candidates%follows(candidate) = problem%candidates%rolls(candidate)
       call solve_held(turning, [candidate, 0], run%system, problem%candidates%moves(candidate), held_steps(problem, run), &
          & flatness, place, ok, timers)
-      if (ok) place%reaction(candidate) = point_force(problem, place, candidate)
+      if (ok .and. problem%candidates%moves(candidate)) place%reaction(candidate) = point_force(problem, place, candidate)
    end subroutine find_flat_point
 
    !> How far a point is from where it belongs, and its excess of curvature over the size, which is to stay above zero.

@@ -17,7 +17,7 @@ module span_rules
    use span_problem, only: present_touches
    implicit none
    private
-   public :: answer_t, answer_to, beginning_together
+   public :: answer_t, answer_to, beginning_together, would_press
 
    !> What follows, and what is told of it.
    type :: answer_t
