@@ -13,16 +13,19 @@ module set_differences
 
 contains
 
-   !> Contacts that go on keep their numbers: those that lie over each other, as well as nodes tell. Others are new.
-   pure subroutine compare_sets(before, last, spacing, now, touch, differences)
+   !> Contacts that go on keep their numbers: those that lie over each other, as well as nodes tell. Others are new. The parts of a
+   !> line on both sides of a breakpoint are one contact, and what goes from one side to the other goes on.
+   pure subroutine compare_sets(before, last, spacing, start, round, now, touch, differences)
       type(touch_t), intent(in) :: before(:)
       integer, intent(in) :: last                  !! number given last
       real(wp), intent(in) :: spacing(:)           !! (stretches) of the nodes that have told
+      real(wp), intent(in) :: start(:, :)          !! (stretches, contacts) where they begin along the chains
+      real(wp), intent(in) :: round(:)             !! (contacts) length of a closed chain, 0 where it is open
       type(touch_t), intent(in) :: now(:)
       type(touch_t), intent(inout) :: touch(:)     !! those of `now` that get the numbers
       type(differences_t), intent(out) :: differences
-      logical :: over(size(before), size(now))
-      integer :: k, j
+      logical :: over(size(before), size(now)), both(size(before), size(now))
+      integer :: k, j, part(size(before)), part_now(size(now))
       do k = 1, size(now)
          over(:, k) = [(apart(before(j), now(k)) <= 0.0_wp, j=1, size(before))]
       end do
@@ -36,22 +39,54 @@ contains
       end do
       do k = 1, size(now)
          touch(k)%number = last + k
-         j = findloc(over(:, k), .true., 1)
+         j = findloc(over(:, k) .and. before%stretch == now(k)%stretch, .true., 1)
+         if (j == 0) j = findloc(over(:, k), .true., 1)
          ! Of a contact that has divided the first part goes on.
          if (j > 0) then
-            if (findloc(over(j, :), .true., 1) == k) touch(k)%number = before(j)%number
+            if (findloc(over(j, :) .and. (now%stretch == before(j)%stretch .or. .not. any(over(j, :) .and. now%stretch == &
+               & before(j)%stretch)), .true., 1) == k) touch(k)%number = before(j)%number
          end if
       end do
-      differences%lost = count(.not. any(over, 2))
-      differences%gained = count(.not. any(over, 1))
-      differences%divided = sum(max(count(over, 2) - 1, 0))
-      differences%merged = sum(max(count(over, 1) - 1, 0))
+      part = first_parts(before)
+      part_now = first_parts(now)
+      both = .false.
+      do k = 1, size(now)
+         do j = 1, size(before)
+            if (over(j, k)) both(part(j), part_now(k)) = .true.
+         end do
+      end do
+      associate (whole => part == [(j, j=1, size(part))], whole_now => part_now == [(k, k=1, size(part_now))])
+         differences%lost = count(whole .and. .not. any(both, 2))
+         differences%gained = count(whole_now .and. .not. any(both, 1))
+         differences%divided = sum(max(count(both, 2) - 1, 0))
+         differences%merged = sum(max(count(both, 1) - 1, 0))
+      end associate
+
+   contains
+
+      !> Distance of two contacts along the rod; huge where they are not with one obstacle.
+      pure real(wp) function apart(one, other)
+         type(touch_t), intent(in) :: one, other
+         real(wp) :: a(2), b(2)
+         apart = huge(apart)
+         if (one%contact /= other%contact) return
+         a = one%at + start(one%stretch, one%contact)
+         b = other%at + start(other%stretch, other%contact)
+         apart = max(a(1) - b(2), b(1) - a(2))
+         ! Where a chain closes the way may be shorter the other way round.
+         if (round(one%contact) > 0.0_wp) apart = min(apart, round(one%contact) + min(a(1) - b(2), b(1) - a(2)))
+      end function apart
    end subroutine compare_sets
 
-   !> Distance of two contacts along the rod; huge where they are not on one stretch with one obstacle.
-   pure real(wp) function apart(one, other)
-      type(touch_t), intent(in) :: one, other
-      apart = max(one%at(1) - other%at(2), other%at(1) - one%at(2))
-      if (one%stretch /= other%stretch .or. one%contact /= other%contact) apart = huge(apart)
-   end function apart
+   !> For each touch the first one of its contact: parts of a line share the node of the breakpoint between them.
+   pure function first_parts(set) result(first)
+      type(touch_t), intent(in) :: set(:)
+      integer :: first(size(set)), k, j
+      first = [(k, k=1, size(set))]
+      do k = 2, size(set)
+         do j = 1, k - 1
+            if (any(set(k)%candidate == set(j)%candidate([2, 1]))) where (first == first(k)) first = first(j)
+         end do
+      end do
+   end function first_parts
 end module set_differences

@@ -142,11 +142,17 @@ contains
       real(wp) :: angle, axial, bend, sense
       real(wp) :: n(2), m
       integer :: e, side
-      call own_element(problem, candidate, e, side, which)
-      call ge_end(problem, state, e, side, n, m)
-      load = element_load(problem, state, e)
       track = node_track(problem, state, candidate)
       sense = track_sense(problem, state, candidate, track, which)
+      call own_element(problem, candidate, e, side, which)
+      if (.not. (present(which) .or. problem%candidates%moves(candidate))) then
+         ! Where a couple acts, or sections differ, that of the side to which the contact rolls.
+         side = merge(2, 1, track_rotation(problem, state, candidate) * sense > 0.0_wp)
+         if (problem%candidates%element(3 - side, candidate) == 0) side = 3 - side
+         e = problem%candidates%element(3 - side, candidate)
+      end if
+      call ge_end(problem, state, e, side, n, m)
+      load = element_load(problem, state, e)
       angle = rod_angle(problem, state, candidate, which)
       axial = 1.0_wp + load%strain + problem%compliance(e)%axial * (cos(angle) * n(1) + sin(angle) * n(2))
       associate (g => state%geometry%element(e), c => problem%model%mesh%curve(e))

@@ -26,6 +26,7 @@ module rod_state
       real(wp), allocatable :: z(:, :)        !! (largest z_size, elements) stored resultants
       logical, allocatable :: active(:)       !! (candidates) in contact
       real(wp), allocatable :: reaction(:)    !! (candidates) normal reaction, positive in compression
+      real(wp), allocatable :: couple(:)      !! (candidates) that turns a node which follows a track, of all but what lies on it
       logical, allocatable :: grounded(:)     !! (elements) a distributed foundation touches it, at the last converged point
       integer, allocatable :: segment(:)      !! (candidates of the foundations' chain) of its law that the element after it is on,
       !! whatever the gap, see force_law and ground_segments
@@ -48,6 +49,7 @@ contains
       allocate (state%z(maxval(problem%z_size), problem%model%mesh%n_elements), source=0.0_wp)
       allocate (state%active(problem%candidates%n), source=.false.)
       allocate (state%reaction(problem%candidates%n), source=0.0_wp)
+      allocate (state%couple(problem%candidates%n), source=0.0_wp)
       allocate (state%grounded(problem%model%mesh%n_elements), source=.false.)
       allocate (state%segment(problem%ground%chain%n), source=segment_unknown)
       allocate (state%push(max_stages + 1, problem%ground%chain%n), source=unknown_push)

@@ -7,7 +7,8 @@ module span_forces
    use ge_element, only: ge_load_t
    use section_forces, only: end_forces
    use conforming_span, only: conforming_forces, rolled_t, rolled
-   use touchdown_points, only: point_force, held_force
+   use touchdown_points, only: point_force
+   use breakpoint_forces, only: held_force
    use state_transfer, only: find_point
    implicit none
    private

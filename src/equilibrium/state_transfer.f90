@@ -135,6 +135,7 @@ contains
       new%z = spread(spread(0.0_wp, 1, maxval(to%z_size)), 2, to%model%mesh%n_elements)
       new%active = to%candidates%touch(:to%candidates%n) > 0
       new%reaction = spread(0.0_wp, 1, to%candidates%n)
+      new%couple = new%reaction
       new%grounded = spread(.false., 1, to%model%mesh%n_elements)
       new%segment = spread(segment_unknown, 1, to%ground%chain%n)
       new%push = spread(spread(unknown_push, 1, max_stages + 1), 2, to%ground%chain%n)

@@ -7,8 +7,7 @@
 module touchdown_points
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, may_react
-   use obstacle_track, only: track_t
+   use rod_state, only: state_t
    use section_forces, only: end_forces
    use conforming_span, only: conforming_forces, track_rotation, track_sense, node_track, excess_curvature, rod_angle
    use state_transfer, only: carry_to, move_nodes
@@ -18,7 +17,7 @@ module touchdown_points
    implicit none
    private
    public :: misfit, with_held, opening_misfit, move_touchdown_points, touchdown_travel, touchdown_steps, touchdown_slopes, &
-      & shift_touchdown_points, point_force, held_force, carry_forces, stands, at_breakpoint
+      & shift_touchdown_points, point_force, carry_forces
 
    real(wp), parameter :: here = 1.0e-12_wp !! of the size: one and the same place
    real(wp), parameter :: most = 0.5_wp     !! of a span, that its ends may come nearer at once: its nodes keep their order
@@ -169,50 +168,6 @@ contains
       force = sense * (local(2, 1) - local(2, 2))
    end function point_force
 
-   !> True for a touched node that is a breakpoint of its rod.
-   pure logical function at_breakpoint(problem, candidate)
-      type(problem_t), intent(in) :: problem
-      integer, intent(in) :: candidate
-      associate (e => problem%beside(:, problem%candidates%node(candidate)))
-         at_breakpoint = any(e == 0)
-         if (.not. at_breakpoint) at_breakpoint = problem%stretch(e(1)) /= problem%stretch(e(2)) .or. &
-            & e(1) == problem%element_last(problem%stretch(e(1)))
-      end associate
-   end function at_breakpoint
-
-   !> True where a support takes all that the obstacle could push a touched node with: it stands there, touching or not.
-   pure logical function stands(problem, state, candidate)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      type(track_t) :: track
-      track = node_track(problem, state, candidate)
-      stands = .not. may_react(problem, candidate, [-track%tangent(2), track%tangent(1)])
-   end function stands
-
-   !> The same at a breakpoint of the rod, where loads and supports act, too: what holds the free parts and those against the
-   !> obstacle, and the jump of Q of the parts on the track. Zero where supports take all of it.
-   real(wp) function held_force(problem, state, candidate) result(force)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      type(track_t) :: track
-      real(wp) :: local(3), place(2), angle, sense
-      integer :: side, e
-      track = node_track(problem, state, candidate)
-      force = 0.0_wp
-      if (stands(problem, state, candidate)) return
-      sense = track_sense(problem, state, candidate, track)
-      force = state%reaction(candidate)
-      do side = 1, 2
-         e = problem%candidates%element(side, candidate)
-         if (e == 0) cycle
-         if (problem%conforms(e) == 0) cycle
-         call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, place, angle)
-         force = force + sense * merge(1.0_wp, -1.0_wp, side == 1) * local(2)
-      end do
-   end function held_force
-
    !> Forces of contacts that go on with another set: that of a point holds it from turning (touchdown_spring), so the tangent
    !> is not the path's without.
    subroutine carry_forces(from, state, to, new)
@@ -301,6 +256,7 @@ contains
       call carry_to(problem, before, problem, state, moved=.true.)
       state%active = before%active
       state%reaction = before%reaction
+      state%couple = before%couple
       state%grounded = before%grounded
       state%segment = before%segment
       if (size(problem%mark) > 0) call keep_layers(problem, before, shift, state)

@@ -95,7 +95,8 @@ contains
       real(wp) :: left
       integer :: k, begun, ended
       call compare_sets(present_touches(problem, run%state), run%touches, nodes%layout%stretch%length / (nodes%element_last - &
-         & nodes%element_first + 1), present_touches(next%problem, next%state), next%problem%touch, differences)
+         & nodes%element_first + 1), problem%chain_start, nodes%candidates%chain_length, &
+         & present_touches(next%problem, next%state), next%problem%touch, differences)
       begun = differences%gained + differences%merged
       ended = differences%lost + differences%divided
       if (begun > 0) next%label = 'C+'

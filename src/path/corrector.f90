@@ -3,7 +3,7 @@ module corrector
    use kinds, only: wp
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
-   use problem, only: problem_t
+   use problem, only: problem_t, dof
    use rod_state, only: state_t, unknown_push
    use linear_system, only: system_t, assemble, contact_reaction
    use bordered_system, only: factor_system, linearise, apply_increment
@@ -407,6 +407,7 @@ contains
          else if (system%unknown(c) > 0) then
             state%reaction(c) = contact_reaction(system, c, system%raw)
          end if
+         if (problem%candidates%follows(c)) state%couple(c) = system%raw(dof(problem, problem%candidates%node(c), 3))
       end do
       do e = 1, problem%model%mesh%n_elements
          rod => rod_at(problem, e)

@@ -23,18 +23,35 @@ contains
 
    !> Opens a span between two touchdown points: with their distance held the load, and the place of both, are found at which
    !> they are where they belong.
-   subroutine open_span(problem, run, opened, ok, timers)
+   subroutine open_span(problem, run, opened, ok, timers, others)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       integer, intent(in) :: opened(2)           !! numbers of touches; both the same: a line, between its own ends
       logical, intent(out) :: ok
       type(timers_t), intent(inout) :: timers
-      type(state_t) :: state
-      integer :: ends(2)
+      integer, intent(in), optional :: others(:, :) !! (2, spans) that open before: they hold as they are until the load is found
+      type(problem_t) :: frozen
+      type(state_t) :: state, start
+      type(control_t) :: here
+      type(increment_t) :: report
+      integer :: ends(2), k
       ends = opening_ends(problem, opened)
       state = run%state
-      call solve_held(problem, ends, run%system, all(ends > 0), held_steps(problem, run), opening_misfit, state, ok, timers)
+      frozen = problem
+      if (present(others)) then
+         do k = 1, size(others, 2)
+            frozen = with_held(frozen, opening_ends(problem, others(:, k)))
+         end do
+      end if
+      call solve_held(frozen, ends, run%system, all(ends > 0), held_steps(problem, run), opening_misfit, state, ok, timers)
       if (.not. ok) return
+      if (any(frozen%candidates%held .neqv. problem%candidates%held)) then
+         start = state
+         here%method = method_load
+         call correct(problem, start, here, .true., state, run%system, report, timers)
+         ok = report%converged
+         if (.not. ok) return
+      end if
       run%state = state
       call linearise(problem, run%state, run%state, run%system, timers)
       ok = run%system%ok
@@ -82,10 +99,10 @@ contains
       type(timers_t), intent(inout) :: timers
       type(problem_t) :: turning
       turning = problem
-      turning%candidates%follows(candidate) = problem%candidates%moves(candidate)
+      turning%candidates%follows(candidate) = problem%candidates%rolls(candidate)
       call solve_held(turning, [candidate, 0], run%system, problem%candidates%moves(candidate), held_steps(problem, run), &
          & flatness, place, ok, timers)
-      if (ok) place%reaction(candidate) = point_force(problem, place, candidate)
+      if (ok .and. problem%candidates%moves(candidate)) place%reaction(candidate) = point_force(problem, place, candidate)
    end subroutine find_flat_point
 
    !> How far a point is from where it belongs, and its excess of curvature over the size, which is to stay above zero.

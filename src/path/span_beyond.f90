@@ -8,7 +8,7 @@ module span_beyond
    use state_transfer, only: find_point
    use bordered_system, only: linearise
    use span_regions, only: beginning_region
-   use span_tests, only: span_test_t, run_span_tests, test_gap, test_force, test_pressure
+   use span_tests, only: span_test_t, run_span_tests, test_gap, test_force, test_pressure, test_couple
    use span_change, only: leg_t, change_t, change_missed, change_opening
    use span_opening, only: open_line
    use span_rules, only: beginning_together
@@ -102,7 +102,7 @@ contains
    pure logical function opens_line(problem, test)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: test
-      opens_line = test%kind == test_pressure
+      opens_line = test%kind == test_pressure .or. test%kind == test_couple
       if (test%kind == test_force) opens_line = problem%touch(test%touch)%line .and. .not. problem%candidates%moves(test%candidate)
    end function opens_line
 end module span_beyond

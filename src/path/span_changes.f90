@@ -67,7 +67,7 @@ contains
          return
       end if
       if (change%kind == change_by_rule) then
-         answer = answer_to(problem, change%place, change%tests, change%which, leg%after%value < leg%before%value, &
+         answer = answer_to(problem, change%place, change%tests, change%which, leg%before%value - leg%after%value, &
             & run%touches)
          ! At once with another change that has its point.
          if (change%where == place_here .and. change%tests(change%which)%kind == test_curvature) answer%label = '  '

@@ -114,7 +114,7 @@ contains
       do k = 1, size(leg%after)
          associate (before => leg%before(k), after => leg%after(k))
             if (after%kind /= test_curvature) cycle
-            if (.not. problem%candidates%moves(after%candidate)) cycle
+            if (.not. problem%candidates%rolls(after%candidate)) cycle
             ! Beside a span that is gone its place is neutral.
             if (any(leg%after%kind == test_flat .and. leg%after%value * problem%size <= rounding_gap(problem) .and. &
                & (leg%after%beside(1) == after%touch .or. leg%after%beside(2) == after%touch))) cycle

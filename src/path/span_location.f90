@@ -9,6 +9,7 @@ module span_location
    use span_change, only: leg_t, change_t, change_by_rule, change_missed, place_within, place_here, &
       & place_ahead
    use held_openings, only: find_flat_point
+   use span_rules, only: would_press
    use lying_ahead, only: turns, leads_to, arrival
    use path_control, only: path_length
    use path_run, only: run_t
@@ -45,7 +46,7 @@ contains
          end if
          found = .false.
          if (after%kind == test_curvature) then
-            if (problem%candidates%moves(after%candidate) .and. .not. turns(run, leg)) &
+            if (problem%candidates%rolls(after%candidate) .and. .not. turns(run, leg)) &
                & call locate_flat_point(problem, run, leg, change, found, timers)
          end if
          if (.not. found) call locate_by_parts(problem, step, run, leg, tolerance, change, found, timers)
@@ -65,7 +66,11 @@ contains
       associate (before => leg%before(change%which)%value, after => leg%after(change%which)%value)
          place = run%state
          if (before > -after) place = leg%to
-         call find_flat_point(problem, run, leg%after(change%which)%candidate, place, found, timers)
+         associate (candidate => leg%after(change%which)%candidate)
+            call find_flat_point(problem, run, candidate, place, found, timers)
+            ! At a breakpoint that is to the first order of how far it has rolled: nothing is told where a line begins.
+            if (found .and. .not. problem%candidates%moves(candidate)) found = would_press(problem, place, candidate)
+         end associate
          if (.not. found) return
          if (after > 0.0_wp) then
             found = leads_to(problem, leg%to, leg%ahead, .false., place)

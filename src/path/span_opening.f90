@@ -19,14 +19,15 @@ module span_opening
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t, may_react, candidate_gap
-   use conforming_span, only: conforming_forces, node_track
+   use conforming_span, only: conforming_forces, node_track, track_sense
    use obstacle_track, only: track_t
    use contact_touch, only: touch_t
    use touch_edits, only: begun, lost, opened, end_moved, shrunk, numbered, same_set
    use span_problem, only: present_touches
    use line_pressure, only: density_at
-   use span_tests, only: span_test_t, test_force, test_pressure, test_slack, well_below
-   use touchdown_points, only: held_force
+   use span_tests, only: span_test_t, test_force, test_pressure, test_couple, test_slack, well_below
+   use breakpoint_forces, only: held_force, held_couple
+   use lifted_node, only: inside_line, lifted_beside
    use next_spans, only: next_t, new_next, settle, holds
    use timing, only: timers_t
    implicit none
@@ -51,8 +52,9 @@ contains
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
       type(touch_t), allocatable :: touch(:)
-      if (test%kind == test_force) then
-         call lifted_touches(problem, beyond, test%candidate, touch)
+      if (test%kind == test_force .or. test%kind == test_couple) then
+         call lifted_touches(problem, beyond, test%candidate, test%kind == test_couple, touch)
+         if (allocated(touch)) touch = numbered(touch, number - 1)
       else
          call opened_touches(problem, place, beyond, scale, number, touch)
       end if
@@ -152,22 +154,30 @@ contains
       end function free_across
    end subroutine open_zone
 
-   !> The touches with lines that end before a breakpoint that a force lifts. Not allocated where the laws do not tell.
-   subroutine lifted_touches(problem, state, candidate, touch)
+   !> The touches with lines that end before a breakpoint that a force or a couple lifts. Not allocated where the laws do not tell.
+   subroutine lifted_touches(problem, state, candidate, by_couple, touch)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
+      logical, intent(in) :: by_couple
       type(touch_t), allocatable, intent(out) :: touch(:)
       type(touch_t), allocatable :: now(:)
-      real(wp) :: force, lift, length, local(3), x(2), normal(2), bend, angle, density
+      real(wp) :: beside(2), force, lift, length, local(3), x(2), normal(2), bend, angle, density
       integer :: c, e, k, side
       logical :: turns
       force = -held_force(problem, state, candidate)
       call candidate_gap(problem, state, candidate, lift, normal, bend)
       turns = .not. (problem%model%fixed(3, problem%candidates%node(candidate)) .or. &
          & all(problem%candidates%element(:, candidate) > 0))
-      if (.not. (force > 0.0_wp .or. lift > 0.0_wp)) return
+      beside = 0.0_wp
+      if (inside_line(problem, candidate) .and. (by_couple .or. force > 0.0_wp)) &
+         & beside = lifted_beside(problem, state, candidate)
+      if (.not. (by_couple .or. force > 0.0_wp .or. lift > 0.0_wp)) return
       now = present_touches(problem, state)
+      if (by_couple .and. .not. all(beside > 0.0_wp)) then
+         call turned_end(problem, state, candidate, now, touch)
+         return
+      end if
       if (all(problem%candidates%element(:, candidate) > 0)) force = 0.5_wp * force
       do side = 1, 2
          e = problem%candidates%element(side, candidate)
@@ -177,7 +187,9 @@ contains
          call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, x, angle, density)
          k = problem%candidates%touch(c)
          length = now(k)%at(2) - now(k)%at(1)
-         if (density > 0.0_wp .and. force > 0.0_wp) then
+         if (all(beside > 0.0_wp)) then
+            length = min(length, beside(side))
+         else if (density > 0.0_wp .and. force > 0.0_wp) then
             length = min(length, merge(2.0_wp, 1.5_wp, turns) * force / density)
          else if (density > 0.0_wp) then
             length = min(length, (merge(24.0_wp, 72.0_wp, turns) * lift / (problem%compliance(e)%bending * density))**0.25_wp)
@@ -188,6 +200,31 @@ contains
       end do
       touch = now
    end subroutine lifted_touches
+
+   !> The touches with a line that ends before a node that a couple turns, and a point that stays there: with x from the line's end
+   !> the gap is r x^3 (l - x)/(24 EI), which is as good as no slope at the node, and its moment there, -r l^2/4, is the couple. Not
+   !> allocated where it turns the other way.
+   subroutine turned_end(problem, state, candidate, now, touch)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      type(touch_t), intent(in) :: now(:)
+      type(touch_t), allocatable, intent(out) :: touch(:)
+      real(wp) :: couple, length, local(3), x(2), angle, density
+      integer :: side, k, e
+      k = problem%candidates%touch(candidate)
+      side = findloc(now(k)%candidate == candidate, .true., 1)
+      e = problem%candidates%element(3 - side, candidate)
+      if (e == 0 .or. problem%candidates%element(side, candidate) == 0) return
+      call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 2), local, x, angle, density)
+      couple = merge(-1.0_wp, 1.0_wp, side == 1) * held_couple(problem, state, candidate) * &
+         & track_sense(problem, state, candidate, node_track(problem, state, candidate))
+      length = now(k)%at(2) - now(k)%at(1)
+      if (.not. (couple > 0.0_wp .and. 2.0_wp * sqrt(couple / max(density, tiny(density))) < length)) return
+      length = 2.0_wp * sqrt(couple / density)
+      touch = end_moved(begun(now, now(k)%contact, now(k)%stretch, now(k)%at(side)), k, side, now(k)%at(side) + &
+         & merge(length, -length, side == 1))
+   end subroutine turned_end
 
    !> The parts of a line that would have to be pulled, in their order along it.
    function pulled_zones(problem, state, line) result(zone)

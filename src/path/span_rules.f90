@@ -4,26 +4,28 @@ module span_rules
    use problem, only: problem_t
    use rod_state, only: state_t
    use contact_touch, only: touch_t
-   use touch_edits, only: lost, spread_out, parted, shrunk, end_moved, moved, continued, numbered
+   use touch_edits, only: spread_out, parted, shrunk, end_moved, moved, continued, numbered
    use line_pressure, only: virtual_pressure
-   use past_breakpoints, only: beyond, across
+   use past_breakpoints, only: across
+   use passages, only: pass_breakpoints, is_turned, behind
    use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_pressure, test_length, test_crossing, &
-      & test_slope, test_leaving, test_slack, line_share
+      & test_slope, test_leaving, test_couple, test_slack, line_share
    use conforming_span, only: flat_excess, excess_curvature, node_track, track_sense, rod_angle, ge_end
    use obstacle_track, only: track_t
-   use touchdown_points, only: stands, held_force, point_force
+   use touchdown_points, only: point_force
+   use breakpoint_forces, only: stands, held_force
    use held_openings, only: first_length
    use span_problem, only: present_touches
    implicit none
    private
-   public :: answer_t, answer_to, beginning_together
+   public :: answer_t, answer_to, beginning_together, would_press
 
    !> What follows, and what is told of it.
    type :: answer_t
       type(touch_t), allocatable :: touch(:)      !! the new set, but for what begins (beginning_together)
       integer :: opens(2) = 0                     !! numbers of the touches between which a span opens, 0: a breakpoint; both the
       !! same: a line, between its own ends
-      integer :: crosses(2) = 0                   !! the same of a span behind a breakpoint
+      integer, allocatable :: crosses(:, :)       !! (2, spans) the same of spans behind breakpoints, that which opens last first
       character(2) :: label = '  '                !! contact gained or lost; where it only spreads or shrinks, nothing
       logical :: divides = .false.                !! of the contact that is lost a part stays on both sides
       character(:), allocatable :: why            !! there is no rule: the reason
@@ -32,17 +34,20 @@ module span_rules
 contains
 
    !> The answer to a test that is zero.
-   function answer_to(problem, state, tests, which, falling, last) result(answer)
+   function answer_to(problem, state, tests, which, fall, last) result(answer)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: tests(:)   !! of this state
       integer, intent(in) :: which                !! the one that is zero
-      logical, intent(in) :: falling(:)           !! (tests) along the path
+      real(wp), intent(in) :: fall(:)             !! (tests) by how much each falls along the path
       integer, intent(in) :: last                 !! number given last to a touch
       type(answer_t) :: answer
       type(span_test_t) :: test
+      logical :: passed, meets
+      integer :: k
       test = tests(which)
       answer%touch = present_touches(problem, state)
+      allocate (answer%crosses(2, 0))
       select case (test%kind)
       case (test_gap)
          answer%label = 'C+'
@@ -52,7 +57,7 @@ contains
             ! Without a force the moments do not tell where the end goes; many nodes do (contact_in_doubt).
             answer%why = 'a line contact lifts off at its end'
          else
-            call lose_points(problem, tests, which, falling, answer)
+            call lose_points(problem, tests, which, fall > 0.0_wp, answer)
          end if
       case (test_curvature)
          ! Against a straight wall a uniform rod lies without pressure.
@@ -73,22 +78,33 @@ contains
          associate (ends => problem%touch(test%touch)%candidate)
             if (stands(problem, state, ends(1)) .or. stands(problem, state, ends(2))) answer%label = 'C-'
          end associate
-         call shrink(problem, test, answer)
+         call pass_breakpoints(problem, tests, which, fall, answer%touch, answer%crosses, passed, meets)
+         if (.not. passed) call shrink(problem, test, answer)
       case (test_crossing)
-         call cross(problem, test, answer)
+         call pass_breakpoints(problem, tests, which, fall, answer%touch, answer%crosses, passed, meets)
+         if (meets) then
+            ! Located with the set that comes after (vanishing_span).
+            answer%why = 'two lines of contact meet at a breakpoint of the rod'
+         else if (is_turned(problem, state, test)) then
+            answer%why = 'contact comes to a node that a couple turns'
+         end if
       case (test_slope)
          call lie_down_from_end(problem, state, test, answer)
       case (test_leaving)
          call leave_breakpoint(problem, test, answer)
       case (test_pressure)
          answer%why = 'a line contact lifts off inside'
+      case (test_couple)
+         answer%why = 'a couple lifts a line contact'
       case default
          ! Vanishing spans are located with the set that comes after (vanishing_span).
          answer%why = trim(test_words(test%kind))
       end select
       answer%touch = numbered(answer%touch, last)
       answer%opens = numbers(answer%touch, answer%opens)
-      answer%crosses = numbers(answer%touch, answer%crosses)
+      do k = 1, size(answer%crosses, 2)
+         answer%crosses(:, k) = numbers(answer%touch, answer%crosses(:, k))
+      end do
    end function answer_to
 
    !> The gap of a test, which comes last, and others that are closed at the same place of the path: of two that a mirror makes one
@@ -251,56 +267,21 @@ contains
       if (way < 0) beside = beside([2, 1])
    end subroutine go_on_behind
 
-   !> Places on a stretch behind a breakpoint: a line from there on, or a point.
-   pure function behind(problem, stretch, way, length, line) result(at)
-      type(problem_t), intent(in) :: problem
-      integer, intent(in) :: stretch
-      integer, intent(in) :: way                   !! -1: before the breakpoint, 1: after it
-      real(wp), intent(in) :: length               !! of the line, or distance of the point
-      logical, intent(in) :: line
-      real(wp) :: at(2)
-      at = length
-      if (line) at(1) = 0.0_wp
-      if (way < 0) at = problem%layout%stretch(stretch)%length - at([2, 1])
-   end function behind
-
-   !> A line that has become as short as none: what is left is a point, or, where it goes on past a breakpoint, the line there.
+   !> What is left of a line that has become as short as none: a point.
    subroutine shrink(problem, test, answer)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: test
       type(answer_t), intent(inout) :: answer
-      integer :: way, next, side, stretch, k
-      real(wp) :: end, whole, length
-      k = test%touch
-      whole = stretch_length(problem, answer%touch(k))
-      associate (set => answer%touch)
-         do way = -1, 1, 2
-            side = merge(2, 1, way < 0)
-            stretch = beyond(problem, k, way)
-            if (stretch == 0) cycle
-            end = merge(problem%layout%stretch(stretch)%length, 0.0_wp, way < 0)
-            next = findloc(set%line .and. set%stretch == stretch .and. set%contact == set(k)%contact .and. &
-               & abs(set%at(side) - end) <= 0.0_wp, .true., 1)
-            if (next == 0) cycle
-            if (abs(set(k)%at(3 - side) - merge(0.0_wp, whole, way < 0)) <= 0.0_wp) exit
-         end do
-      end associate
-      if (way <= 1) then
-         length = line_share * problem%layout%stretch(stretch)%length
-         if (abs(answer%touch(next)%at(2) - answer%touch(next)%at(1)) <= length) then
-            ! Nothing is left on either side of the breakpoint, but a point there.
-            answer%touch = lost(shrunk(answer%touch, next, end), k)
-         else
-            answer%touch = lost(end_moved(answer%touch, next, side, end + way * length), k)
-            answer%crosses(3 - side) = merge(next - 1, next, next > k)
+      real(wp) :: at
+      associate (line => answer%touch(test%touch), whole => stretch_length(problem, answer%touch(test%touch)))
+         at = test%at
+         if (line%at(1) <= 0.0_wp) then
+            at = 0.0_wp
+         else if (line%at(2) >= whole) then
+            at = whole
          end if
-      else if (answer%touch(k)%at(1) <= 0.0_wp) then
-         answer%touch = shrunk(answer%touch, k, 0.0_wp)
-      else if (answer%touch(k)%at(2) >= whole) then
-         answer%touch = shrunk(answer%touch, k, whole)
-      else
-         answer%touch = shrunk(answer%touch, k, test%at)
-      end if
+      end associate
+      answer%touch = shrunk(answer%touch, test%touch, at)
    end subroutine shrink
 
    !> An end of a rod, or a corner, that touched is tangent to the obstacle. Where the rod is curved away from it there, and still
@@ -330,7 +311,7 @@ contains
       end if
       answer%touch(k)%line = excess(2) <= flat_excess
       answer%touch = moved(answer%touch, k, stretch, behind(problem, stretch, way, length, answer%touch(k)%line))
-      answer%crosses(3 - side) = k
+      answer%crosses = reshape(merge([k, 0], [0, k], way > 0), [2, 1])
    end subroutine lie_down_from_end
 
    !> Excess of curvature where a rod ends, and at a distance inside where the force of the contact goes that is at the end: with
@@ -357,32 +338,6 @@ contains
          & cos(angle) * n(2)) - sense * track%curvature_rate * stretch)
    end function excess_inside
 
-   !> What comes to a breakpoint goes on behind it: a point is there, a line gets another part there. At the end of a rod, or at
-   !> a support, it stays.
-   subroutine cross(problem, test, answer)
-      type(problem_t), intent(in) :: problem
-      type(span_test_t), intent(in) :: test        !! its sense: the breakpoint is before the touch (-1), or after it
-      type(answer_t), intent(inout) :: answer
-      integer :: way, stretch, side, k
-      real(wp) :: length
-      k = test%touch
-      way = nint(test%sense)
-      side = merge(1, 2, way < 0)
-      stretch = beyond(problem, k, way)
-      associate (whole => stretch_length(problem, answer%touch(k)))
-         if (stretch == 0 .or. answer%touch(k)%line) answer%touch = end_moved(answer%touch, k, side, merge(0.0_wp, whole, way < 0))
-      end associate
-      if (stretch == 0) return
-      length = line_share * problem%layout%stretch(stretch)%length
-      if (answer%touch(k)%line) then
-         answer%touch = continued(answer%touch, k, stretch, behind(problem, stretch, way, length, .true.))
-         answer%crosses(3 - side) = size(answer%touch)
-      else
-         answer%touch = moved(answer%touch, k, stretch, behind(problem, stretch, way, length, .false.))
-         answer%crosses(2) = k
-      end if
-   end subroutine cross
-
    !> A point that is held at a breakpoint, and belongs beside it, goes there.
    subroutine leave_breakpoint(problem, test, answer)
       type(problem_t), intent(in) :: problem
@@ -394,7 +349,7 @@ contains
          stretch = problem%stretch(problem%candidates%element(merge(1, 2, way < 0), test%candidate))
          answer%touch = moved(answer%touch, k, stretch, behind(problem, stretch, way, &
             & line_share * problem%layout%stretch(stretch)%length, .false.))
-         answer%crosses(2) = k
+         answer%crosses = reshape([0, k], [2, 1])
       end associate
    end subroutine leave_breakpoint
 

@@ -58,9 +58,9 @@ contains
          ok = on%system%ok
       end if
       if (ok .and. parts) call open_span(next, on, answer%opens, ok, timers)
-      if (ok .and. any(answer%crosses > 0)) call open_span(next, on, answer%crosses, ok, timers)
+      if (ok .and. size(answer%crosses, 2) > 0) call open_span(next, on, answer%crosses(:, 1), ok, timers, answer%crosses(:, 2:))
       flat = .false.
-      if (ok .and. test%kind == test_length .and. all(answer%crosses == 0)) &
+      if (ok .and. test%kind == test_length .and. size(answer%crosses, 2) == 0) &
          & call come_to_rest(next, on, candidate_of(next, before(test%touch)%number), reach, &
          & flat, timers)
       if (.not. ok) then
@@ -81,9 +81,13 @@ contains
          end if
          call head_for(next, on, spreading_rate(next, on, answer%opens))
       case (test_slope)
-         rate = spreading_rate(next, on, merge(answer%opens, answer%crosses, parts))
-         ! A span that is crossed shrinks as the touch moves on.
-         call head_for(next, on, merge(rate, -rate, parts))
+         if (parts) then
+            rate = spreading_rate(next, on, answer%opens)
+         else
+            ! A span that is crossed shrinks as the touch moves on.
+            rate = -spreading_rate(next, on, answer%crosses(:, 1))
+         end if
+         call head_for(next, on, rate)
       case default
          ! At a flat point the tangent tells nothing.
          if (is_arc_length(on%control%method) .and. .not. flat) then

@@ -12,14 +12,17 @@ module span_tests
    use free_span_gap, only: least_gap
    use line_pressure, only: least_pressure
    use conforming_span, only: rolled_t, rolled, excess_curvature, node_track, track_sense, track_rotation
-   use touchdown_points, only: point_force, held_force, at_breakpoint
+   use touchdown_points, only: point_force
+   use breakpoint_forces, only: held_force, held_couple, at_breakpoint, left_over
+   use lifted_node, only: inside_line, lifted_beside
    use contact_touch, only: touch_t
    use span_problem, only: present_touches
    implicit none
    private
    public :: span_test_t, run_span_tests, spans_hold, any_fails, another_fails, test_slack, well_below, &
       & test_words
-   public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_flat, test_crossing, test_slope, test_leaving
+   public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_flat, test_crossing, test_slope, test_leaving, &
+      & test_couple
 
    ! What is tested.
    integer, parameter :: test_gap = 1       !! least gap of a free span
@@ -31,16 +34,17 @@ module span_tests
    integer, parameter :: test_crossing = 7  !! length of a free span between a contact and a breakpoint of the rod
    integer, parameter :: test_slope = 8     !! of the gap inwards from an end of a rod, or a corner, that touches
    integer, parameter :: test_leaving = 9   !! how far from a breakpoint of the rod a point that is held there belongs
+   integer, parameter :: test_couple = 10   !! that would have to hold a line's node at a breakpoint of the rod: minus its size
 
    !> What its zero means.
-   character(*), parameter :: test_words(9) = [character(40) :: 'contact begins', 'contact ends', 'a contact point spreads', &
+   character(*), parameter :: test_words(10) = [character(40) :: 'contact begins', 'contact ends', 'a contact point spreads', &
       & 'contact opens inside', 'a contact line shrinks to a point', 'a free span lies down', &
       & 'contact comes to a breakpoint of the rod', 'an end of a rod lies down', &
-      & 'contact leaves a breakpoint of the rod']
+      & 'contact leaves a breakpoint of the rod', 'a couple lifts a line']
 
    !> What a test may fall below zero by before it is taken for violated: what the dense output errs by.
-   real(wp), parameter :: test_slack(9) = [1.0e-9_wp, 1.0e-9_wp, 1.0e-9_wp, 1.0e-6_wp, 0.0_wp, 1.0e-9_wp, 0.0_wp, 1.0e-9_wp, &
-      & 0.0_wp]
+   real(wp), parameter :: test_slack(10) = [1.0e-9_wp, 1.0e-9_wp, 1.0e-9_wp, 1.0e-6_wp, 0.0_wp, 1.0e-9_wp, 0.0_wp, 1.0e-9_wp, &
+      & 0.0_wp, 1.0e-9_wp]
 
    real(wp), parameter :: well_below = 10.0_wp !! slacks, at a place where a test is zero
 
@@ -94,7 +98,13 @@ contains
                test%value = push(c)
                tests = [tests, test]
             end if
-            if (problem%touch(test%touch)%line) cycle
+            if (problem%touch(test%touch)%line) then
+               if (moves .or. .not. at_breakpoint(problem, c)) cycle
+               test%kind = test_couple
+               test%value = -turned(c)
+               tests = [tests, test]
+               cycle
+            end if
             if (problem%candidates%rolls(c) .or. problem%model%fixed(3, node)) then
                test%kind = test_curvature
                call excess_curvature(problem, state, c, test%value, stretch)
@@ -131,10 +141,25 @@ contains
          leaving%value = (reach - abs(roll%way)) / problem%size
       end function leaving
 
+      !> Couple on a line's node over scale and size: none where it is left over, or lifts as little as is taken for none.
+      real(wp) function turned(c)
+         integer, intent(in) :: c
+         integer :: side, e
+         real(wp) :: length(2)
+         turned = abs(held_couple(problem, state, c)) / (scale * problem%size)
+         if (turned <= left_over(problem)) turned = 0.0_wp
+         if (.not. turned > 0.0_wp .or. .not. inside_line(problem, c)) return
+         length = lifted_beside(problem, state, c)
+         do side = 1, 2
+            e = problem%beside(side, problem%candidates%node(c))
+            if (length(side) <= line_share * problem%layout%stretch(problem%stretch(e))%length) turned = 0.0_wp
+         end do
+      end function turned
+
       !> Concentrated force over the scale.
       real(wp) function push(c)
          integer, intent(in) :: c
-         real(wp) :: noise, lift, normal(2), bend
+         real(wp) :: lift, normal(2), bend
          type(rolled_t) :: roll
          if (problem%candidates%moves(c)) then
             push = point_force(problem, state, c) / scale
@@ -142,8 +167,7 @@ contains
          end if
          push = held_force(problem, state, c) / scale
          ! Where a line goes on nothing is held, and what is left is what equilibrium leaves. A point's force has its zero there.
-         noise = max(10.0_wp * problem%model%step(problem%step)%tolerance, 1.0e-10_wp)
-         if (problem%touch(problem%candidates%touch(c))%line .and. abs(push) <= noise) push = 0.0_wp
+         if (problem%touch(problem%candidates%touch(c))%line .and. abs(push) <= left_over(problem)) push = 0.0_wp
          ! A support that leaves takes the node along, and so does another obstacle.
          if (closes_gap(problem, state, c)) return
          call candidate_gap(problem, state, c, lift, normal, bend)

@@ -12,11 +12,11 @@ module vanishing_span
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use touch_edits, only: laid_down, merged
-   use section_forces, only: end_forces
-   use conforming_span, only: conforming_forces
    use line_pressure, only: virtual_pressure
    use span_problem, only: present_touches
-   use span_tests, only: span_test_t, another_fails, test_slack, test_pressure, shortest
+   use span_tests, only: span_test_t, another_fails, test_slack, test_pressure, shortest, line_share
+   use past_breakpoints, only: beyond
+   use line_arrival, only: find_arrival
    use span_regions, only: find_span_regions
    use span_change, only: leg_t
    use next_spans, only: next_t, new_next, go_to_load, tests_of
@@ -46,9 +46,14 @@ contains
       logical, intent(out) :: found
       logical, intent(out) :: wave               !! what does not lie down is one between two points
       type(timers_t), intent(inout) :: timers
-      call lie_down(problem, run, leg, which, next, found, timers)
-      if (found) found = comes_next()
       wave = .false.
+      call find_arrival(problem, leg, leg%after(which), next, found, timers)
+      if (found) found = comes_next()
+      if (.not. found) then
+         if (is_passage(problem, leg%after(which))) return
+         call lie_down(problem, run, leg, which, next, found, timers)
+         if (found) found = comes_next()
+      end if
       if (.not. found) wave = is_wave(problem, leg%to, leg%after(which))
       ! As long as there is a gap between them, and both push, they are two.
       if (wave .and. is_gone(problem, leg%after(which)) .and. .not. turns(run, leg)) then
@@ -63,11 +68,8 @@ contains
 
       !> True for an equilibrium that holds and lies as far ahead as something may be that is looked for.
       logical function comes_next() result(right)
-         real(wp) :: scale
-         scale = max(next%system%force_scale, tiny(scale))
          right = path_length(next%problem, carried(problem, leg%to, next%problem), next%state) <= reach_of(leg) * &
             & path_length(problem, leg%from, leg%to)
-         if (right) call look_at_ends(next%problem, next%state, scale, right)
          if (right) right = .not. another_fails(tests_of(next), 0)
          associate (load => next%state%load_factor, here => run%state%load_factor, from => leg%from%load_factor, &
             & to => leg%to%load_factor)
@@ -106,35 +108,6 @@ contains
          lies = lies .and. abs(next%rate) > 0.0_wp
       end associate
    end subroutine lie_down
-
-   !> Where a line ends at a breakpoint, or with its rod, nothing gives the couple that the obstacle's curvature may want: the
-   !> moment is that of the free part beyond, or none.
-   subroutine look_at_ends(problem, state, scale, balanced)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      real(wp), intent(in) :: scale              !! of forces
-      logical, intent(out) :: balanced
-      real(wp) :: local(3), ends(3, 2), place(2), angle
-      integer :: e, side, beyond
-      balanced = .true.
-      do e = 1, problem%model%mesh%n_elements
-         if (problem%conforms(e) == 0) cycle
-         do side = 1, 2
-            associate (node => problem%model%mesh%node(side, e))
-               if (problem%model%fixed(3, node)) cycle
-               if (any(problem%candidates%moves .and. problem%candidates%node == node)) cycle
-               beyond = problem%beside(side, node)
-            end associate
-            ends = 0.0_wp
-            if (beyond > 0) then
-               if (problem%conforms(beyond) > 0) cycle
-               call end_forces(problem, state, beyond, ends(:, 1), ends(:, 2))
-            end if
-            call conforming_forces(problem, state, e, real(side - 1, wp), local, place, angle)
-            balanced = balanced .and. abs(local(3) - ends(3, 3 - side)) <= sqrt(epsilon(scale)) * scale * problem%size
-         end do
-      end do
-   end subroutine look_at_ends
 
    !> Where the new line begins to press: its least pressure is zero, or just above it. By secants, within a bracket once there is
    !> one. Where nothing is left of the span, and the line presses all the way, it is where the run stands: meshes differ.
@@ -203,6 +176,17 @@ contains
       gone = abs(test%value) * problem%size <= rounding_gap(problem) .or. &
          & test%ends(2) - test%ends(1) < shortest * problem%layout%stretch(test%stretch)%length
    end function is_gone
+
+   !> True for the last bit before a breakpoint that contact goes on past: it does not lie down, contact passes it (passages).
+   pure logical function is_passage(problem, test)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: test      !! of the span
+      integer :: side
+      side = findloc(test%beside > 0, .true., 1)
+      is_passage = count(test%beside > 0) == 1 .and. test%ends(2) - test%ends(1) <= line_share * &
+         & problem%layout%stretch(test%stretch)%length
+      if (is_passage) is_passage = beyond(problem, test%beside(side), merge(1, -1, side == 1)) > 0
+   end function is_passage
 
    !> True for a span between two points where the obstacle would have to pull to hold the rod down.
    logical function is_wave(problem, state, test)

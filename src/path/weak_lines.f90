@@ -13,7 +13,8 @@ module weak_lines
    use contact_touch, only: touch_t
    use conforming_span, only: conforming_forces, node_track
    use span_problem, only: new_span_problem, present_touches
-   use touchdown_points, only: carry_forces, held_force
+   use touchdown_points, only: carry_forces
+   use breakpoint_forces, only: held_force
    use past_breakpoints, only: beyond
    use state_transfer, only: carried
    use linear_system, only: system_t, new_system

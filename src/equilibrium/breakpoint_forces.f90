@@ -1,0 +1,87 @@
+!> What an obstacle does to a rod that touches it at a breakpoint: loads, springs and supports act on the same node.
+module breakpoint_forces
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t, may_react
+   use obstacle_track, only: track_t
+   use conforming_span, only: conforming_forces, node_track, track_sense
+   implicit none
+   private
+   public :: at_breakpoint, stands, held_force, held_couple, left_over
+
+contains
+
+   !> True for a touched node that is a breakpoint of its rod.
+   pure logical function at_breakpoint(problem, candidate)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: candidate
+      associate (e => problem%beside(:, problem%candidates%node(candidate)))
+         at_breakpoint = any(e == 0)
+         if (.not. at_breakpoint) at_breakpoint = problem%stretch(e(1)) /= problem%stretch(e(2)) .or. &
+            & e(1) == problem%element_last(problem%stretch(e(1)))
+      end associate
+   end function at_breakpoint
+
+   !> True where a support takes all that the obstacle could push a touched node with: it stands there, touching or not.
+   pure logical function stands(problem, state, candidate)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      type(track_t) :: track
+      track = node_track(problem, state, candidate)
+      stands = .not. may_react(problem, candidate, [-track%tangent(2), track%tangent(1)])
+   end function stands
+
+   !> Concentrated force of the obstacle at a breakpoint of the rod, where loads and supports act, too, >= 0 when it pushes: what
+   !> holds the free parts and those against the obstacle, and the jump of Q of the parts on the track. Zero where supports take all
+   !> of it.
+   real(wp) function held_force(problem, state, candidate) result(force)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      type(track_t) :: track
+      real(wp) :: local(3), place(2), angle, sense
+      integer :: side, e
+      track = node_track(problem, state, candidate)
+      force = 0.0_wp
+      if (stands(problem, state, candidate)) return
+      sense = track_sense(problem, state, candidate, track)
+      force = state%reaction(candidate)
+      do side = 1, 2
+         e = problem%candidates%element(side, candidate)
+         if (e == 0) cycle
+         if (problem%conforms(e) == 0) cycle
+         call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, place, angle)
+         force = force + sense * merge(1.0_wp, -1.0_wp, side == 1) * local(2)
+      end do
+   end function held_force
+
+   !> Couple that an obstacle would have to give to the node of a line at a breakpoint of the rod, which turns with its track: what
+   !> loads, springs and free parts leave over, and the jump of the moment of the parts on the track; no obstacle gives one.
+   !> Counterclockwise; zero where a support takes it.
+   real(wp) function held_couple(problem, state, candidate) result(couple)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      real(wp) :: local(3), place(2), angle
+      integer :: side, e
+      couple = 0.0_wp
+      associate (node => problem%candidates%node(candidate))
+         if (.not. problem%candidates%follows(candidate) .or. problem%model%fixed(3, node)) return
+         couple = state%couple(candidate)
+         do side = 1, 2
+            e = problem%beside(side, node)
+            if (e == 0) cycle
+            if (problem%conforms(e) == 0) cycle
+            call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, place, angle)
+            couple = couple + merge(1.0_wp, -1.0_wp, side == 1) * local(3)
+         end do
+      end associate
+   end function held_couple
+
+   !> What equilibrium leaves of forces, over their scale.
+   pure real(wp) function left_over(problem)
+      type(problem_t), intent(in) :: problem
+      left_over = max(10.0_wp * problem%model%step(problem%step)%tolerance, 1.0e-10_wp)
+   end function left_over
+end module breakpoint_forces

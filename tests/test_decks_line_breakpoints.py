@@ -1,0 +1,179 @@
+"""Lines of contact at breakpoints of their rod: ends that come to several of them at once, parts on both sides of one, and nodes inside
+that couples turn or forces lift.
+
+Exact are small deflections of a clamped beam, EI = L = 1, on a floor GAP below it, pressed by q: free parts of length (72 GAP/q)^(1/4)
+lie beside a line, the ends of which push with q a/3. With gaps of 1e-4 rotations of 4e-4 change loads by less than 1e-6.
+"""
+import functools
+import math
+
+import numpy as np
+import pytest
+
+import deck_runner as dr
+
+GAP, LOAD = 1e-4, 4.0
+BEAM = """*HEADING
+Clamped beam pressed on a floor, its nodes breakpoints for loads that do nothing
+*NODE
+1, 0., 0.
+{nodes}*BEAM SECTION, ELSET=S, SECTION=STIFFNESS
+1e10, 1.
+*BOUNDARY
+1, ENCASTRE
+{last}, 2
+{last}, 6
+*OBSTACLE, NAME=FLOOR, TYPE=LINE
+0., -1e-4, 1., -1e-4
+*CONTACT, OBSTACLE=FLOOR, NSET=S
+*MONITOR, NAME=push, OBSTACLE=FLOOR
+RN
+*STEP
+{accuracy}*STATIC, METHOD=LOAD
+{first}
+*DLOAD
+{presses}*CLOAD
+{nothing}*END STEP
+"""
+STEP = """*STEP
+{accuracy}*STATIC, METHOD=LOAD
+0.1
+{loads}
+*END STEP
+"""
+ASKED = "*ACCURACY, TOLERANCE=1e-6\n"
+
+
+@functools.cache
+def beam(places, *steps, first=0.1, elements=8, presses=(LOAD,), with_load="", code=0):
+    """Nodes at places; steps after the first one, by their loads; meshes of the deck, or elements None: of the program."""
+    nodes = "".join(f"{i}, {x!r}, 0.\n" for i, x in enumerate((*places, 1.0), 2))
+    sets = [f"P{i}" for i in range(len(places) + 1)]
+    count = "" if elements is None else f", {elements}"
+    nodes += "".join(f"*LINE, ELSET={name}, NSET=S, TYPE=GE8\n{i}, {i + 1}{count}\n" for i, name in enumerate(sets, 1))
+    nodes += "*ELSET, ELSET=S\n" + ", ".join(sets) + "\n"
+    accuracy = ASKED if elements is None else ""
+    on = ["S"] if len(presses) == 1 else sets
+    text = BEAM.format(nodes=nodes, last=len(places) + 2, accuracy=accuracy, first=first,
+                       presses="".join(f"{name}, PY, {-q!r}\n" for name, q in zip(on, presses)),
+                       nothing="".join(f"{i}, 2, 1e-12\n" for i in range(2, len(places) + 2)) + with_load)
+    return dr.run_deck(text + "".join(STEP.format(accuracy=accuracy, loads=loads) for loads in steps), code=code)
+
+
+def labels(run):
+    return [c.label for c in run.results.critical]
+
+
+def free_length(load):
+    return (72.0 * GAP / load)**0.25
+
+
+def contact_at(run, event):
+    """(contacts, 2) starts and ends."""
+    row, contact = event.point - 1, run.results.contact
+    return np.column_stack([contact.start[row], contact.end[row]])[:contact.count[row]]
+
+
+@pytest.mark.parametrize("elements", [8, None])
+@pytest.mark.parametrize("places", [(0.4, 0.6), (0.4, 0.60001), (0.4, 0.6001), (0.4, 0.5, 0.6), (0.3, 0.4, 0.6, 0.7)])
+def test_ends_pass_breakpoints_together(places, elements):
+    """Neither end of a symmetric line comes to its breakpoint first, nor far enough past it before the other one has come, on the way
+    out and back: where nothing happens nothing is told."""
+    run = beam(places, f"*DLOAD\nS, PY, {0.995 * LOAD!r}", elements=elements)
+    assert labels(run) == ["C+", "EP", "C-", "EP"]
+    begins, pressed, ends, _ = run.results.critical
+    dr.assert_close(begins.load_factor, 384.0 * GAP / LOAD, relative=1e-6)
+    dr.assert_close(ends.load_factor, (1.0 - 384.0 * GAP / LOAD) / 0.995, relative=1e-6)
+    a = free_length(LOAD)
+    dr.assert_close(contact_at(run, pressed), [[a, 1.0 - a]], absolute=1e-6)
+    dr.assert_close(run.column("push")[pressed.point - 1], LOAD * (1.0 - 2.0 * a) + 2.0 * LOAD * a / 3.0, relative=1e-6)
+
+
+@pytest.mark.parametrize("elements", [12, None])
+@pytest.mark.parametrize("load", [1e-12, -0.05, -0.5])
+@pytest.mark.parametrize("heavier", [1.000001, 1.0001])
+def test_a_point_that_becomes_a_line_beside_its_breakpoint_goes_on(load, heavier, elements):
+    """Its parts on both sides of the breakpoint are one contact, and no new one."""
+    run = beam((0.5,), elements=elements, presses=(LOAD, heavier * LOAD), with_load=f"2, 2, {load!r}\n")
+    assert labels(run) == ["C+", "EP"]
+    dr.assert_close(contact_at(run, run.results.critical[-1]), [[free_length(LOAD), 1.0 - free_length(heavier * LOAD)]], absolute=1e-6)
+
+
+def lifted(couple, force, density):
+    """Where a node inside a line is free of the floor, before and after it: from both ends the gap is T x^3/6 - r x^4/24, and at the node,
+    m and n away, gap and slope agree, T1 + T2 carries what presses, and the moment jumps by the couple. By Newton's method, from
+    the solution without a force on in steps."""
+    def misfit(x, push):
+        m, n, t1, t2 = x
+        r = density
+        return np.array([t1 * m**3 / 6.0 - r * m**4 / 24.0 - t2 * n**3 / 6.0 + r * n**4 / 24.0,
+                         t1 * m**2 / 2.0 - r * m**3 / 6.0 + t2 * n**2 / 2.0 - r * n**3 / 6.0,
+                         t1 + t2 - r * (m + n) - push,
+                         t2 * n - r * n**2 / 2.0 - t1 * m + r * m**2 / 2.0 - abs(couple)])
+
+    m = math.sqrt(abs(couple) / density / (2.0 * math.sqrt(3.0) - 3.0))
+    n = (2.0 - math.sqrt(3.0)) * m
+    x = np.array([m, n, 0.268 * density * m, density * m])
+    for push in np.linspace(0.0, force, 201):
+        for _ in range(30):
+            slope = np.empty((4, 4))
+            for k in range(4):
+                ahead = x.copy()
+                ahead[k] *= 1.0 + 1e-6
+                slope[:, k] = (misfit(ahead, push) - misfit(x, push)) / (1e-6 * x[k])
+            x = x - np.linalg.solve(slope, misfit(x, push))
+    assert np.all(x > 0.0)
+    return x[:2] if couple < 0.0 else x[1::-1]
+
+
+@pytest.mark.parametrize("elements", [8, None])
+@pytest.mark.parametrize("couple, force", [(0.05, 0.0), (-0.05, 0.0), (5e-5, 0.0), (-5e-5, 0.0), (0.005, -0.5), (-0.005, 0.05)])
+def test_a_couple_lifts_its_node_at_once(couple, force, elements):
+    """No obstacle gives a couple: the line parts with the first of it, and the node hangs between two lines. What lies beyond feels
+    nothing."""
+    loads = f"*CLOAD\n2, 6, {couple!r}" + (f"\n2, 2, {force!r}" if force else "")
+    run = beam((0.45,), loads, elements=elements)
+    assert labels(run) == ["C+", "EP", "C-", "EP"]
+    _, pressed, parts, end = run.results.critical
+    assert parts.load_factor == 0.0
+    m, n = lifted(couple, -force, LOAD)
+    a = free_length(LOAD)
+    dr.assert_close(contact_at(run, end), [[a, 0.45 - m], [0.45 + n, 1.0 - a]], absolute=1e-6)
+    push = run.column("push")
+    dr.assert_close(push[end.point - 1], push[pressed.point - 1] - force, relative=1e-9)
+
+
+@pytest.mark.parametrize("elements", [8, None])
+def test_a_couple_that_turns_the_other_way(elements):
+    """As it passes zero the line is whole."""
+    run = beam((0.45,), "*CLOAD\n2, 6, 0.005", "*CLOAD\n2, 6, -0.01", elements=elements)
+    assert labels(run) == ["C+", "EP", "C-", "EP", "C+", "C-", "EP"]
+    dr.assert_close([c.load_factor for c in run.results.critical[4:6]], [0.5, 0.5], relative=1e-9)
+    m, n = lifted(-0.005, 0.0, LOAD)
+    dr.assert_close(contact_at(run, run.results.critical[-1]).ravel()[1:3], [0.45 - m, 0.45 + n], absolute=1e-6)
+
+
+@pytest.mark.parametrize("elements", [8, None])
+@pytest.mark.parametrize("force", [0.1, 0.005])
+def test_a_node_that_is_lifted_and_let_go(force, elements):
+    """The floor loses it when the force does, and has it again when that is gone, not where the two lines are nearly one."""
+    run = beam((0.45,), f"*CLOAD\n2, 2, {force!r}", f"*CLOAD\n2, 2, {-2.0 * force!r}", elements=elements)
+    assert labels(run) == ["C+", "EP", "C-", "EP", "C+", "EP"]
+    dr.assert_close(run.results.critical[4].load_factor, 0.5, relative=1e-9)
+    reach = 0.75 * force / LOAD
+    inner = contact_at(run, run.results.critical[3])
+    dr.assert_close([inner[0, 1], inner[1, 0]], [0.45 - reach, 0.45 + reach], absolute=1e-6)
+    dr.assert_close(contact_at(run, run.results.critical[-1]), [[free_length(LOAD), 1.0 - free_length(LOAD)]], absolute=1e-6)
+
+
+@pytest.mark.parametrize("couple, place", [(0.005, 0.45), (0.05, 0.45), (5e-5, 0.3), (0.005, 0.3), (0.05, 0.3)])
+def test_a_line_that_comes_to_a_node_that_a_couple_turns(couple, place):
+    """Its end is there when the free part, clamped at both ends with a settlement of GAP, balances the couple. Then the line parts:
+    a point stays, which rolls away from the node, and becomes the other one of the two lines that the node hangs between."""
+    run = beam((place,), with_load=f"2, 6, {couple!r}\n")
+    assert labels(run) == ["C+", "C-", "EP"]
+    _, parts, end = run.results.critical
+    dr.assert_close(parts.load_factor, 6.0 * GAP / place**2 / (LOAD * place**2 / 12.0 + couple), relative=1e-6)
+    m, n = lifted(couple, 0.0, LOAD)
+    a = free_length(LOAD)
+    dr.assert_close(contact_at(run, end), [[a, place - m], [place + n, 1.0 - a]], absolute=1e-6)
