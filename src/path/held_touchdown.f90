@@ -129,7 +129,7 @@ contains
          if (places) distance(pack(points, points > 0)) = move(2)
          call shift_touchdown_points(problem, to, distance)
          control%increment = way * move(1)
-         control%whole = 0.0_wp
+         control%whole = way * step(1)
          if (present(whole)) control%whole = way * whole
          call correct(frozen, from, control, .true., to, system, report, timers)
          ok = report%converged
