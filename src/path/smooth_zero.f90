@@ -32,6 +32,7 @@ module smooth_zero
 
    integer, parameter :: eigenvalues_looked_at = 4
    integer, parameter :: max_centres = 6
+   real(wp), parameter :: apart = 0.75_wp       !! of the way along all samples, half of which is that between the two inner ones
 
 contains
 
@@ -139,7 +140,12 @@ contains
             end do
             if (branching) call follow_through_zero(near_zero, sighting%event, mu)
             found = .not. jumps(mu)
-            if (.not. found) return
+            if (.not. found) then
+               ! From an unstable path to a stable one that cannot be told from it there is no harm in going.
+               sighting%passes = sighting%event%after > 0.0_wp .and. &
+                  & path_length(problem, sample(2), sample(3)) <= apart * path_length(problem, sample(1), sample(4))
+               return
+            end if
             centre = zero_of_cubic(at, mu)
             if (abs(centre - guess) <= 2.0_wp * near) exit
          end do
