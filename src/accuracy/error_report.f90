@@ -346,6 +346,11 @@ contains
             & ' unstable directions there; give more elements or a higher order'
          return
       end if
+      if (bars%unsure .and. .not. any(label == ['UZ', 'TP'])) then
+         accuracy%bar_words = 'the mesh is too coarse for the bifurcations'//there//': it errs by all of an eigenvalue that is '// &
+            & 'next to zero there; give more elements or a higher order'
+         return
+      end if
       if (.not. (bars%load%told .or. any(bars%monitor%told))) then
          ! What has no estimate on any mesh is said in the table; changes of contact that have no function are no values of their
          ! own, but on foundations they are.

@@ -1,7 +1,8 @@
 !> Whether finer elements find as many unstable directions as those of the mesh: of a higher order, or more of them.
 !>
 !> Where they do not the path has passed a bifurcation that only one of them has. The numbers of the path need not show it: a
-!> straight rod of one element of order 2 is exact in everything but that it cannot buckle.
+!> straight rod of one element of order 2 is exact in everything but that it cannot buckle. Where both find as many, but differ by
+!> more than all of an eigenvalue, either may have passed one that the rod has not.
 module missed_modes
    use kinds, only: wp, pi
    use errors, only: error_t
@@ -11,7 +12,7 @@ module missed_modes
    use bordered_system, only: linearise
    use conforming_span, only: excess_curvature
    use mesh_adequacy, only: compression
-   use tangent_modes, only: modes_t, lowest_modes
+   use tangent_modes, only: modes_t, lowest_modes, apply_tangent
    use weak_lines, only: release_lines
    use finer_problem, only: new_finer_problem, new_finer_state
    use finer_path, only: finer_path_t, finer_point_t
@@ -19,7 +20,7 @@ module missed_modes
    use timing, only: timers_t
    implicit none
    private
-   public :: unstable_difference
+   public :: unstable_difference, sign_in_doubt
 
    real(wp), parameter :: beyond_rounding = 10.0_wp !! times what rounding does to an eigenvalue: its sign tells
 
@@ -41,6 +42,30 @@ contains
       if (difference == 0) difference = hidden_directions(problem, state, system)
       if (difference == 0 .and. any(problem%touch%line)) difference = released_difference(problem, state, system, allowed, timers)
    end function unstable_difference
+
+   !> True where the mesh errs by as much as the eigenvalue nearest to zero, or more: its sign may not be that of the rod.
+   logical function sign_in_doubt(problem, state, system, path, point, timers) result(doubt)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system       !! factored there
+      type(finer_path_t), intent(in) :: path
+      type(finer_point_t), intent(in) :: point   !! the same point of it
+      type(timers_t), intent(inout) :: timers
+      type(modes_t) :: modes
+      type(error_t), allocatable :: error
+      type(zero_t) :: zero
+      real(wp) :: held(system%n), answer(system%n), finer
+      doubt = .false.
+      if (size(problem%hinge) > 0) return
+      if (.not. points_tell(problem, state, path%problem, point%state)) return
+      call lowest_modes(problem, state, system, 1, modes, error, timers)
+      if (allocated(error) .or. modes%n < 1) return
+      held = merge(0.0_wp, modes%x(:, 1), system%fixed)
+      call apply_tangent(path%problem, point%state, point%system, held, answer, finer)
+      zero%modes = modes%x(:, :1)
+      doubt = abs(finer - modes%mu(1)) > abs(finer)
+      if (doubt) doubt = abs(modes%mu(1)) > beyond_rounding * mode_rounding(problem, state, system, zero, timers)
+   end function sign_in_doubt
 
    !> Unstable directions that no pivot counts, at least: those of elements between nodes that stand still (Wittrick and
    !> Williams 1971). One held at both ends buckles where N h^2/EI is 4 pi^2 n^2; of a higher order it does, too, and hides as much.

@@ -20,7 +20,7 @@ module path_errors
    use element_shares, only: shares_t, find_shares, eigenvalue_shares
    use touch_places, only: moving_ends, places_at, named_place
    use mesh_request, only: value_sizes, motion_sizes
-   use missed_modes, only: unstable_difference
+   use missed_modes, only: unstable_difference, sign_in_doubt
    use located_zero, only: zero_t, zero_value, watched_gap, between_nodes, located_gap, mode_rounding
    use timing, only: timers_t
    implicit none
@@ -75,6 +75,9 @@ contains
       call begin(problem, finer, state, system, holding(problem, state, control, heading), heading, ends, no_modes, path, point, &
          & shares, value, timers)
       if (point%ok) bars%missed = unstable_difference(problem, state, system, path, point, 0, timers)
+      if (point%ok .and. present(places)) then
+         if (places) bars%unsure = sign_in_doubt(problem, state, system, path, point, timers)
+      end if
       call values_beside(path, point, timers)
       if (.not. point%ok) then
          bars%why = no_convergence

@@ -10,12 +10,13 @@ module held_openings
    use corrector, only: increment_t, correct
    use path_run, only: run_t
    use touchdown_points, only: with_held, opening_misfit, point_force
+   use span_problem, only: touch_place
    use held_touchdown, only: solve_held
    use conforming_span, only: flat_excess, excess_curvature, track_sense, node_track
    use timing, only: timers_t
    implicit none
    private
-   public :: open_span, rest_held, find_flat_point, held_load, small_load, spreading_rate, first_length
+   public :: open_span, rest_held, spread_ahead, find_flat_point, held_load, small_load, spreading_rate, first_length
 
    real(wp), parameter :: first_length = 4.0e-3_wp !! of a stretch: what opens from nothing begins with that
 
@@ -73,6 +74,33 @@ contains
       if (report%converged) run%state = state
       call linearise(problem, run%state, run%state, run%system, timers)
    end subroutine rest_held
+
+   !> Brings a line that is about to open, at rest with its ends held, to the equilibrium further on where it has the length that it
+   !> begins with, by the rate at which it grows. With its ends held there may be none: spans on straight walls that next to nothing
+   !> keeps from going along them end where they have to, not where they are held. The state stays where it is not found.
+   subroutine spread_ahead(problem, run, opened, ok, timers)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(inout) :: run
+      integer, intent(in) :: opened(2)           !! as open_span
+      logical, intent(out) :: ok
+      type(timers_t), intent(inout) :: timers
+      type(state_t) :: state
+      type(control_t) :: ahead
+      type(increment_t) :: report
+      real(wp) :: rate
+      integer :: ends(2)
+      ends = opening_ends(problem, opened)
+      rate = spreading_rate(problem, run, opened)
+      ok = all(ends > 0) .and. abs(rate) > 0.0_wp
+      if (.not. ok) return
+      ahead%method = method_load
+      ahead%increment = (touch_place(problem, run%state, ends(2)) - touch_place(problem, run%state, ends(1))) / rate
+      state = run%state
+      call correct(problem, run%state, ahead, .true., state, run%system, report, timers, far_off=.true.)
+      ok = report%converged
+      if (ok) run%state = state
+      call linearise(problem, run%state, run%state, run%system, timers)
+   end subroutine spread_ahead
 
    !> Steps of load factor and place for differences.
    pure function held_steps(problem, run) result(step)

@@ -17,6 +17,9 @@ module shrunk_line
    public :: come_to_rest
 
    integer, parameter :: max_centres = 6        !! of samples
+   !> Times the reach that a flat point may be away: where a line's length is zero its moments tell, where a point is flat its
+   !> curvature, and a mesh errs in these on its own.
+   real(wp), parameter :: farther = 10.0_wp
 
 contains
 
@@ -80,13 +83,13 @@ contains
             call excess_curvature(problem, sample(k), candidate, excess(k), stretch)
          end do
          centre = zero_of_cubic(at, excess)
-         if (abs(centre) > whole) return
+         if (abs(centre) > farther * whole) return
          found = centre >= at(2) .and. centre <= at(3)
          if (found) exit
       end do
       if (.not. found) return
       call state_between(problem, sample, at, centre, place, heading)
-      found = path_length(problem, run%state, place) <= reach
+      found = path_length(problem, run%state, place) <= farther * reach
       if (.not. found) return
       run%state = place
       run%heading = heading

@@ -20,6 +20,7 @@ module sightings
       logical :: located = .false.
       real(wp) :: swerve = 0.0_wp              !! bifurcation: what a unit force on its null vector turns the tangent by at the
       !! points that it was interpolated from
+      logical :: passes = .false.              !! bifurcation: none; the trial is on a stabler path too near to be told apart
       logical :: later = .false.               !! bifurcation: it comes after the trial, whose pivots have the sign of rounding
    end type sighting_t
 end module sightings

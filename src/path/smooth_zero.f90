@@ -32,6 +32,7 @@ module smooth_zero
 
    integer, parameter :: eigenvalues_looked_at = 4
    integer, parameter :: max_centres = 6
+   real(wp), parameter :: apart = 0.75_wp       !! of the way along all samples, half of which is that between the two inner ones
 
 contains
 
@@ -138,6 +139,13 @@ contains
                if (branching) near_zero(k) = modes
             end do
             if (branching) call follow_through_zero(near_zero, sighting%event, mu)
+            found = .not. jumps(mu)
+            if (.not. found) then
+               ! From an unstable path to a stable one that cannot be told from it there is no harm in going.
+               sighting%passes = sighting%event%after > 0.0_wp .and. &
+                  & path_length(problem, sample(2), sample(3)) <= apart * path_length(problem, sample(1), sample(4))
+               return
+            end if
             centre = zero_of_cubic(at, mu)
             if (abs(centre - guess) <= 2.0_wp * near) exit
          end do
@@ -198,6 +206,14 @@ contains
          if (turn > 0.0_wp) turn = 1.0_wp / turn
       end function swerve_per_force
    end subroutine locate_smooth
+
+   !> True for samples between which there is no zero, but a jump: Newton's method has gone from one path to another next to it.
+   pure logical function jumps(value)
+      real(wp), intent(in) :: value(n_samples)  !! two on each side
+      real(wp), parameter :: times = 4.0_wp     !! what a function changes by on either side of its zero; a smooth one does so once
+      jumps = value(2) * value(3) < 0.0_wp .and. abs(value(3) - value(2)) > times * (abs(value(2) - value(1)) + &
+         & abs(value(4) - value(3)))
+   end function jumps
 
    !> The event's eigenvalue at samples on both sides of its zero, where others go through theirs, too: of those that change
    !> their sign there, the k-th by size is one and the same on both sides.

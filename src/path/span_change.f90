@@ -33,6 +33,7 @@ module span_change
       type(state_t) :: from, to                   !! its ends; where it is stuck, the last increment that was not
       type(heading_t) :: ahead                    !! tangent at its end
       logical :: stuck = .false.                  !! no increment converges from its end, which is where the run stands
+      integer :: pivots = 0                       !! negative ones at its end
       real(wp) :: scale = 0.0_wp                  !! of forces
       type(span_test_t), allocatable :: before(:), after(:) !! tests at both ends
    end type leg_t
@@ -66,6 +67,7 @@ contains
       leg%stuck = stuck
       leg%from = run%state
       if (stuck) leg%from = run%trail(1)%from
+      leg%pivots = run%system%negative_pivots
       leg%scale = max(run%system%force_scale, tiny(leg%scale))
       leg%after = run_span_tests(problem, leg%to, leg%scale)
       leg%before = run_span_tests(problem, leg%from, leg%scale)

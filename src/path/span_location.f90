@@ -79,12 +79,15 @@ contains
                & leads_to(problem, run%state, run%heading, run%fresh, place)
          end if
          if (.not. found) return
+         call linearise(problem, place, run%state, run%system, timers)
+         ! Of the eigenvalues one may be zero there; where more have changed their sign other events lie on the way.
+         found = after <= 0.0_wp .or. abs(run%system%negative_pivots - leg%pivots) <= 1
+         if (.not. found) return
          change%where = merge(place_ahead, place_within, after > 0.0_wp)
       end associate
       change%kind = change_by_rule
       change%place = place
       change%report = increment_t(converged=.true.)
-      call linearise(problem, place, run%state, run%system, timers)
       change%heading = arrival(problem, run, place)
       change%tests = run_span_tests(problem, place, leg%scale)
    end subroutine locate_flat_point

@@ -13,7 +13,7 @@ module span_set
       & shortest
    use span_rules, only: answer_t
    use span_mesh, only: take_touches
-   use held_openings, only: open_span, rest_held, small_load, spreading_rate
+   use held_openings, only: open_span, rest_held, spread_ahead, small_load, spreading_rate
    use shrunk_line, only: come_to_rest
    use path_control, only: control_t, is_arc_length
    use path_continuity, only: heading_at
@@ -77,7 +77,10 @@ contains
       case (test_curvature)
          if (.not. parts) then
             call open_span(next, on, answer%opens, ok, timers)
-            if (.not. ok) call rest_held(next, on, answer%opens, timers)
+            if (.not. ok) then
+               call rest_held(next, on, answer%opens, timers)
+               call spread_ahead(next, on, answer%opens, ok, timers)
+            end if
          end if
          call head_for(next, on, spreading_rate(next, on, answer%opens))
       case (test_slope)
