@@ -1,13 +1,15 @@
 !> Places of touchdown points along their rods, as functions of the unknowns: what their errors are told by.
 !>
 !> A touchdown point is where the moment does not jump, or where a point contact has the obstacle's direction (touchdown_points).
-!> The derivatives are differences of that, taken with the points held, as they are in the equations.
+!> The derivatives are differences of that, taken with the points held, as they are in the equations. A point that keeps a
+!> breakpoint's node rolls beside it.
 module touch_places
    use kinds, only: wp
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: apply_increment
+   use conforming_span, only: rolled_t, rolled
    use touchdown_points, only: touchdown_steps, touchdown_slopes
    use span_regions, only: chain_coordinate
    use error_bar, only: place_bar_t
@@ -17,13 +19,13 @@ module touch_places
 
 contains
 
-   !> Candidates that are touchdown points and go along the rod.
+   !> Candidates that are touchdown points and go along the rod, or roll beside their node.
    pure function moving_ends(problem) result(ends)
       type(problem_t), intent(in) :: problem
       integer, allocatable :: ends(:)
       integer :: c
-      ends = pack([(c, c=1, problem%candidates%n)], [(problem%candidates%touch(c) > 0 .and. problem%candidates%moves(c), &
-         & c=1, problem%candidates%n)])
+      ends = pack([(c, c=1, problem%candidates%n)], [(problem%candidates%touch(c) > 0 .and. (problem%candidates%moves(c) &
+         & .or. problem%candidates%rolls(c)), c=1, problem%candidates%n)])
    end function moving_ends
 
    !> Stress-free arc lengths along the chains of their contacts.
@@ -32,8 +34,12 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: ends(:)             !! candidates, see moving_ends
       real(wp) :: at(size(ends))
+      type(rolled_t) :: roll
       integer :: k
-      at = [(chain_coordinate(problem, state, ends(k), merge(1, 2, is_last(problem, ends(k)))), k=1, size(ends))]
+      do k = 1, size(ends)
+         roll = rolled(problem, state, ends(k))
+         at(k) = chain_coordinate(problem, state, ends(k), merge(1, 2, is_last(problem, ends(k)))) + roll%way
+      end do
    end function places_at
 
    !> The same where a state, not far from another one and on the nodes of that, has them.
@@ -42,7 +48,7 @@ contains
       type(state_t), intent(in) :: before, after
       integer, intent(in) :: ends(:)
       real(wp) :: at(size(ends)), way(problem%candidates%n)
-      at = places_at(problem, before, ends)
+      at = places_at(problem, after, ends)
       if (size(ends) == 0) return
       way = touchdown_steps(problem, before, after)
       at = at + way(ends)

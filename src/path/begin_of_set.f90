@@ -14,13 +14,12 @@ contains
 
    !> Back towards a load factor, as far as the next set holds: halves of what is left of the way. Where it holds all the way both
    !> sets have one equilibrium there, and the change lies further back.
-   subroutine go_back(to, next, since, timers)
+   subroutine go_back(to, next, timers)
       real(wp), intent(in) :: to
       type(next_t), intent(inout) :: next
-      real(wp), intent(out) :: since               !! load factor at which the next set begins to hold
       type(timers_t), intent(inout) :: timers
       type(next_t) :: nearer
-      real(wp) :: fails, whole
+      real(wp) :: fails, since, whole              ! load factors at which it fails, and holds
       integer :: try
       logical :: holds, beyond
       nearer = next

@@ -6,8 +6,7 @@
 !>   (is_near); and what was lost and gained on the way is told (tell_differences).
 module contact_in_doubt
    use kinds, only: wp
-   use text, only: to_text
-   use model, only: step_t, method_load, method_cylindrical
+   use model, only: method_load, method_cylindrical
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: new_system
@@ -21,8 +20,6 @@ module contact_in_doubt
    use path_control, only: control_t, is_arc_length, displacement_between, path_length
    use path_continuity, only: heading_at
    use path_run, only: run_t
-   use monitors, only: monitor_rate
-   use error_bar, only: new_error_bar, no_error_bars, moved_error_bar
    use corrector, only: increment_t, correct
    use timing, only: timers_t
    implicit none
@@ -34,9 +31,8 @@ module contact_in_doubt
 contains
 
    !> The next set of contact spans and its equilibrium ahead of where the run stands, as near as the set holds.
-   subroutine ask_nodes(problem, step, run, reach, next, found, timers)
+   subroutine ask_nodes(problem, run, reach, next, found, timers)
       type(problem_t), intent(in) :: problem       !! of spans
-      type(step_t), intent(in) :: step
       type(run_t), intent(in) :: run               !! its system factored where it stands
       real(wp), intent(in) :: reach                !! of the increment that failed
       type(next_t), intent(out) :: next
@@ -49,7 +45,7 @@ contains
       type(increment_t) :: report
       character(:), allocatable :: why
       real(wp), allocatable :: onward(:, :)
-      real(wp) :: since, first, apart
+      real(wp) :: first, apart
       nodes = new_sampled_problem(problem)
       here = carried(problem, run%state, nodes)
       here%active = at_touches(nodes, here, present_touches(problem, run%state))
@@ -73,27 +69,25 @@ contains
       call find_spans_ahead(problem, run, nodes, on, next, first, found, report, why, timers)
       if (.not. found) return
       ahead = next%state
-      call go_back(run%state%load_factor, next, since, timers)
+      call go_back(run%state%load_factor, next, timers)
       found = is_near(problem, run, next, apart)
       if (.not. found) return
       here = next%state
       if (path_length(next%problem, here, ahead) <= 0.0_wp) here = carried(problem, run%state, next%problem)
       next%heading = heading_at(next%problem, next%system, displacement_between(next%problem, here, ahead), &
          & ahead%load_factor - here%load_factor)
-      call tell_differences(problem, step, run, nodes, since, next)
+      call tell_differences(problem, run, nodes, next)
    end subroutine ask_nodes
 
-   !> What is lost or gained with the next set: told at its first point, it lies between that and where the set begins to hold.
-   subroutine tell_differences(problem, step, run, nodes, since, next)
+   !> What is lost or gained with the next set: told at its first point, it lies between that and where the run stands. There may be
+   !> other sets between, so that where the next one begins to hold says nothing of the first change.
+   subroutine tell_differences(problem, run, nodes, next)
       type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
       type(run_t), intent(in) :: run
       type(problem_t), intent(in) :: nodes         !! that have told
-      real(wp), intent(in) :: since                !! load factor after which the set changes
       type(next_t), intent(inout) :: next
       type(differences_t) :: differences
-      real(wp) :: left
-      integer :: k, begun, ended
+      integer :: begun, ended
       call compare_sets(present_touches(problem, run%state), run%touches, nodes%layout%stretch%length / (nodes%element_last - &
          & nodes%element_first + 1), problem%chain_start, nodes%candidates%chain_length, &
          & present_touches(next%problem, next%state), next%problem%touch, differences)
@@ -103,16 +97,7 @@ contains
       if (ended > 0) next%label = 'C-'
       next%times = begun + ended
       next%divides = differences%divided > 0 .and. differences%lost == 0
-      if (begun > 0 .and. ended > 0) next%trouble = 'between load factors '//to_text(since)//' and '// &
-         & to_text(next%state%load_factor)//' contact begins and ends, told as one'
-      if (.not. step%error_bars .or. begun + ended == 0) return
-      next%bars = no_error_bars(size(problem%model%monitor), '')
-      left = since - next%state%load_factor
-      next%bars%load = new_error_bar(left, 0.0_wp, abs(left), epsilon(left) * abs(since))
-      do k = 1, size(next%bars%monitor)
-         next%bars%monitor(k) = moved_error_bar(new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp), next%bars%load, &
-            & monitor_rate(next%problem, k, next%state, next%system))
-      end do
+      next%located = begun + ended == 0
    end subroutine tell_differences
 
    !> True for an equilibrium as near as the path goes over that change of the load, and meshes differ: elsewhere lies another path.

@@ -14,7 +14,6 @@ module next_spans
    use path_control, only: control_t
    use path_continuity, only: heading_t
    use corrector, only: increment_t, correct
-   use error_bar, only: error_bars_t
    use timing, only: timers_t
    implicit none
    private
@@ -32,8 +31,7 @@ module next_spans
       character(2) :: label = '  '                !! what is told there: contact gained or lost
       logical :: divides = .false.                !! of the contact that is lost a part stays on both sides
       integer :: times = 1                        !! so often
-      type(error_bars_t), allocatable :: bars
-      character(:), allocatable :: trouble        !! what of it could not be told
+      logical :: located = .true.                 !! false: somewhere between the run's point and this one
    end type next_t
 
 contains

@@ -23,7 +23,7 @@ module path_acceptance
    use sightings, only: sighting_t
    use event_order, only: told_otherwise, one_sided, count_before, by_fraction, same_place
    use event_location, only: locate
-   use path_outcome, only: outcome_t, note_trouble
+   use path_outcome, only: outcome_t, note_bracketed
    use point_recording, only: record
    use error_bar, only: error_bars_t
    use error_report, only: bars_at_event, bars_at_point, note_error, asked_at
@@ -46,7 +46,7 @@ contains
    !> Detects what happened up to a converged trial point, locates it, puts it in order, records it and the point, and goes
    !> there. `shorter` instead, and nothing recorded, when an event was not located and the caller can cut the increment.
    subroutine accept(problem, step, run, trial, ahead, label, report, can_cut, recorder, shorter, finished, outcome, timers, &
-      & changing, divides, changes, bars, tries, times)
+      & changing, divides, changes, bars, tries, times, bracketed)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the trial on entry and on return, else anywhere
@@ -66,20 +66,24 @@ contains
       integer, intent(in), optional :: tries     !! meshes that the same increment has had for its errors' sake; not there: this
       !! mesh has to do. Where it does not run%wanted is allocated, and nothing recorded
       integer, intent(in), optional :: times     !! how often the label happens at the trial; not there: once
+      logical, intent(in), optional :: bracketed !! it happens somewhere on the way there
       logical, intent(in), optional :: changes   !! the contact set is about to change at the trial, with a label or without
       type(sighting_t), allocatable :: seen(:)
       type(system_t), allocatable :: at_trial    ! what is looked at on the way changes nothing of it
       type(probe_t) :: probe
       logical, allocatable :: told(:)
       integer, allocatable :: order(:)
-      type(error_bars_t), allocatable :: shown_bars
+      type(error_bars_t), allocatable :: shown_bars, contact_bars
+      character(:), allocatable :: note
       integer :: i, unseen, told_times
-      logical :: splits, set_changes, stops, comes_home, ends
+      logical :: splits, set_changes, stops, comes_home, ends, exact
 
       finished = .false.
       shorter = .false.
       splits = .false.
       if (present(divides)) splits = divides
+      exact = .true.
+      if (present(bracketed)) exact = .not. bracketed
       probe = probe_at(problem, run, trial, ahead)
       call count_released(problem, trial, run%system, probe%free_pivots, probe%weak, timers)
       if (run%fresh) then
@@ -124,7 +128,7 @@ contains
       ! A trial behind the end of the step is no point of it.
       ends = any(seen%located .and. seen%event%kind == event_stop .and. .not. told)
       if (.not. (allocated(shown_bars) .or. ends)) &
-         & call bars_at_point(problem, step, run, trial, ahead, label, stops, 0, shown_bars, timers, &
+         & call bars_at_point(problem, step, run, trial, ahead, merge(label, '  ', exact), stops, 0, shown_bars, timers, &
          & wanted=step%asked_of_path > 0.0_wp .and. any(problem%layout%stretch%placed), changing=changing)
       if (allocated(shown_bars) .and. .not. ends) then
          if (present(tries)) call ask_for_mesh(problem, step, run, trial, shown_bars, label /= '' .or. stops, tries, outcome)
@@ -158,8 +162,7 @@ contains
          if (told(i) .or. seen(i)%located) cycle
          call announce(problem, run, new_critical(seen(i)%event%label, seen(i)%event%note), trial, probe, .false., recorder, &
             & outcome, timers)
-         call note_trouble(outcome, seen(i)%event%note//' between load factors '//to_text(run%state%load_factor)//' and '// &
-            & to_text(trial%load_factor)//' was not located (a smaller largest increment may)')
+         call note_bracketed(outcome, seen(i)%event%note, run%state%load_factor, trial%load_factor)
          finished = finished .or. seen(i)%event%kind == event_stop
          ! It counts, though nothing can start there.
          call keep_landmark(problem, run, seen(i)%event%label, trial, trial, 1.0_wp, &
@@ -167,12 +170,16 @@ contains
       end do
       told_times = 1
       if (present(times)) told_times = times
-      do i = 1, told_times
-         if (label == 'C+') call announce(problem, run, new_critical(label, 'contact gained', shown_bars), trial, probe, .true., &
-            & recorder, outcome, timers)
-         if (label == 'C-') call announce(problem, run, new_critical(label, trim(merge('a contact region splits', &
-            & 'contact lost           ', splits)), shown_bars), trial, probe, .true., recorder, outcome, timers)
-      end do
+      if (label /= '') then
+         note = merge('contact gained', 'contact lost  ', label == 'C+')
+         if (splits) note = 'a contact region splits'
+         if (exact .and. allocated(shown_bars)) contact_bars = shown_bars
+         do i = 1, told_times
+            call announce(problem, run, new_critical(label, trim(note), contact_bars), trial, probe, exact, recorder, outcome, &
+               & timers)
+         end do
+         if (.not. exact) call note_bracketed(outcome, trim(note), run%state%load_factor, trial%load_factor)
+      end if
       if (finished) call announce(problem, run, new_critical('EP', 'end of the step', shown_bars), trial, probe, .true., &
          & recorder, outcome, timers)
       if (allocated(outcome%why)) return

@@ -1,9 +1,11 @@
 !> How a run along a path ended, and what it could not do on the way.
 module path_outcome
+   use kinds, only: wp
+   use text, only: to_text
    use run_accuracy, only: accuracy_t
    implicit none
    private
-   public :: outcome_t, note_trouble
+   public :: outcome_t, note_trouble, note_bracketed
 
    !> How a run ended.
    type :: outcome_t
@@ -31,4 +33,13 @@ contains
          outcome%trouble = what
       end if
    end subroutine note_trouble
+
+   !> Adds an event that the run has gone past without finding its place.
+   subroutine note_bracketed(outcome, what, from, to)
+      type(outcome_t), intent(inout) :: outcome
+      character(*), intent(in) :: what
+      real(wp), intent(in) :: from, to           !! load factors of the points that it lies between
+      call note_trouble(outcome, what//' between load factors '//to_text(from)//' and '//to_text(to)// &
+         & ' was not located (a smaller largest increment may)')
+   end subroutine note_bracketed
 end module path_outcome

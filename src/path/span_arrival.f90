@@ -13,7 +13,7 @@ module span_arrival
    use path_events, only: event_t, new_probe, detect_events
    use path_run, only: run_t, heading_of, forget_mesh
    use path_acceptance, only: accept
-   use path_outcome, only: outcome_t, note_trouble
+   use path_outcome, only: outcome_t
    use corrector, only: increment_t, correct
    use path_record, only: recorder_t
    use timing, only: timers_t
@@ -36,14 +36,13 @@ contains
       logical :: shorter, known
       run = bound_for(problem, run, next)
       problem = next%problem
-      if (allocated(next%trouble)) call note_trouble(outcome, next%trouble)
       known = allocated(next%heading%u)
       if (.not. known) then
          next%heading = run%heading
          if (.not. is_there(run, next)) next%heading = heading_of(problem, run, next%state)
       end if
       call accept(problem, step, run, next%state, next%heading, next%label, next%report, .false., recorder, shorter, finished, &
-         & outcome, timers, divides=next%divides, bars=next%bars, times=next%times)
+         & outcome, timers, divides=next%divides, times=next%times, bracketed=.not. next%located)
       if (finished .or. allocated(outcome%why) .or. known) return
       ! The way up to here was one of another set.
       call forget_mesh(run)

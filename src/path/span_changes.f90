@@ -124,7 +124,7 @@ contains
       type(timers_t), intent(inout) :: timers
       type(next_t) :: next
       finished = .false.
-      call ask_nodes(problem, step, run, reach, next, changed, timers)
+      call ask_nodes(problem, run, reach, next, changed, timers)
       if (changed) then
          call take_next(problem, step, run, next, recorder, finished, outcome, timers)
       else

@@ -168,14 +168,14 @@ contains
       type(next_t) :: next
       type(run_t) :: on
       character(:), allocatable :: why
-      real(wp) :: first, since
+      real(wp) :: first
       logical :: found
       integer :: try
       do try = 1, most_parts
          on = run
          call find_spans_ahead(problem, run, problem, on, next, first, found, report, why, timers)
          if (.not. found) exit
-         if (abs(next%state%load_factor - first) > 0.0_wp) call go_back(first, next, since, timers)
+         if (abs(next%state%load_factor - first) > 0.0_wp) call go_back(first, next, timers)
          if (.not. gains_contact(problem, next%problem%touch)) exit
          ! Where contact begins is looked for from a point before it.
          run%control%increment = 0.5_wp * run%control%increment

@@ -47,8 +47,8 @@ contains
       none = nothing * max(system%force_scale, tiny(none))
       weak = [(problem%touch(k)%line, k=1, size(weak))]
       do k = 1, size(weak)
-         if (weak(k)) weak(k) = largest_pressure(problem, state, k, unsettled * problem%model%step(problem%step)%tolerance * &
-            & system%force_scale) * problem%size <= none
+         if (weak(k)) weak(k) = .not. is_pressed(problem, state, k, unsettled * problem%model%step(problem%step)%tolerance * &
+            & system%force_scale, none / problem%size)
       end do
       any_weak = any(weak)
       if (.not. any_weak) return
@@ -147,23 +147,25 @@ contains
          & abs(touch%at(3 - side) - end) <= 0.0_wp)
    end function ends_nowhere
 
-   !> The largest density of the obstacle's force along a line, in size, less what the thrust errs by round the obstacle's curve:
-   !> on a straight one loads and the rod's shape give it, however far an iteration has gone.
-   real(wp) function largest_pressure(problem, state, touch, thrust_error) result(largest)
+   !> True where the density of the obstacle's force along a line, in size, is somewhere above a bound and what the thrust errs by
+   !> round the obstacle's curve: on a straight one loads and the rod's shape give it, however far an iteration has gone.
+   logical function is_pressed(problem, state, touch, thrust_error, bound)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: touch              !! index into problem%touch
       real(wp), intent(in) :: thrust_error
+      real(wp), intent(in) :: bound
       real(wp) :: local(3), place(2), angle, density, noise
       integer :: e, i
-      largest = 0.0_wp
+      is_pressed = .true.
       do e = problem%touch(touch)%element(1), problem%touch(touch)%element(2)
          noise = thrust_error * max(bend(problem%conforms(e)), bend(problem%candidates%neighbour(2, problem%conforms(e))))
          do i = 0, samples
             call conforming_forces(problem, state, e, real(i, wp) / samples, local, place, angle, density)
-            largest = max(largest, abs(density) - noise)
+            if (abs(density) - noise > bound) return
          end do
       end do
+      is_pressed = .false.
 
    contains
 
@@ -174,7 +176,7 @@ contains
          track = node_track(problem, state, candidate)
          bend = abs(track%curvature)
       end function bend
-   end function largest_pressure
+   end function is_pressed
 
    !> The sense in which a mode of the released problem opens the lines that are gone: 1 along it, -1 against it, 0 neither.
    integer function line_opening(problem, state, free, released, mode) result(sense)
