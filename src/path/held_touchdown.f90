@@ -1,13 +1,12 @@
-!> Equilibria with touchdown points held where they are told to be, how far the path has gone taken as an unknown instead: where a
-!> span opens from nothing, or a point contact is as curved as its obstacle, the points' own equations are singular, these are not.
+!> Equilibria with touchdown points held where they are told to be, the load taken as an unknown instead: where a span opens from
+!> nothing, or a point contact is as curved as its obstacle, the points' own equations are singular, these are not.
 module held_touchdown
    use kinds, only: wp
-   use model, only: method_load, method_linearised
+   use model, only: method_load
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
-   use path_control, only: control_t, set_tangent, metric
-   use bordered_system, only: linearise
+   use path_control, only: control_t
    use corrector, only: increment_t, correct
    use touchdown_points, only: with_held, shift_touchdown_points
    use small_dense, only: solve_small
@@ -35,31 +34,26 @@ module held_touchdown
 
 contains
 
-   !> Newton's method, by differences, for the way along the path and the place of touchdown points, which move together. With one
-   !> point at most, and `places` false, the way alone is unknown and the sum of the conditions has to vanish.
+   !> Newton's method, by differences, for load factor and place of touchdown points, which move together. With one
+   !> point at most, and `places` false, the load alone is unknown and the sum of the conditions has to vanish.
    subroutine solve_held(problem, points, system, places, step, left_of, state, ok, timers)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: points(2)           !! candidates, 0: none
       type(system_t), intent(inout) :: system
       logical, intent(in) :: places              !! the place is an unknown, too
-      real(wp), intent(in) :: step(2)            !! of the way, in load factor, and of the place, for differences
+      real(wp), intent(in) :: step(2)            !! of load factor and place, for differences
       procedure(condition) :: left_of
       type(state_t), intent(inout) :: state      !! guess on entry
       logical, intent(out) :: ok
       type(timers_t), intent(inout) :: timers
       type(problem_t) :: frozen
       type(state_t) :: other
-      type(control_t) :: control
-      real(wp) :: left(2), changed(2), slope(2, 2), move(2, 1), trial(2), best, way
+      real(wp) :: left(2), changed(2), slope(2, 2), move(2, 1), trial(2), best
       integer :: try, k, unknowns
       logical :: singular
       unknowns = merge(2, 1, places)
       best = huge(best)
       frozen = with_held(problem, points)
-      call linearise(frozen, state, state, system, timers)
-      ok = system%ok
-      if (.not. ok) return
-      call choose_way()
       other = state
       call go_by([0.0_wp, 0.0_wp], other, state, left)
       do try = 1, max_iterations
@@ -104,33 +98,23 @@ contains
 
    contains
 
-      !> The way is counted by what the load moves, in units of the load factor: near a limit point or a bifurcation that
-      !> imperfections hide the load hardly tells where on the path a state is. Where it moves nothing the load does.
-      subroutine choose_way()
-         call set_tangent(frozen, system, 0.0_wp * state%u, 1.0_wp, control)
-         way = 1.0_wp
-         control%method = method_load
-         if (.not. metric(frozen, control%tangent, control%tangent) > 0.0_wp) return
-         way = 1.0_wp / control%tangent_load
-         control%method = method_linearised
-      end subroutine choose_way
-
-      !> Equilibrium further on the way, with points moved.
+      !> Equilibrium with load and points moved.
       subroutine go_by(move, from, to, left, whole)
-         real(wp), intent(in) :: move(2)         !! way, place
+         real(wp), intent(in) :: move(2)         !! load factor, place
          type(state_t), intent(in) :: from
          type(state_t), intent(out) :: to
          real(wp), intent(out) :: left(2)
-         real(wp), intent(in), optional :: whole !! way that the move is a part of
+         real(wp), intent(in), optional :: whole !! load factor that the move is a part of
+         type(control_t) :: control
          type(increment_t) :: report
          real(wp) :: distance(problem%candidates%n)
          to = from
          distance = 0.0_wp
          if (places) distance(pack(points, points > 0)) = move(2)
          call shift_touchdown_points(problem, to, distance)
-         control%increment = way * move(1)
-         control%whole = way * step(1)
-         if (present(whole)) control%whole = way * whole
+         control%method = method_load
+         control%increment = move(1)
+         if (present(whole)) control%whole = whole
          call correct(frozen, from, control, .true., to, system, report, timers)
          ok = report%converged
          left = left_of(problem, points, to)
