@@ -258,6 +258,77 @@ def test_contacts_of_both_halves_begin_together():
     assert whole.results.contact.count[-1] == 3 and half.results.contact.count[-1] == 2
 
 
+ROLLING = """*HEADING
+Clamped beam under two loads, pressed on a floor at its middle node
+*NODE
+1, 0., 0.
+2, .5, 0.
+3, 1., 0.
+*LINE, ELSET=A, NSET=S, TYPE={kind}
+1, 2, {elements}
+*LINE, ELSET=B, NSET=S, TYPE={kind}
+2, 3, {elements}
+*BEAM SECTION, ELSET=A, SECTION=STIFFNESS
+1e6, 1.
+*BEAM SECTION, ELSET=B, SECTION=STIFFNESS
+1e6, 1.
+*BOUNDARY
+1, ENCASTRE
+3, ENCASTRE
+*OBSTACLE, NAME=O, TYPE=LINE
+0., -0.00004, 1., -0.00004
+*CONTACT, OBSTACLE=O, NSET=S
+*STEP
+*ACCURACY, WIDEST=1E9
+*STATIC, METHOD=LOAD
+0.2
+*DLOAD
+A, PY, -0.3
+B, PY, -0.30003
+*CLOAD
+2, 2, -0.2
+*STOP
+LOAD, ABOVE, 0.12
+*END STEP
+"""
+
+
+def rolled_place(load=0.12, gap=4e-5, left=0.3, right=0.30003, force=0.2):
+    """Where the beam is lowest: there the floor pushes. Powers of the distance from the left clamp, the middle and that place."""
+    def slope_there(place):
+        # Unknown: the coefficients of x^2 and x^3, and the floor's force.
+        def given(x, n):
+            span = max(x - 0.5, 0.0)
+            return load * (-left * x**(4 - n) / math.factorial(4 - n) - (right - left) * span**(4 - n) / math.factorial(4 - n)
+                           - force * span**(3 - n) / math.factorial(3 - n))
+
+        def row(x, n):
+            return [[x**2, 2.0 * x][n], [x**3, 3.0 * x**2][n], max(x - place, 0.0)**(3 - n) / math.factorial(3 - n)]
+
+        unknown = np.linalg.solve([row(1.0, 0), row(1.0, 1), row(place, 0)], [-given(1.0, 0), -given(1.0, 1), -gap - given(place, 0)])
+        return unknown @ row(place, 1) + given(place, 1)
+
+    places = [0.5, 0.5001]
+    for _ in range(4):
+        slopes = [slope_there(place) for place in places]
+        places = [places[1], places[1] - slopes[1] * (places[1] - places[0]) / (slopes[1] - slopes[0])]
+        if abs(places[1] - places[0]) < 1e-13:
+            break
+    return places[1]
+
+
+@pytest.mark.parametrize("kind, elements", [("GE4", 1), ("GE4", 2), ("GE4", 4), ("GE8", 1)])
+def test_the_place_of_a_contact_that_rolls_has_a_bar(kind, elements):
+    """It is where the beam is lowest, beside a node, and errs as the node's turn does. Squares of rotations of 1e-4 change it by 1e-6 of
+    the way, thrust by as much as EA (gap/length)^2/EI = 2e-3 of 1e-3."""
+    run = dr.run_deck(ROLLING.format(kind=kind, elements=elements))
+    region, = run.results.contact.regions(run.only("EP").point)
+    exact = rolled_place()
+    assert 1e-7 < abs(exact - 0.5) < 1e-4
+    assert abs(region.start - exact) <= region.start_error + 1e-5 * abs(exact - 0.5)
+    assert 0.0 < region.start_error < 1e-7 and region.end_error == region.start_error
+
+
 PRESSED = """*HEADING
 Beam pressed down on a floor by a force that turns it a little
 *NODE

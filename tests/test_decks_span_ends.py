@@ -3,8 +3,10 @@
 Rotations are below 1e-3 or 1e-5, their squares are what the closed forms err by.
 """
 import math
+import re
 
 import numpy as np
+import pytest
 
 import deck_runner as dr
 
@@ -117,3 +119,57 @@ def test_a_support_that_is_lowered_again():
     assert len(lifts) == 6
     dr.assert_close(lifts[5:2:-1], lifts[:3], relative=1e-5)
     assert run.results.complete and abs(run.column("height")[-1]) < 1e-12
+
+
+LIFTED = """*HEADING
+Clamped beam on a floor, lifted from the line of contact at two nodes
+*NODE
+1, 0., 0.
+2, 0.3, 0.
+3, 0.6, 0.
+4, 1., 0.
+*LINE, ELSET=S, NSET=S, TYPE=GE8
+1, 2, {elements}
+2, 3, {elements}
+3, 4, {elements}
+*BEAM SECTION, ELSET=S, SECTION=STIFFNESS
+1e6, 1.
+*BOUNDARY
+1, ENCASTRE
+4, 2
+4, 6
+*OBSTACLE, NAME=O, TYPE=LINE
+0., -0.002, 1., -0.002
+*CONTACT, OBSTACLE=O, NSET=S
+*STEP
+*STATIC, METHOD=LOAD
+0.1
+*DLOAD
+S, PY, -80.
+*END STEP
+*STEP
+*ACCURACY
+*STATIC, METHOD=LOAD
+0.1
+*CLOAD
+2, 2, 4.
+3, 2, 0.5
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("elements", [4, 6])
+def test_what_nodes_find_lost_has_no_bar_that_it_is_not_within(elements):
+    """Any force lifts a line at once: from two ends without moment 3 P/(2 q) of it, so that both are lifted from load factor 0 on. Where
+    nodes are asked for the next set they may find one far beyond: what is lost lies between, and that is said."""
+    run = dr.run_deck(LIFTED.format(elements=elements), code=None)
+    lost = [c for c in run.results.critical if c.label == "C-"]
+    assert lost
+    for event in lost:
+        if event.located:
+            assert event.load_factor <= event.error
+        else:
+            assert np.isnan(event.error)
+    if not all(event.located for event in lost):
+        between = re.search(r"contact lost between load factors (\S+) and (\S+) was not located", run.stdout)
+        assert run.code == 2 and float(between[1]) <= 0.0 <= float(between[2])
