@@ -114,21 +114,22 @@ contains
 
    !> By how much the rod at a point contact is curved more towards the free side than the obstacle there: o theta' -
    !> kappa (1 + e), per unit stress-free length. Zero where a line contact, or two points, begin.
-   pure subroutine excess_curvature(problem, state, candidate, excess, stretch)
+   pure subroutine excess_curvature(problem, state, candidate, excess, stretch, beside)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       real(wp), intent(out) :: excess
       real(wp), intent(out) :: stretch              !! 1 + e
+      integer, intent(in), optional :: beside       !! 1: before the node, 2: after it, where a support takes the moment, which
+      !! jumps; without it where the rod is
       type(track_t) :: track
       type(ge_load_t) :: load
       real(wp) :: angle, axial, bend, sense
       real(wp) :: n(2), m
       integer :: e, side
-      side = 1
-      e = problem%candidates%element(2, candidate)
-      if (e == 0) side = 2
-      if (e == 0) e = problem%candidates%element(1, candidate)
+      side = merge(2, 1, problem%candidates%element(2, candidate) == 0)
+      if (present(beside)) side = 3 - beside
+      e = problem%candidates%element(3 - side, candidate)
       call ge_end(problem, state, e, side, n, m)
       load = element_load(problem, state, e)
       track = node_track(problem, state, candidate)
