@@ -40,6 +40,8 @@ contains
       integer, intent(in) :: last                 !! number given last to a touch
       type(answer_t) :: answer
       type(span_test_t) :: test
+      logical :: pressed
+      integer :: c
       test = tests(which)
       answer%touch = present_touches(problem, state)
       select case (test%kind)
@@ -55,7 +57,8 @@ contains
          end if
       case (test_curvature)
          ! Against a straight wall a uniform rod lies without pressure.
-         if (would_press(problem, state, test%candidate, test%sense)) then
+         pressed = would_press(problem, state, test%candidate, test%sense)
+         if (pressed) then
             call lay_down_points(problem, state, test, answer)
          else
             call divide_point(problem, state, test, answer)
@@ -63,7 +66,8 @@ contains
             answer%divides = all(problem%beside(:, problem%candidates%node(test%candidate)) > 0)
             if (answer%divides) answer%label = 'C-'
          end if
-         if (stands(problem, state, test%candidate)) then
+         if (any([(stands(problem, state, c) .and. any(flat_sides(problem, state, c, test, pressed)), c=1, &
+            & problem%candidates%n)])) then
             ! Contact begins where a clamp stands.
             answer%label = 'C+'
             answer%divides = .false.
