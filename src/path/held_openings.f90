@@ -30,10 +30,22 @@ contains
       logical, intent(out) :: ok
       type(timers_t), intent(inout) :: timers
       type(state_t) :: state
-      integer :: ends(2)
+      type(control_t) :: here
+      type(increment_t) :: report
+      integer :: ends(2), c
       ends = opening_ends(problem, opened)
       state = run%state
       call solve_held(problem, ends, run%system, all(ends > 0), held_steps(problem, run), opening_misfit, state, ok, timers)
+      if (.not. ok) then
+         ! At this load what begins at the same place has no length: held, too, it comes to a load at which it has one.
+         state = run%state
+         call solve_held(problem, [maxval(ends), 0], run%system, .false., held_steps(problem, run), opening_misfit, state, ok, &
+            & timers, [(c, c=1, problem%candidates%n)])
+         if (.not. ok) return
+         here%method = method_load
+         call correct(problem, state, here, .true., state, run%system, report, timers)
+         ok = report%converged
+      end if
       if (.not. ok) return
       run%state = state
       call linearise(problem, run%state, run%state, run%system, timers)

@@ -12,6 +12,7 @@ module span_rules
    use conforming_span, only: flat_excess, excess_curvature
    use touchdown_points, only: stands, held_force, point_force
    use held_openings, only: first_length
+   use rolling_rods, only: nearly_flat
    use span_problem, only: present_touches
    implicit none
    private
@@ -210,6 +211,7 @@ contains
                call excess_curvature(problem, state, c, excess, stretch, side)
                ! The place is known to that for the one that was looked for, to a few times that for others.
                flat(side) = excess * problem%size <= 10.0_wp * flat_excess
+               if (problem%candidates%node(c) == problem%rolling) flat(side) = excess * problem%size <= nearly_flat(problem)
                if (flat(side)) flat(side) = would_press(problem, state, c, sense) .eqv. pressed
             end do
          end if
