@@ -14,6 +14,7 @@ module bordered_system
    use tied_nodes, only: spread_force
    use axial_rigidity, only: rigidity_rounds, stretched, shrinking_forces
    use band_matrix, only: band_times, factorise, solve_factored
+   use rolling_rods, only: set_rolling, without_rolling
    use active_coupling, only: factor_excess, add_excess_response
    use timing, only: timers_t, timing_start, timing_stop, count_up, phase_factorisation, phase_solution, &
       & counter_factorisation, counter_solution
@@ -43,6 +44,7 @@ contains
       call count_up(timers, counter_factorisation)
       call timing_stop(timers, phase_factorisation)
       system%ok = .true.
+      call set_rolling(system)
       call solve_constrained(system, system%load, system%rate, system%tangent, timers)
       system%tangent_stretch = 0.0_wp
       call take_back_stretches(system, 1.0_wp, system%tangent_stretch, system%tangent, timers)
@@ -111,7 +113,7 @@ contains
       end if
       where (system%fixed) b(:, 1) = known
       call solve_factored(system%factor, b)
-      x = b(:, 1)
+      x = without_rolling(system, b(:, 1))
       call add_excess_response(system%coupling, x)
       call count_up(timers, counter_solution)
       call timing_stop(timers, phase_solution)
@@ -155,6 +157,7 @@ contains
       real(wp) :: pivot
       y = 0.0_wp
       call solve_constrained(system, rhs, prescribed, x, timers)
+      if (system%roll_at > 0) x = x + system%roll_by * system%rolled
       pivot = dot_product(system%path_row, system%tangent) + system%path_corner
       ! Without a row of displacements, as under load control, the border cannot make a singular tangent regular.
       ok = abs(pivot) > 0.0_wp .and. .not. (system%factor%deficient .and. all(abs(system%path_row) <= 0.0_wp))

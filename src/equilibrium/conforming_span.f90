@@ -136,7 +136,7 @@ contains
       integer, intent(in) :: candidate
       real(wp), intent(out) :: excess
       real(wp), intent(out) :: stretch              !! 1 + e
-      integer, intent(in), optional :: which
+      integer, intent(in), optional :: which        !! side, where the rod is not smooth or a support takes the moment, which jumps
       type(track_t) :: track
       type(ge_load_t) :: load
       real(wp) :: angle, axial, bend, sense

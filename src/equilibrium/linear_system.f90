@@ -20,6 +20,7 @@ module linear_system
    use contact_terms, only: set_foundation, set_coupling, add_contact, add_marks, contact_tangent
    use joint_stiffness, only: add_joint_springs, set_swings, add_swings, apply_joints
    use rigidity_maps, only: set_rigidity
+   use rolling_rods, only: hold_rolling
    use residual_measure, only: measure_residual, worst_round_off
    use timing, only: timers_t, timing_start, timing_stop, count_up, phase_elements, phase_assembly, counter_evaluated
    implicit none
@@ -86,6 +87,7 @@ contains
       call measure_residual(problem, state, system)
       system%defect_residual = max(worst(1), worst(2) / system%force_scale, worst(3) / problem%size)
       call add_marks(problem, state, system)
+      call hold_rolling(problem, state, system)
       call timing_stop(timers, phase_assembly)
    end subroutine assemble
 

@@ -66,6 +66,7 @@ module problem
       integer, allocatable :: conforms(:)                !! (elements) on the track of an obstacle: candidate at the first node,
       !! 0: free
       integer, allocatable :: hinge(:)                   !! nodes of clamps that are hinges beside neutral spans
+      integer :: rolling = 0                             !! node of a clamp about which a closed rod may roll, 0: none
       real(wp), allocatable :: overlap(:)                !! (contacts) how far the obstacle is withdrawn at the start, on every mesh
       real(wp), allocatable :: coordinates(:, :)         !! (2, deck's nodes) at the start: what stored displacements count from
       integer, allocatable :: beside(:, :)               !! (2, nodes) an element that ends there, one that begins; 0: none

@@ -14,6 +14,7 @@ module span_problem
    use ground_cuts, only: add_marks, graded
    use candidates, only: add_candidates, twins
    use neutral_spans, only: free_clamps
+   use rolling_rods, only: find_rolling
    use conforming_element, only: conforming_size
    implicit none
    private
@@ -109,6 +110,7 @@ contains
       if (size(problem%mark) > 0) problem%mesh_kind = mesh_of_marks
       if (any(base%deck%contact%along)) problem%mesh_kind = mesh_of_spans
       call free_clamps(problem)
+      call find_rolling(problem)
    end subroutine lay_spans
 
    !> The problem before any contact span is known: a mesh fine enough to tell by its nodes what touches.

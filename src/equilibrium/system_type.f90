@@ -60,6 +60,11 @@ module system_type
       !! the hinges
       integer :: hinges = 0                     !! clamps that are hinges in the tangent, each with a negative pivot of its own
       !! (neutral_spans)
+      ! A rod that may roll (rolling_rods).
+      integer :: roll_at = 0                    !! unknown that a spring holds, 0: none
+      real(wp) :: roll_rate = 0.0_wp            !! of that unknown, per unit of material length that the rod rolls
+      real(wp) :: roll_by = 0.0_wp              !! so far must it roll that the lines beside the clamp are of one length
+      real(wp), allocatable :: rolled(:)        !! (n) the motion in which it rolls, per unit
       ! Measures of the state itself.
       real(wp) :: force_residual = 0.0_wp       !! relative, from the stored resultants
       real(wp) :: defect_residual = 0.0_wp      !! internal: rotations [rad], positions over the size, forces over force_scale
@@ -114,5 +119,6 @@ contains
          end do
       end associate
       allocate (system%tangent(n), source=0.0_wp)
+      allocate (system%rolled(n), source=0.0_wp)
    end function new_system
 end module system_type

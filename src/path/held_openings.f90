@@ -35,7 +35,7 @@ contains
       type(state_t) :: state, start
       type(control_t) :: here
       type(increment_t) :: report
-      integer :: ends(2), k
+      integer :: ends(2), k, c
       ends = opening_ends(problem, opened)
       state = run%state
       frozen = problem
@@ -45,6 +45,17 @@ contains
          end do
       end if
       call solve_held(frozen, ends, run%system, all(ends > 0), held_steps(problem, run), opening_misfit, state, ok, timers)
+      if (.not. ok) then
+         ! At this load what begins at the same place has no length: held, too, it comes to a load at which it has one.
+         state = run%state
+         frozen = problem
+         call solve_held(problem, [maxval(ends), 0], run%system, .false., held_steps(problem, run), opening_misfit, state, ok, &
+            & timers, [(c, c=1, problem%candidates%n)])
+         if (.not. ok) return
+         here%method = method_load
+         call correct(problem, state, here, .true., state, run%system, report, timers)
+         ok = report%converged
+      end if
       if (.not. ok) return
       if (any(frozen%candidates%held .neqv. problem%candidates%held)) then
          start = state

@@ -36,7 +36,7 @@ contains
 
    !> Newton's method, by differences, for load factor and place of touchdown points, which move together. With one
    !> point at most, and `places` false, the load alone is unknown and the sum of the conditions has to vanish.
-   subroutine solve_held(problem, points, system, places, step, left_of, state, ok, timers)
+   subroutine solve_held(problem, points, system, places, step, left_of, state, ok, timers, also)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: points(2)           !! candidates, 0: none
       type(system_t), intent(inout) :: system
@@ -46,6 +46,7 @@ contains
       type(state_t), intent(inout) :: state      !! guess on entry
       logical, intent(out) :: ok
       type(timers_t), intent(inout) :: timers
+      integer, intent(in), optional :: also(:)   !! candidates that are held, too
       type(problem_t) :: frozen
       type(state_t) :: other
       real(wp) :: left(2), changed(2), slope(2, 2), move(2, 1), trial(2), best
@@ -54,6 +55,7 @@ contains
       unknowns = merge(2, 1, places)
       best = huge(best)
       frozen = with_held(problem, points)
+      if (present(also)) frozen = with_held(frozen, also)
       other = state
       call go_by([0.0_wp, 0.0_wp], other, state, left)
       do try = 1, max_iterations

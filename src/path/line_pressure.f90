@@ -81,21 +81,23 @@ contains
 
    !> The density of the obstacle's force if the rod lay on it at a point contact: what bends it onto the track, r = m'' with
    !> m = EI (curvature of the track less its own), and what the normal force and the loads across press.
-   real(wp) function virtual_pressure(problem, state, candidate) result(density)
+   real(wp) function virtual_pressure(problem, state, candidate, beside) result(density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
+      integer, intent(in), optional :: beside      !! as excess_curvature has it
       type(ge_load_t) :: load
       type(track_t) :: track
       real(wp) :: angle, sense, stretch, excess, axial, normal(2), bend(0:2)
       integer :: e
       e = maxval(problem%candidates%element(:, candidate))
+      if (present(beside)) e = problem%candidates%element(beside, candidate)
       load = element_load(problem, state, e)
       track = node_track(problem, state, candidate)
       sense = track_sense(problem, state, candidate, track)
       angle = rod_angle(problem, state, candidate)
       normal = [-sin(angle), cos(angle)]
-      call excess_curvature(problem, state, candidate, excess, stretch)
+      call excess_curvature(problem, state, candidate, excess, stretch, beside)
       axial = (stretch - 1.0_wp - load%strain) / problem%compliance(e)%axial
       bend = bend_at(problem, state, e, merge(0.0_wp, 1.0_wp, problem%model%mesh%node(1, e) == problem%candidates%node(candidate)))
       density = (track%curvature_second * stretch**3 - sense * bend(2)) / &

@@ -69,7 +69,8 @@ contains
          associate (candidate => leg%after(change%which)%candidate)
             call find_flat_point(problem, run, candidate, place, found, timers)
             ! At a breakpoint that is to the first order of how far it has rolled: nothing is told where a line begins.
-            if (found .and. .not. problem%candidates%moves(candidate)) found = would_press(problem, place, candidate)
+            if (found .and. .not. problem%candidates%moves(candidate)) found = would_press(problem, place, candidate, &
+               & 0.0_wp)
          end associate
          if (.not. found) return
          if (after > 0.0_wp) then

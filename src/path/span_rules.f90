@@ -4,17 +4,18 @@ module span_rules
    use problem, only: problem_t
    use rod_state, only: state_t
    use contact_touch, only: touch_t
-   use touch_edits, only: spread_out, parted, shrunk, end_moved, moved, continued, numbered
+   use touch_edits, only: lost, spread_out, parted, shrunk, end_moved, moved, continued, numbered
    use line_pressure, only: virtual_pressure
-   use past_breakpoints, only: across
    use passages, only: pass_breakpoints, is_turned, behind
    use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_pressure, test_length, test_crossing, &
-      & test_slope, test_leaving, test_couple, test_slack, line_share
+      & test_slope, test_leaving, test_couple, test_slack, line_share, &
+      & rests_beside
    use conforming_span, only: flat_excess, excess_curvature, node_track, track_sense, rod_angle, ge_end
    use obstacle_track, only: track_t
    use touchdown_points, only: point_force
    use breakpoint_forces, only: stands, held_force
    use held_openings, only: first_length
+   use rolling_rods, only: nearly_flat
    use span_problem, only: present_touches
    implicit none
    private
@@ -43,8 +44,8 @@ contains
       integer, intent(in) :: last                 !! number given last to a touch
       type(answer_t) :: answer
       type(span_test_t) :: test
-      logical :: passed, meets
-      integer :: k
+      logical :: passed, meets, pressed
+      integer :: k, c
       test = tests(which)
       answer%touch = present_touches(problem, state)
       allocate (answer%crosses(2, 0))
@@ -61,15 +62,17 @@ contains
          end if
       case (test_curvature)
          ! Against a straight wall a uniform rod lies without pressure.
-         if (would_press(problem, state, test%candidate)) then
+         pressed = would_press(problem, state, test%candidate, test%sense)
+         if (pressed) then
             call lay_down_points(problem, state, test, answer)
          else
-            call divide_point(problem, test, answer)
+            call divide_point(problem, state, test, answer)
             ! At the end of a rod one point comes of it.
             answer%divides = all(problem%beside(:, problem%candidates%node(test%candidate)) > 0)
             if (answer%divides) answer%label = 'C-'
          end if
-         if (stands(problem, state, test%candidate)) then
+         if (any([(stands(problem, state, c) .and. any(flat_sides(problem, state, c, test, pressed)), c=1, &
+            & problem%candidates%n)])) then
             ! Contact begins where a clamp stands.
             answer%label = 'C+'
             answer%divides = .false.
@@ -180,48 +183,69 @@ contains
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: test
       type(answer_t), intent(inout) :: answer
-      integer :: c, point, behind(2)
+      integer :: c, point, beside(2)
       real(wp) :: whole
+      logical :: flat(2)
       do c = 1, problem%candidates%n
-         if (c /= test%candidate) then
-            if (.not. as_flat(problem, state, c)) cycle
-         end if
-         point = problem%candidates%touch(c)
-         whole = stretch_length(problem, answer%touch(point))
+         flat = flat_sides(problem, state, c, test, .true.)
+         if (.not. any(flat)) cycle
          if (problem%candidates%moves(c)) then
+            point = problem%candidates%touch(c)
+            beside = point
+            whole = stretch_length(problem, answer%touch(point))
             answer%touch = spread_out(answer%touch, point, 0.5_wp * line_share * whole, whole)
          else
-            answer%touch = spread_out(answer%touch, point, line_share * whole, whole)
-            call go_on_behind(problem, point, 2.0_wp * line_share * whole, answer, behind)
+            call go_beside(problem, c, flat, line_share, .true., answer, beside)
          end if
-         if (c == test%candidate) answer%opens = point
+         if (c == test%candidate) answer%opens = beside(merge(1, 2, beside(1) > 0 .and. test%sense <= 0.0_wp))
       end do
    end subroutine lay_down_points
 
-   !> True for another point that lies down at the same place of the path: held as a point it would be neutral.
-   logical function as_flat(problem, state, c)
+   !> On which sides of a touched node the rod is as curved as the obstacle: at the place of a test, and where else it is so, too,
+   !> at that place of the path, and would be pressed, or pulled, as well: held as a point it would be neutral.
+   function flat_sides(problem, state, c, test, pressed) result(flat)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c                     !! candidate
-      real(wp) :: excess, stretch
-      as_flat = problem%candidates%touch(c) > 0
-      if (as_flat) as_flat = .not. problem%touch(problem%candidates%touch(c))%line .and. (problem%candidates%moves(c) .or. &
-         & problem%model%fixed(3, problem%candidates%node(c)))
-      if (.not. as_flat) return
-      call excess_curvature(problem, state, c, excess, stretch)
-      ! The place is known to that for the one that was looked for, to a few times that for others.
-      as_flat = excess * problem%size <= 10.0_wp * flat_excess
-      if (as_flat) as_flat = would_press(problem, state, c)
-   end function as_flat
+      type(span_test_t), intent(in) :: test
+      logical, intent(in) :: pressed
+      logical :: flat(2)
+      real(wp) :: excess, stretch, sense
+      integer :: side
+      flat = .false.
+      if (problem%candidates%touch(c) == 0) return
+      associate (clamped => problem%model%fixed(3, problem%candidates%node(c)), moves => problem%candidates%moves(c))
+         if (c == test%candidate .and. .not. clamped) then
+            flat = moves .or. problem%candidates%element(:, c) > 0
+         else if (clamped .or. moves .and. .not. problem%touch(problem%candidates%touch(c))%line) then
+            do side = 1, 2
+               if (.not. (moves .or. rests_beside(problem, c, side))) cycle
+               sense = merge(0.0_wp, real(2 * side - 3, wp), moves)
+               flat(side) = c == test%candidate .and. test%sense * sense > 0.0_wp
+               if (flat(side)) cycle
+               call excess_curvature(problem, state, c, excess, stretch, side)
+               ! The place is known to that for the one that was looked for, to a few times that for others.
+               flat(side) = excess * problem%size <= 10.0_wp * flat_excess
+               if (problem%candidates%node(c) == problem%rolling) flat(side) = excess * problem%size <= nearly_flat(problem)
+               if (flat(side)) flat(side) = would_press(problem, state, c, sense) .eqv. pressed
+            end do
+         end if
+      end associate
+   end function flat_sides
 
    !> True where a line that begins at a flat point would be pressed: by what acts along the rod, and at a breakpoint by what acts
    !> on that.
-   logical function would_press(problem, state, c)
+   logical function would_press(problem, state, c, sense)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c                     !! candidate
+      real(wp), intent(in) :: sense                !! of a test of its curvature
       real(wp) :: force, jump
-      would_press = virtual_pressure(problem, state, c) >= 0.0_wp
+      if (abs(sense) > 0.0_wp) then
+         would_press = virtual_pressure(problem, state, c, merge(1, 2, sense < 0.0_wp)) >= 0.0_wp
+      else
+         would_press = virtual_pressure(problem, state, c) >= 0.0_wp
+      end if
       if (problem%candidates%moves(c) .or. stands(problem, state, c)) return
       force = held_force(problem, state, c)
       jump = point_force(problem, state, c)
@@ -229,43 +253,61 @@ contains
       would_press = would_press .and. jump - force <= test_slack(test_force) * abs(force)
    end function would_press
 
-   !> A point two points; on a mirror, or where a support holds the rotation, one on each side.
-   subroutine divide_point(problem, test, answer)
+   !> A point two points; on a mirror, or where a support holds the rotation, one on each side that is flat.
+   subroutine divide_point(problem, state, test, answer)
       type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: test
       type(answer_t), intent(inout) :: answer
-      real(wp) :: at, length
-      integer :: k
-      k = test%touch
-      length = first_length * stretch_length(problem, answer%touch(k))
-      if (problem%candidates%moves(test%candidate)) then
-         answer%touch = parted(answer%touch, k, length)
-         answer%opens = [k, size(answer%touch)]
-      else
-         at = 0.5_wp * length
-         if (answer%touch(k)%at(1) > 0.0_wp) at = stretch_length(problem, answer%touch(k)) - at
-         answer%touch = shrunk(answer%touch, k, at)
-         call go_on_behind(problem, k, length, answer, answer%opens)
-      end if
+      associate (c => test%candidate, k => test%touch)
+         if (problem%candidates%moves(c)) then
+            answer%touch = parted(answer%touch, k, first_length * stretch_length(problem, answer%touch(k)))
+            answer%opens = [k, size(answer%touch)]
+         else
+            call go_beside(problem, c, flat_sides(problem, state, c, test, .false.), 0.5_wp * first_length, .false., answer, &
+               & answer%opens)
+         end if
+      end associate
    end subroutine divide_point
 
-   !> What was a point at a breakpoint is a touch beside it, and another one on the other side, where the rod goes on.
-   subroutine go_on_behind(problem, k, length, answer, beside)
+   !> What was a point at a breakpoint is a touch beside it, on each side on which it goes there. Beside a clamp it stays as it is
+   !> where the rod on the other side rests on it.
+   subroutine go_beside(problem, c, goes, share, line, answer, beside)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: k                     !! the touch
-      real(wp), intent(in) :: length               !! of what opens, or touches, on both sides together
+      integer, intent(in) :: c                     !! candidate
+      logical, intent(in) :: goes(2)               !! before the breakpoint, after it
+      real(wp), intent(in) :: share                !! of the longest stretch: length of a line, or distance of a point
+      logical, intent(in) :: line
       type(answer_t), intent(inout) :: answer
-      integer, intent(out) :: beside(2)            !! the touches before and after the breakpoint, 0: there the rod ends
-      integer :: way, other
-      way = merge(-1, 1, answer%touch(k)%at(1) < 0.5_wp * stretch_length(problem, answer%touch(k)))
-      other = across(problem, k, way)
-      beside = [k, 0]
-      if (other > 0) then
-         answer%touch = continued(answer%touch, k, other, behind(problem, other, way, 0.5_wp * length, answer%touch(k)%line))
-         beside(2) = size(answer%touch)
-      end if
-      if (way < 0) beside = beside([2, 1])
-   end subroutine go_on_behind
+      integer, intent(out) :: beside(2)            !! the touches before and after it, 0: nothing goes there
+      type(touch_t) :: touch
+      integer :: side, stretch(2), k
+      real(wp) :: length
+      logical :: stays
+      stretch = 0
+      length = 0.0_wp
+      do side = 1, 2
+         if (problem%candidates%element(side, c) == 0) cycle
+         stretch(side) = problem%stretch(problem%candidates%element(side, c))
+         if (goes(side)) length = max(length, share * problem%layout%stretch(stretch(side))%length)
+      end do
+      k = problem%candidates%touch(c)
+      stays = answer%touch(k)%line .or. .not. line .and. any(stretch > 0 .and. .not. goes)
+      beside = 0
+      do side = 1, 2
+         if (.not. goes(side)) cycle
+         touch = touch_t(contact=answer%touch(k)%contact, stretch=stretch(side), line=line, &
+            & at=behind(problem, stretch(side), 2 * side - 3, length, line))
+         if (stays .or. any(beside > 0)) then
+            answer%touch = [answer%touch, touch]
+            beside(side) = size(answer%touch)
+         else
+            touch%number = answer%touch(k)%number
+            answer%touch(k) = touch
+            beside(side) = k
+         end if
+      end do
+   end subroutine go_beside
 
    !> What is left of a line that has become as short as none: a point.
    subroutine shrink(problem, test, answer)
@@ -281,8 +323,27 @@ contains
             at = whole
          end if
       end associate
-      answer%touch = shrunk(answer%touch, test%touch, at)
+      if (any(others_touch(problem, test%touch))) then
+         answer%touch = lost(answer%touch, test%touch)
+      else
+         answer%touch = shrunk(answer%touch, test%touch, at)
+      end if
    end subroutine shrink
+
+   !> Which ends of a touch are held by another one, too.
+   pure function others_touch(problem, k) result(shared)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: k                     !! index into problem%touch
+      logical :: shared(2)
+      integer :: j, side
+      shared = .false.
+      do j = 1, size(problem%touch)
+         if (j == k) cycle
+         do side = 1, 2
+            shared(side) = shared(side) .or. any(problem%touch(j)%candidate == problem%touch(k)%candidate(side))
+         end do
+      end do
+   end function others_touch
 
    !> An end of a rod, or a corner, that touched is tangent to the obstacle. Where the rod is curved away from it there, and still
    !> is where the force would go, the point leaves the end. Where it is curved towards it another point begins beside. In between,

@@ -19,7 +19,7 @@ module span_tests
    use span_problem, only: present_touches
    implicit none
    private
-   public :: span_test_t, run_span_tests, spans_hold, any_fails, another_fails, test_slack, well_below, &
+   public :: span_test_t, run_span_tests, rests_beside, spans_hold, any_fails, another_fails, test_slack, well_below, &
       & test_words
    public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_flat, test_crossing, test_slope, test_leaving, &
       & test_couple
@@ -59,7 +59,8 @@ module span_tests
       real(wp) :: ends(2) = 0.0_wp          !! flat: of the span along the stretch
       real(wp) :: at = 0.0_wp               !! gap, pressure: where along the stretch
       real(wp) :: sense = 1.0_wp            !! pressure: at the first end (-1), inside (0), at the last (1); crossing: before
-      !! the touch, after it; slope: likewise; leaving: which way
+      !! the touch, after it; slope: likewise; leaving: which way; curvature: on which side of a support that holds the rotation, 0:
+      !! the rod turns there
    end type span_test_t
 
    real(wp), parameter, public :: shortest = 1.0e-4_wp !! of a stretch: spans as short as that are taken for none
@@ -86,7 +87,6 @@ contains
       real(wp), intent(in) :: scale         !! of forces
       type(span_test_t), allocatable :: tests(:)
       type(span_test_t) :: test
-      real(wp) :: stretch
       integer :: c, side
       allocate (tests(0))
       do c = 1, problem%candidates%n
@@ -98,19 +98,19 @@ contains
                test%value = push(c)
                tests = [tests, test]
             end if
+            if (problem%model%fixed(3, node)) then
+               do side = 1, 2
+                  if (rests_beside(problem, c, side)) tests = [tests, curvature(side)]
+               end do
+            end if
             if (problem%touch(test%touch)%line) then
                if (moves .or. .not. at_breakpoint(problem, c)) cycle
                test%kind = test_couple
                test%value = -turned(c)
                tests = [tests, test]
-               cycle
-            end if
-            if (problem%candidates%rolls(c) .or. problem%model%fixed(3, node)) then
-               test%kind = test_curvature
-               call excess_curvature(problem, state, c, test%value, stretch)
-               test%value = test%value * problem%size
-               tests = [tests, test]
-               if (.not. moves .and. problem%candidates%rolls(c)) tests = [tests, leaving(c)]
+            else if (problem%candidates%rolls(c)) then
+               tests = [tests, curvature()]
+               if (.not. moves) tests = [tests, leaving(c)]
             else if (.not. any(problem%model%fixed(:, node))) then
                ! An end of a rod, or a corner: what lies beside it must rise from the obstacle.
                do side = 1, 2
@@ -126,6 +126,18 @@ contains
       end do
 
    contains
+
+      !> Of a point, or beside a support that takes the moment.
+      type(span_test_t) function curvature(side)
+         integer, intent(in), optional :: side
+         real(wp) :: stretch
+         curvature = test
+         curvature%kind = test_curvature
+         curvature%sense = 0.0_wp
+         if (present(side)) curvature%sense = real(2 * side - 3, wp)
+         call excess_curvature(problem, state, c, curvature%value, stretch, side)
+         curvature%value = curvature%value * problem%size
+      end function curvature
 
       !> The force of a point goes along the rod as that turns: how far, against what is taken for none.
       type(span_test_t) function leaving(c)
@@ -175,6 +187,17 @@ contains
          if (lift - roll%rise > rounding_gap(problem)) push = -lift / problem%size
       end function push
    end function point_tests
+
+   !> True for a side of a touched breakpoint on which the rod leaves the obstacle at once.
+   pure logical function rests_beside(problem, c, side)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: c              !! candidate
+      integer, intent(in) :: side           !! 1: before it, 2: after it
+      associate (e => problem%candidates%element(side, c))
+         rests_beside = e > 0
+         if (rests_beside) rests_beside = problem%conforms(e) == 0
+      end associate
+   end function rests_beside
 
    !> True for a touch that holds its node. Where that is a support says, or what acts before it on the same node and in the
    !> same way; see eliminated_unknowns.

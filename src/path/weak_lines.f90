@@ -73,6 +73,7 @@ contains
       free = new_span_problem(problem, rest)
       ! Breakpoints have the same nodes on all meshes.
       free%hinge = problem%hinge
+      free%rolling = problem%rolling
       free%model%fixed(3, free%hinge) = .false.
       released = carried(problem, state, free)
       call carry_forces(problem, state, free, released)
