@@ -1,0 +1,160 @@
+"""Columns beside walls, to 20 times their critical load: what opens, passes or shrinks where next to nothing holds it.
+
+Spans from wall to wall, and from a clamp to a wall, may go along straight walls at no cost but for imperfections and side loads.
+References are geometrically exact rods of their own: each span is integrated, and what its ends have to meet is solved for.
+"""
+import functools
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import deck_runner as dr
+
+COLUMN = """*HEADING
+Column beside a wall
+*NODE
+1, 0., 0.
+3, 1., 0.
+*LINE, ELSET=C, NSET=C, TYPE=GE8
+1, 3{mesh}
+{shape}*BEAM SECTION, ELSET=C, SECTION=STIFFNESS
+{axial!r}, 1.
+*BOUNDARY
+{supports}
+{walls}*MONITOR, NAME=shortening
+3, U1, -1.
+*STEP
+*ACCURACY, {accuracy}
+*STATIC{method}
+*CLOAD
+3, 1, {unit!r}
+{across}*STOP
+LOAD, ABOVE, 20.
+*CONTROLS, POINTS=1000
+*END STEP
+"""
+SUPPORTS = {"clamped-hinged": "1, ENCASTRE\n3, 2"}
+UNIT = {"clamped-hinged": 2.0457483 * math.pi**2}
+ABOVE = "*OBSTACLE, NAME=UP, TYPE=LINE\n1., {0!r}, 0., {0!r}\n*CONTACT, OBSTACLE=UP, NSET=C\n"
+BELOW = "*OBSTACLE, NAME=LOW, TYPE=LINE\n0., {0!r}, 1., {0!r}\n*CONTACT, OBSTACLE=LOW, NSET=C\n"
+
+
+@functools.cache
+def column(ends, axial, above, below=None, waves=(), across=0.0, tolerance=None, elements=None, displacement=None, code=0):
+    """The deck of a column with an imperfection of sine waves (amplitude, number), or a side load, and a mesh of its own or not."""
+    unit = UNIT[ends]
+    return dr.run_deck(COLUMN.format(
+        mesh="" if elements is None else f", {elements}",
+        shape="".join(["*IMPERFECTION, ELSET=C, SHAPE=SINE\n", *[f"{a!r}, {m}\n" for a, m in waves]]) if waves else "",
+        axial=axial, supports=SUPPORTS[ends], unit=-unit, walls=ABOVE.format(above) + (BELOW.format(below) if below else ""),
+        accuracy="WIDEST=1." if tolerance is None else f"TOLERANCE={tolerance!r}",
+        method="\n0.1" if displacement is None else f", METHOD=DISPLACEMENT, MONITOR=shortening\n{displacement}",
+        across=f"*DLOAD\nC, PY, {across!r}\n" if across else ""), code=code)
+
+
+def labels(run):
+    return [c.label for c in run.results.critical]
+
+
+class Rod:
+    """A rod of EI = 1 whose stress-free shape has sine waves, under thrust."""
+
+    def __init__(self, axial, waves):
+        self.axial, self.waves = axial, [(a, math.pi * m) for a, m in waves]
+
+    def curvature(self, s):
+        return -sum(a * m * m * math.sin(m * s) for a, m in self.waves)
+
+    def slope(self, s):
+        return sum(a * m * math.cos(m * s) for a, m in self.waves)
+
+    def span(self, thrust, across, first, last, start, steps=400):
+        """(y, rotation, moment, x) at the material coordinate `last`, from those at `first`; the force beyond is (-thrust, across)."""
+        def rate(s, z):
+            c, n = math.cos(z[1]), math.sin(z[1])
+            stretch = 1.0 + (across * n - thrust * c) / self.axial
+            return np.array([stretch * n, self.curvature(s) + z[2], -stretch * (thrust * n + across * c), stretch * c])
+        z, h, s = np.array([*start, 0.0]), (last - first) / steps, first
+        for _ in range(steps):
+            a = rate(s, z)
+            b = rate(s + 0.5 * h, z + 0.5 * h * a)
+            c = rate(s + 0.5 * h, z + 0.5 * h * b)
+            z, s = z + h * (a + 2.0 * b + 2.0 * c + rate(s + h, z + h * c)) / 6.0, s + h
+        return z
+
+
+def solved(misfit: Callable, guess, steps=12):
+    """Newton's method by differences."""
+    x = np.array(guess, dtype=float)
+    for _ in range(steps):
+        f = np.array(misfit(x))
+        small = 1e-6 * np.maximum(np.abs(x), 1e-3)
+        slope = np.array([(np.array(misfit(x + d)) - np.array(misfit(x - d))) / (2.0 * d.sum()) for d in np.diag(small)]).T
+        x = x - np.linalg.solve(slope, f)
+    assert np.max(np.abs(misfit(x))) < 1e-10
+    return x
+
+
+# A line between a clamp and a wall, and one from wall to wall ------------------------------------------------------------------------
+
+GAP, AXIAL, WAVES = 0.041935, 10872.12, ((6.54e-5, 2),)
+
+
+def lines_between_walls(load):
+    """Ends of the lines on both walls, and the column's shortening: each span meets its walls level and without a jump of the moment."""
+    rod, thrust = Rod(AXIAL, WAVES), load * UNIT["clamped-hinged"]
+    wave = 2.0 * math.pi / math.sqrt(thrust * (1.0 - thrust / AXIAL))
+
+    def clamped(x):
+        end = rod.span(thrust, x[1], 0.0, x[2], [0.0, rod.slope(0.0), x[0]])
+        return [end[0] - GAP, end[1], end[2] + rod.curvature(x[2])]
+
+    def across(x):
+        # Half of it: turned round its middle it is itself.
+        end = rod.span(thrust, x[0], x[1], 0.5, [GAP, 0.0, -rod.curvature(x[1])])
+        return [end[0], end[2]]
+
+    def hinged(x):
+        end = rod.span(thrust, x[0], x[1], 1.0, [-GAP, 0.0, -rod.curvature(x[1])])
+        return [end[0], end[2]]
+    # Of the two lengths of the first span the path has the shorter one.
+    first = solved(clamped, [0.2, -GAP * thrust / wave, 0.986 * wave])
+    second = solved(across, [2.0 * GAP * thrust / wave, 0.5 - 0.5 * wave])
+    third = solved(hinged, [-2.0 * GAP * thrust / wave, 1.0 - 0.5 * wave])
+    ends = np.array([first[2], second[1], 1.0 - second[1], third[1]])
+    x = rod.span(thrust, first[1], 0.0, first[2], [0.0, rod.slope(0.0), first[0]])[3] \
+        + 2.0 * rod.span(thrust, second[0], second[1], 0.5, [GAP, 0.0, -rod.curvature(second[1])])[3] \
+        + rod.span(thrust, third[0], third[1], 1.0, [-GAP, 0.0, -rod.curvature(third[1])])[3] \
+        + (ends[1] - ends[0] + ends[3] - ends[2]) * (1.0 - thrust / AXIAL)
+    return ends, 1.0 - x
+
+
+@pytest.mark.parametrize("options, relative", [({"elements": 24}, 1e-6), ({"tolerance": 1e-3}, 1e-3), ({"tolerance": 1e-6}, 1e-6)])
+def test_line_opens_beside_spans_that_may_go_along_the_walls(options, relative):
+    """With its ends held there is no equilibrium: the span to the other wall ends where its imperfection lets it."""
+    run = column("clamped-hinged", AXIAL, GAP, -GAP, WAVES, **options)
+    assert labels(run) == ["C+", "LP", "C+", "EP"]
+    load, contact = run.column("load_factor"), run.results.contact
+    rows = [k for k in range(len(load)) if load[k] > 17.7 and k % 4 == 0] + [len(load) - 1]
+    assert len(rows) > 1
+    for row in rows:
+        ends, shortening = lines_between_walls(load[row])
+        found = sorted([*contact.start[row, :], *contact.end[row, :]])
+        dr.assert_close(np.array(found), ends, absolute=max(relative, 1e-5))
+        dr.assert_close(run.column("shortening")[row], shortening, relative=max(relative, 1e-7))
+    # The line begins where the first two of them are one.
+    opening = np.array([(lines_between_walls(at)[0] @ [-1.0, 1.0, 0.0, 0.0]) for at in (17.6, 17.65)])
+    flat = 17.6 - 0.05 * opening[0] / (opening[1] - opening[0])
+    assert min(abs(load - flat)) < max(relative, 1e-5) * flat
+
+
+# Two paths next to one another ------------------------------------------------------------------------------------------------------
+
+def test_no_bifurcation_between_a_path_and_the_one_beside_it():
+    """A clamp, a uniform rod, a line on a parallel wall: the clamp's moment is +-(2 q h)^(1/2), twice next to none where the side load
+    q is. Newton's method may go from one to the other, and an eigenvalue from next to zero on one side to the other."""
+    run = column("clamped-hinged", 2087668.92, 0.022682, -0.0385594, across=2.0796448217957106e-07, tolerance=1e-3)
+    assert labels(run) == ["C+", "BP", "BP", "EP"]
+    assert all("one-sided" in c.note or "carry no force" in c.note for c in run.results.critical if c.label == "BP")
