@@ -183,6 +183,52 @@ def test_ring_under_pressure(ends, step):
         assert abs(np.linalg.det(shares)) > 1e-2
 
 
+@pytest.mark.parametrize("stiffness", ["14000.", "14700.000000000002", "15000.", "30000."])
+@pytest.mark.parametrize("side", [1, -1])
+def test_ring_that_stands_on_a_point_without_a_force(stiffness, side):
+    """Pressure all round leaves nothing for the obstacle: the sign of its force is rounding, and the ring stays where it stands.
+
+    Half a ring that touches its host at the bottom. A motion rho = cos(n s) of the radius 1/(1 + p/EA) turns the tangent by
+    (n^2 - 1 - p/EA) rho per length, and p rho/(1 + p/EA)^2 bends: p = (n^2 - 1 - p/EA) (1 + p/EA)^2.
+    """
+    run = dr.run_deck(f"""*HEADING
+ring in a wider host
+*NODE
+1, 0., 1.
+2, {side}., 0.
+3, 0., -1.
+*ARC, ELSET=RING, NSET=RING, TYPE=GE8, DIRECTION={"CLOCKWISE" if side > 0 else "ANTICLOCKWISE"}
+1, 2, 0., 0., 6
+2, 3, 0., 0., 6
+*BEAM SECTION, ELSET=RING, SECTION=STIFFNESS
+{stiffness}, 1.
+*BOUNDARY
+1, XSYMM
+3, XSYMM
+*OBSTACLE, NAME=HOST, TYPE=CIRCLE, SIDE=INSIDE
+0., 0.02, 1.02
+*CONTACT, OBSTACLE=HOST, NSET=RING
+*STEP
+*STATIC, METHOD=CYLINDRICAL
+0.1, 1E-9, 0.05
+*DLOAD
+RING, P, {-side}.
+*STOP
+LOAD, ABOVE, 16.
+*END STEP
+""")
+    soft = float(stiffness)
+    expected = []
+    for n in (2, 3, 4):
+        p = n * n - 1.0
+        for _ in range(20):
+            p = (n * n - 1.0 - p / soft) * (1.0 + p / soft)**2
+        expected.append(p)
+    # elements of order 8, three to a half wave of n = 4
+    dr.assert_close([c.load_factor for c in bifurcations(run)], expected, relative=1e-6)
+    assert [c.label for c in run.results.critical] == ["BP", "BP", "BP", "EP"]
+
+
 def test_branches_of_equal_columns():
     """Along either null vector and to either side: a column that leans does so as Euler's elastica, or it stands."""
     table = dr.reference("bench_c_euler_postbuckling")
