@@ -577,6 +577,8 @@ liner with a gap and a small force at the crown
 *CONTACT, OBSTACLE=HOST, NSET=RING
 *MONITOR, NAME=v
 1, U2, -1.
+*MONITOR, NAME=h
+2, U1
 *STEP
 *ACCURACY, TOLERANCE={asked}
 *STATIC, METHOD=SPHERICAL
