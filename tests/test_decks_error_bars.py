@@ -302,3 +302,45 @@ def test_a_mesh_that_cannot_buckle_is_told():
     assert not run.labelled("BP")
     assert "the mesh is too coarse for the bifurcations of LP" in run.results.status
     assert "2 more unstable directions" in run.results.status
+
+
+@pytest.mark.parametrize("tolerance", ["1E-7", "1E-8"])
+@pytest.mark.parametrize("strategy", ["METHOD=CYLINDRICAL\n0.1, 1E-9, 0.02", "METHOD=DISPLACEMENT, MONITOR=v\n0.002"])
+def test_a_value_that_is_held_inside_an_element(strategy, tolerance):
+    """The step ends at a displacement of the crown, which stands inside an element of few: what is held is its value there, not
+    what elements of a higher order make of the same nodes. The reference has elements a thousand times better."""
+    def arch(count, accuracy):
+        run = dr.run_deck(f"""*HEADING
+arch on a circle
+*NODE
+1, -0.3153902727332165, 0.9489620518573265
+2, 0., 1.
+3, 0.32896970451180346, 0.9443404754183825
+*ARC, ELSET=A, NSET=A, TYPE=GE8, DIRECTION=CLOCKWISE
+1, 2, 0., 0.{count}
+2, 3, 0., 0.{count}
+*BEAM SECTION, ELSET=A, SECTION=STIFFNESS
+4829.3012399353, 1.
+*BOUNDARY
+1, ENCASTRE
+3, PINNED
+*OBSTACLE, NAME=O, TYPE=CIRCLE, SIDE=OUTSIDE
+-0.10676926208097948, 0.6234699166011513, 0.3616811126431231
+*CONTACT, OBSTACLE=O, NSET=A
+*MONITOR, NAME=v
+2, U2, -1.
+*STEP
+{accuracy}*STATIC, {strategy}
+*CONTROLS, TOLERANCE={tolerance}
+*DLOAD
+A, PY, -1.
+*STOP
+v, ABOVE, 0.015532129917784188
+*END STEP
+""")
+        return run.only("EP")
+    reference = arch(", 40", "")
+    end = arch("", "*ACCURACY, TOLERANCE=1E-4\n")
+    assert reference.error < 1e-6
+    assert abs(end.load_factor - reference.load_factor) <= end.error
+    dr.assert_close(end.load_factor, reference.load_factor, relative=1e-4)

@@ -8,7 +8,7 @@
 !> is another one.)
 module element_shares
    use kinds, only: wp
-   use model, only: quantity_displacement, quantity_contact
+   use model, only: quantity_displacement, quantity_contact, method_displacement
    use element_families, only: collocates
    use problem, only: problem_t, dof
    use rod_state, only: state_t
@@ -75,7 +75,7 @@ contains
       type(timers_t), intent(inout) :: timers
       real(wp), allocatable, intent(in), optional :: watched(:, :) !! (3, nodes) another displacement's derivatives, global axes
       type(functional_t) :: functional
-      type(monitor_row_t) :: inside
+      real(wp) :: away(2)                        ! of what is held, from what finer polynomials make of it; at the most
       real(wp) :: by_unknown(system%n, size(ends)), by_load(size(ends)), way(size(ends))
       real(wp), dimension(6, problem%model%mesh%n_elements) :: force, dual
       real(wp) :: w(system%n), of_load(system%n), tangent(system%n), &
@@ -108,11 +108,13 @@ contains
       share = shares_by(dual)
       shares%known(1) = .true.
       shares%element(1, :) = abs(share)
+      call find_away()
+      call count_away(1, 1.0_wp / along, change)
       ! What Newton's method has left is not the elements'.
       rest = dot_product(of_load, merge(0.0_wp, system%residual, system%fixed))
       shares%rest(1) = rest
-      shares%sum(1) = sum(share) + rest
-      shares%size(1) = sum(abs(share)) + abs(rest)
+      shares%sum(1) = sum(share) + rest + change
+      shares%size(1) = sum(abs(share)) + abs(rest + change)
       shares%rounding(1) = rounding_factor * rounding_of(dual)
       if (size(ends) > 0) then
          call place_gradients(problem, state, system, ends, by_unknown, by_load)
@@ -131,20 +133,16 @@ contains
          w = functional%by_force + w
          rest = dot_product(w, merge(0.0_wp, system%residual, system%fixed)) + &
             & dot_product(functional%by_force, system%residual - system%raw)
-         change = 0.0_wp
          share = shares_by(dual)
          shares%known(m) = .true.
          shares%element(m, :) = abs(share)
+         call count_away(m, along_load / along, change)
          if (k > 0) then
             change = change + way(k)
          else if (problem%deck%monitor(m - 1)%quantity == quantity_displacement) then
             ! A monitor between the nodes has an error of its own.
-            call monitor_row(finer, start, at_start, m - 1, inside)
-            shares%inside(m) = inside%defect + watched_displacement(finer, start, m - 1) - &
-               & watched_displacement(problem, state, m - 1)
-            change = change + shares%inside(m)
-            shares%inside(m) = max(abs(shares%inside(m)), most_inside())
-            call share_inside()
+            change = change + between_nodes(m - 1)
+            call share_inside(m, m - 1, max(abs(between_nodes(m - 1)), most_inside(m - 1)))
          else if (problem%deck%monitor(m - 1)%quantity == quantity_contact) then
             ! Ends of spans carry it: what nodes are known to, not polynomials between them.
             if (watches_stops(problem, m - 1)) then
@@ -167,13 +165,40 @@ contains
 
    contains
 
+      !> A monitor that is held is held at its own value: where it stands between the nodes finer polynomials have another one
+      !> there, and all numbers go along with what makes up for that.
+      subroutine find_away()
+         away = 0.0_wp
+         if (control%method /= method_displacement) return
+         away(1) = -between_nodes(control%monitor)
+         away(2) = max(abs(away(1)), most_inside(control%monitor))
+      end subroutine find_away
+
+      !> Its part in a number, which changes at a rate with what is held.
+      subroutine count_away(row, rate, change)
+         integer, intent(in) :: row
+         real(wp), intent(in) :: rate
+         real(wp), intent(out) :: change
+         change = rate * away(1)
+         if (away(2) > 0.0_wp) call share_inside(row, control%monitor, abs(rate) * away(2))
+      end subroutine count_away
+
+      !> What finer polynomials make of a monitor between the nodes.
+      real(wp) function between_nodes(monitor) result(change)
+         integer, intent(in) :: monitor           !! index into model%monitor
+         type(monitor_row_t) :: inside
+         call monitor_row(finer, start, at_start, monitor, inside)
+         change = inside%defect + watched_displacement(finer, start, monitor) - watched_displacement(problem, state, monitor)
+      end function between_nodes
+
       !> What a monitor may err by as far inside its elements as it is: where it is, two polynomials may agree by chance.
-      real(wp) function most_inside() result(most)
+      real(wp) function most_inside(watched) result(most)
+         integer, intent(in) :: watched           !! index into model%monitor
          type(node_gradient_t) :: gradient
          real(wp) :: tau, other, error, largest, u(3), v(3)
          integer :: i, j, node, holder
          most = 0.0_wp
-         associate (monitor => problem%deck%monitor(m - 1))
+         associate (monitor => problem%deck%monitor(watched))
             do i = 1, size(monitor%node)
                call find_node(problem, state, monitor%node(i), node, holder, tau)
                if (holder == 0) cycle
@@ -191,16 +216,18 @@ contains
          end associate
       end function most_inside
 
-      !> What a monitor errs by inside an element is that element's.
-      subroutine share_inside()
+      !> What a monitor errs by inside an element is that element's, in all numbers that hang on it.
+      subroutine share_inside(row, monitor, error)
+         integer, intent(in) :: row, monitor      !! the number; index into model%monitor
+         real(wp), intent(in) :: error            !! of the number
          real(wp) :: tau
-         integer :: i, node, holder(size(problem%deck%monitor(m - 1)%node))
+         integer :: i, node, holder(size(problem%deck%monitor(monitor)%node))
+         shares%inside(row) = shares%inside(row) + error
          do i = 1, size(holder)
-            call find_node(problem, state, problem%deck%monitor(m - 1)%node(i), node, holder(i), tau)
+            call find_node(problem, state, problem%deck%monitor(monitor)%node(i), node, holder(i), tau)
          end do
          do i = 1, size(holder)
-            if (holder(i) > 0) shares%element(m, holder(i)) = shares%element(m, holder(i)) + &
-               & abs(shares%inside(m)) / count(holder > 0)
+            if (holder(i) > 0) shares%element(row, holder(i)) = shares%element(row, holder(i)) + error / count(holder > 0)
          end do
       end subroutine share_inside
 

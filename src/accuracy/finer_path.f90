@@ -1,7 +1,7 @@
 !> Points of the path that the finer problem has, next to a point of the problem's own path.
 module finer_path
    use kinds, only: wp
-   use model, only: quantity_reaction
+   use model, only: quantity_reaction, method_displacement
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system, assemble, row_times, to_global
@@ -11,6 +11,7 @@ module finer_path
    use path_control, only: control_t, control_row, follow_nodes
    use path_continuity, only: heading_t, heading_at
    use monitors, only: monitor_values
+   use monitor_rows, only: watched_displacement
    use finer_problem, only: finer_problem_t, provide_finer_problem, new_finer_state
    use touch_places, only: places_at, places_after
    use null_directions, only: new_null_directions, leave_out
@@ -22,7 +23,9 @@ module finer_path
    type :: finer_path_t
       type(problem_t), pointer :: problem => null() !! the finer one
       type(state_t) :: base                      !! the problem's own point
-      type(control_t) :: control                 !! what tells points apart: its increment counts from the base
+      type(control_t) :: control                 !! what tells points apart: its increment counts from the problem's own point
+      real(wp) :: away = 0.0_wp                  !! of the base from that: inside an element a monitor is what the polynomials of
+      !! its order make of it
       type(heading_t) :: heading                 !! tangent of the problem's own path
       integer, allocatable :: ends(:)            !! touchdown points whose places count, see touch_places
       real(wp), allocatable :: modes(:, :)       !! (unknowns, multiplicity) at a bifurcation: null vectors, along which the path
@@ -61,6 +64,8 @@ contains
       call new_finer_state(problem, state, finer%problem, path%base, finer%geometry)
       finer%geometry = path%base%geometry
       path%control = control
+      if (control%method == method_displacement) path%away = watched_displacement(problem, state, control%monitor) - &
+         & watched_displacement(finer%problem, path%base, control%monitor)
       path%heading = heading
       path%ends = ends
    end subroutine new_finer_path
@@ -209,7 +214,7 @@ contains
       type(state_t) :: origin
       real(wp) :: rhs
       seen = path%control
-      seen%increment = increment
+      seen%increment = increment + path%away
       associate (problem => path%problem)
          if (problem%moves_nodes()) then
             origin = path%base
