@@ -346,7 +346,7 @@ def test_half_of_a_strip_to_and_fro():
 LINER = """*HEADING
 Liner in a rigid host
 *NODE
-1, 0., 1.
+1, 0., {radius!r}
 2, {end}
 *ARC, ELSET=LINER, NSET=LINER, TYPE={kind}
 1, 2, 0., 0., {elements}
@@ -356,7 +356,7 @@ Liner in a rigid host
 1, XSYMM
 2, {symmetry}
 *OBSTACLE, NAME=HOST, TYPE=CIRCLE, SIDE=INSIDE, REFERENCE=90.
-0., {centre!r}, {radius!r}
+0., {centre!r}, {host!r}
 *CONTACT, OBSTACLE=HOST, NSET=LINER
 *MONITOR, NAME=v
 1, U2, -1.
@@ -364,7 +364,7 @@ Liner in a rigid host
 *STATIC
 0.5, 1E-9, 0.01
 *DLOAD
-LINER, P, 1.
+LINER, P, {pressure!r}
 *CLOAD
 1, 2, {force!r}
 *STOP
@@ -373,11 +373,13 @@ v, ABOVE, {stop!r}
 """
 
 
-def liner_deck(slenderness, lobes, disturbance, gap, elements=16, kind="GE8", stop=0.3):
-    """One lobe: half of the liner, on the bottom of the host. Two: a quarter, about the host's centre."""
-    return LINER.format(end="0., -1." if lobes == 1 else "-1., 0.", symmetry="XSYMM" if lobes == 1 else "YSYMM", kind=kind,
-                        elements=elements, ea=12.0 * slenderness**2, centre=gap if lobes == 1 else 0.0, radius=1.0 + gap,
-                        force=-disturbance, stop=stop)
+def liner_deck(slenderness, lobes, disturbance, gap, elements=16, kind="GE8", stop=0.3, radius=1.0):
+    """One lobe: half of the liner, on the bottom of the host. Two: a quarter, about the host's centre. EI = 1; the gap and where to
+    stop are those over the radius, load factors are p R^3/EI for all radii."""
+    return LINER.format(end=f"0., {-radius!r}" if lobes == 1 else f"{-radius!r}, 0.", symmetry="XSYMM" if lobes == 1 else "YSYMM",
+                        kind=kind, elements=elements, ea=12.0 * (slenderness / radius)**2, radius=radius,
+                        centre=gap * radius if lobes == 1 else 0.0, host=(1.0 + gap) * radius, pressure=radius**-3,
+                        force=-disturbance / radius**2, stop=stop * radius)
 
 
 # Of the 240 of liner_study.py, every 13th, which is prime to all numbers of choices; and the two of the literature.
@@ -390,6 +392,13 @@ def test_liner(slenderness, lobes, disturbance, gap):
     run = dr.run_deck(liner_deck(slenderness, lobes, disturbance, gap))
     assert run.results.complete
     dr.assert_close(run.load("LP"), cases.liner_table()[slenderness, lobes, disturbance, gap], relative=1e-6)
+
+
+@pytest.mark.parametrize("radius", [0.2, 3.0, 7.0, 10.0, 33.0])
+def test_contact_that_begins_on_a_symmetry_plane(radius):
+    """Where the gap has no slope rounding, another one in each unit of length, decides on which side of the plane it is least."""
+    run = dr.run_deck(liner_deck(50, 2, 1e-3, 0.001, radius=radius))
+    dr.assert_close(run.load("LP"), cases.liner_table()[50, 2, 1e-3, 0.001], relative=1e-8)
 
 
 # A tube between plates --------------------------------------------------------------------------------------------------------
