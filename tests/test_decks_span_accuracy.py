@@ -409,7 +409,7 @@ Ring flattened between two rigid plates
 {nodes}
 {arcs}
 *BEAM SECTION, ELSET=RING, SECTION=STIFFNESS
-1e7, 1.
+{axial!r}, 1.
 *BOUNDARY
 {supports}
 {plates}
@@ -432,18 +432,18 @@ METHODS = ("LOAD", "DISPLACEMENT, MONITOR=side", "CYLINDRICAL", "SPHERICAL", "LI
            "GENERALISED DISPLACEMENT", "LARGEST DISPLACEMENT")
 
 
-def tube(method, whole, elements=16, kind="GE8"):
+def tube(method, whole, elements=16, kind="GE8", axial=1e7):
     first = "METHOD=" + method, "0.01" if method.startswith("DISP") else "0.02"
     top = "*OBSTACLE, NAME=PLATE, TYPE=LINE\n3., 1., -3., 1.\n*CONTACT, OBSTACLE=PLATE, NSET=RING"
     if not whole:
         text = TUBE.format(nodes="1, 1., 0.\n2, 0., 1.", arcs=f"*ARC, ELSET=RING, NSET=RING, TYPE={kind}\n1, 2, 0., 0., {elements}",
-                           supports="1, YSYMM\n2, XSYMM", plates=top, factor=-2, way=-1., method=first[0], first=first[1])
+                           supports="1, YSYMM\n2, XSYMM", plates=top, factor=-2, way=-1., method=first[0], first=first[1], axial=axial)
     else:
         arcs = "".join(f"*ARC, ELSET=RING, NSET=RING, TYPE={kind}\n{a}, {b}, 0., 0., {elements}\n"
                        for a, b in ((3, 1), (1, 2), (2, 4), (4, 3)))
         bottom = "\n*OBSTACLE, NAME=FLOOR, TYPE=LINE\n-3., -1., 3., -1.\n*CONTACT, OBSTACLE=FLOOR, NSET=RING"
         text = TUBE.format(nodes="1, 1., 0.\n2, 0., 1.\n3, 0., -1.\n4, -1., 0.", arcs=arcs.rstrip(), supports="2, XSYMM\n3, XSYMM",
-                           plates=top + bottom, factor=-1, way=-2., method=first[0], first=first[1])
+                           plates=top + bottom, factor=-1, way=-2., method=first[0], first=first[1], axial=axial)
     return dr.run_deck(text)
 
 
@@ -456,6 +456,12 @@ def test_tube(method, whole):
     for down, relative in ((0.5, 1e-8), (0.7, 1e-8), (0.9, 1e-6)):
         dr.assert_close(located(run, "LOAD", down).monitors["F"], cases.tube_force(down, 1e-7), relative=relative)
     dr.assert_monotone(run.column("F")[1:], rising=True)
+
+
+def test_a_stiff_tube_by_its_width():
+    """Only the plates hold it: what touches first is the set of a small load, not of one that would flatten the tube."""
+    run = tube("DISPLACEMENT, MONITOR=side", True, axial=1e10)
+    dr.assert_close(located(run, "LOAD", 0.7).monitors["F"], cases.tube_force(0.7, 1e-10), relative=1e-8)
 
 
 @pytest.mark.parametrize("kind", list(ORDERS))
