@@ -183,6 +183,63 @@ def test_ring_under_pressure(ends, step):
         assert abs(np.linalg.det(shares)) > 1e-2
 
 
+def ring_in_a_wider_host(stiffness, side, count, accuracy, step, end):
+    """Half a ring that touches its host at the bottom, under pressure."""
+    return dr.run_deck(f"""*HEADING
+ring in a wider host
+*NODE
+1, 0., 1.
+2, {side}., 0.
+3, 0., -1.
+*ARC, ELSET=RING, NSET=RING, TYPE=GE8, DIRECTION={"CLOCKWISE" if side > 0 else "ANTICLOCKWISE"}
+1, 2, 0., 0.{count}
+2, 3, 0., 0.{count}
+*BEAM SECTION, ELSET=RING, SECTION=STIFFNESS
+{stiffness}, 1.
+*BOUNDARY
+1, XSYMM
+3, XSYMM
+*OBSTACLE, NAME=HOST, TYPE=CIRCLE, SIDE=INSIDE
+0., 0.02, 1.02
+*CONTACT, OBSTACLE=HOST, NSET=RING
+*STEP
+{accuracy}{step}*DLOAD
+RING, P, {-side}.
+*STOP
+LOAD, ABOVE, {end}
+*END STEP
+""")
+
+
+def pressure_of_waves(n, stiffness):
+    """A motion rho = cos(n s) of the radius 1/(1 + p/EA) turns the tangent by (n^2 - 1 - p/EA) rho per length, and
+    p rho/(1 + p/EA)^2 bends."""
+    p = n * n - 1.0
+    for _ in range(20):
+        p = (n * n - 1.0 - p / stiffness) * (1.0 + p / stiffness)**2
+    return p
+
+
+@pytest.mark.parametrize("stiffness", ["14000.", "14700.000000000002", "15000.", "30000."])
+@pytest.mark.parametrize("side", [1, -1])
+def test_ring_that_stands_on_a_point_without_a_force(stiffness, side):
+    """Pressure all round leaves nothing for the obstacle: the sign of its force is rounding, and the ring stays where it stands."""
+    run = ring_in_a_wider_host(stiffness, side, ", 6", "", "*STATIC, METHOD=CYLINDRICAL\n0.1, 1E-9, 0.05\n", 16.0)
+    # elements of order 8, three to a half wave of n = 4
+    dr.assert_close([c.load_factor for c in bifurcations(run)], [pressure_of_waves(n, float(stiffness)) for n in (2, 3, 4)],
+                    relative=1e-6)
+    assert [c.label for c in run.results.critical] == ["BP", "BP", "BP", "EP"]
+
+
+@pytest.mark.parametrize("asked", ["1E-3", "1E-4", "1E-6"])
+@pytest.mark.parametrize("step", ["*STATIC, METHOD=SPHERICAL\n0.1, 1E-9, 0.05\n", "*STATIC, METHOD=LOAD\n0.1, 1E-9, 0.3\n"])
+def test_compressed_ring_whose_bending_is_what_iterations_leave(asked, step):
+    """A ring that only gets shorter has no rotations but those of the iteration, which say nothing about the path."""
+    run = ring_in_a_wider_host("76800.", 1, "", f"*ACCURACY, TOLERANCE={asked}\n", step, 5.0)
+    dr.assert_close(run.load("BP"), pressure_of_waves(2, 76800.0), relative=float(asked))
+    assert [c.label for c in run.results.critical] == ["BP", "EP"]
+
+
 def test_branches_of_equal_columns():
     """Along either null vector and to either side: a column that leans does so as Euler's elastica, or it stands."""
     table = dr.reference("bench_c_euler_postbuckling")

@@ -173,6 +173,13 @@ def test_order_two_elements_too_long_for_their_waves():
     assert fine.results.accuracy["mesh"] < 1.0
 
 
+def test_one_element_for_half_a_ring():
+    """Its ends lean against each other, and between them it carries what the whole load presses: no limit point at all."""
+    run = ring("GE2", 1, "NODES", 2)
+    assert not run.labelled("LP")
+    assert told(run)[4] == "1" and "waves of the compressed rod" in told(run)[5]
+
+
 def test_slack_of_a_thin_ring():
     """R/h = 10000 on 80 GE8 held at their nodes: half of the limit load, because the elements bend through the wall as it pushes
     them. Contact spans have no such slack: test_decks_ring."""

@@ -552,3 +552,43 @@ def test_stops_at_nodes_have_bars_and_the_mesh_that_is_asked_for(tolerance):
             error = abs(here.monitors[name] - exact.monitors[name])
             assert error <= here.monitor_errors[name] + exact.monitor_errors[name] + 1e-11, name
             assert here.monitor_errors[name] <= tolerance * scale, name
+
+
+def test_limit_point_among_points_known_to_the_tolerance():
+    """Small increments around the limit point of a liner: loads beside it, known to the tolerance of the iteration, may be above
+    its own. The reference is the same liner on elements that are a hundred times better."""
+    def liner(asked):
+        return dr.run_deck(f"""*HEADING
+liner with a gap and a small force at the crown
+*NODE
+1, 0., 1.
+2, 1., 0.
+3, 0., -1.
+*ARC, ELSET=RING, NSET=RING, TYPE=GE8, DIRECTION=CLOCKWISE
+1, 2, 0., 0.
+2, 3, 0., 0.
+*BEAM SECTION, ELSET=RING, SECTION=STIFFNESS
+30000., 1.
+*BOUNDARY
+1, XSYMM
+3, XSYMM
+*OBSTACLE, NAME=HOST, TYPE=CIRCLE, SIDE=INSIDE
+0., 0.004, 1.004
+*CONTACT, OBSTACLE=HOST, NSET=RING
+*MONITOR, NAME=v
+1, U2, -1.
+*MONITOR, NAME=h
+2, U1
+*STEP
+*ACCURACY, TOLERANCE={asked}
+*STATIC, METHOD=SPHERICAL
+0.1, 1E-9, 0.05
+*DLOAD
+RING, PY, -1.
+*CLOAD
+1, 2, -0.001
+*STOP
+v, ABOVE, 0.1
+*END STEP
+""")
+    dr.assert_close(liner(1e-4).load("LP"), liner(1e-6).load("LP"), relative=1e-4)

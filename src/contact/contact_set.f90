@@ -3,7 +3,7 @@
 !> outside it is violated.
 module contact_set
    use kinds, only: wp
-   use problem, only: problem_t
+   use problem, only: problem_t, dof
    use rod_state, only: state_t, parallel
    use linear_system, only: system_t
    use bordered_system, only: solve_bordered
@@ -89,8 +89,9 @@ contains
       in_doubt = .false.
       gap_0 = gap
       reaction_0 = reaction
+      y = result%y
       rounds: do round = 1, max_rounds
-         wrong = violated(problem, state, system, gap, reaction) .and. .not. in_doubt
+         wrong = violated(problem, state, system, y, gap, reaction) .and. .not. in_doubt
          if (.not. any(wrong)) exit rounds
          if (round == 1 .and. count(wrong) > largest_lcp) then
             call flip()
@@ -183,19 +184,34 @@ contains
       end function held
    end subroutine hold_once
 
-   !> Candidates whose predicted gap or reaction has the wrong sign; bilateral ones have none.
-   function violated(problem, state, system, gap, reaction) result(wrong)
+   !> Candidates whose predicted gap or reaction has the wrong sign; bilateral ones have none. A reaction's sign is known to the
+   !> rounding of what acts, which at the start of a path is the increment of the loads.
+   function violated(problem, state, system, rise, gap, reaction) result(wrong)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
+      real(wp), intent(in) :: rise             !! of the load factor
       real(wp), intent(in) :: gap(:), reaction(:)
       logical, allocatable :: wrong(:)
       real(wp) :: scale
       integer :: c
-      scale = max(system%force_scale, maxval(abs(reaction)))
+      scale = max(system%force_scale, maxval(abs(reaction)), abs(rise) * largest_force(problem, system%load))
       wrong = merge(reaction < -reaction_tolerance * scale, gap < -[(overlap_allowed(problem, system, c), &
          & c=1, problem%candidates%n)], state%active) .and. .not. problem%candidates%bilateral
    end function violated
+
+   !> The largest component of what the loads do to a node, per unit of the load factor.
+   pure real(wp) function largest_force(problem, load) result(largest)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: load(:)          !! (unknowns)
+      integer :: node, i
+      largest = 0.0_wp
+      do node = 1, problem%model%mesh%n_nodes
+         do i = 1, 2
+            largest = max(largest, abs(load(dof(problem, node, i))))
+         end do
+      end do
+   end function largest_force
 
    !> Candidates that come into doubt by those whose signs are wrong.
    function next_in_doubt(problem, system, wrong, in_doubt, round) result(more)

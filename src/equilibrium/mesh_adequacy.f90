@@ -19,7 +19,7 @@ module mesh_adequacy
    use kinds, only: wp, pi
    use problem, only: problem_t
    use rod_state, only: state_t, candidate_gap
-   use section_forces, only: local_forces, rod_direction
+   use section_forces, only: end_forces, local_forces, rod_direction
    use columns, only: scientific, whole
    implicit none
    private
@@ -85,15 +85,25 @@ contains
       end associate
    end subroutine judge_mesh
 
-   !> mu of an element: its mean normal force, positive in compression, times h^2/EI; zero in tension.
+   !> mu of an element: the normal force in its middle, positive in compression, times h^2/EI; zero in tension.
    real(wp) function compression(problem, state, e) result(mu)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp) :: local(3, 2)
-      call local_forces(problem, state, e, local)
-      mu = max(-0.5_wp * sum(local(1, :)), 0.0_wp) * state%geometry%element(e)%length**2 * problem%compliance(e)%bending
+      mu = max(-middle_force(problem, state, e), 0.0_wp) * state%geometry%element(e)%length**2 * problem%compliance(e)%bending
    end function compression
+
+   !> Normal force in the middle of an element, positive in tension: what its ends carry on average, where it has turned half way.
+   !> Means of the normal forces at the ends would cancel on an element that turns by half a circle.
+   real(wp) function middle_force(problem, state, e) result(force)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp) :: first(3), second(3), angle
+      call end_forces(problem, state, e, first, second)
+      angle = 0.5_wp * (rod_direction(problem, state, e, 1) + rod_direction(problem, state, e, 2))
+      force = 0.5_wp * dot_product(first(1:2) + second(1:2), [cos(angle), sin(angle)])
+   end function middle_force
 
    !> Relative error of the load at which a rod of such elements is in neutral balance with a wave.
    pure real(wp) function wave_error(stages, mu) result(error)
@@ -114,10 +124,9 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp) :: local(3, 2), turn
-      call local_forces(problem, state, e, local)
+      real(wp) :: turn
       turn = rod_direction(problem, state, e, 2) - rod_direction(problem, state, e, 1)
-      energy = (0.5_wp * sum(local(1, :)) * turn)**2 * state%geometry%element(e)%length**3 * problem%compliance(e)%bending / &
+      energy = (middle_force(problem, state, e) * turn)**2 * state%geometry%element(e)%length**3 * problem%compliance(e)%bending / &
          & 720.0_wp
    end function slack_energy
 

@@ -265,8 +265,10 @@ contains
       if (.not. right) right = lies_between(problem, run%state, trial, run%heading, ahead, sighting%place)
       if (sighting%event%kind /= event_limit) return
       associate (top => sighting%place%load_factor, first => run%state%load_factor, last => trial%load_factor)
-         ! The load is flat there: it errs by the square of what the place does.
-         noise = step%locate_tolerance * max(abs(top - first), abs(top - last)) + 4.0_wp * spacing(top)
+         ! The load is flat there: it errs by the square of what the place does, those of the points beside it by what the iteration
+         ! leaves.
+         noise = step%locate_tolerance * max(abs(top - first), abs(top - last)) + 4.0_wp * spacing(top) + &
+            & step%tolerance * max(abs(first), abs(last))
          if (sighting%event%before > 0.0_wp) right = right .and. top >= max(first, last) - noise
          if (sighting%event%before < 0.0_wp) right = right .and. top <= min(first, last) + noise
       end associate

@@ -45,6 +45,8 @@ contains
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
+      type(problem_t) :: sampled                 ! what contact spans were begun from
+      type(run_t) :: unbegun                     ! the run there
       type(state_t) :: trial
       type(increment_t) :: report
       type(heading_t) :: ahead
@@ -80,6 +82,8 @@ contains
          begins = .false.
          if (.not. taken) then
             if (problem%is_sampled()) then
+               sampled = problem
+               unbegun = run
                call begin_spans(problem, run, trial, report, timers)
                begins = report%converged
             else if (is_stiff_start(problem, run)) then
@@ -92,6 +96,11 @@ contains
          if (cuts == 0) relation%told = .false.
          if (report%converged) call look_astray()
          taken = .false.
+         if (astray .and. begins) then
+            ! Before it other points and lines may hold.
+            problem = sampled
+            run = unbegun
+         end if
          if (astray .or. .not. report%converged) then
             call try_otherwise()
             if (finished .or. allocated(outcome%why)) return

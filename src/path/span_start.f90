@@ -3,7 +3,7 @@ module span_start
    use kinds, only: wp
    use problem, only: problem_t, new_problem
    use bordered_system, only: linearise
-   use rod_state, only: state_t
+   use rod_state, only: state_t, candidate_gap, may_react
    use contact_touch, only: touch_t
    use span_problem, only: new_span_problem, new_sampled_problem, place_spans
    use nodal_touches, only: along
@@ -22,6 +22,8 @@ module span_start
    public :: prepare_spans, begin_spans
 
    real(wp), parameter :: touching = 1.0e-10_wp !! gap over the size: rounding of coordinates
+   real(wp), parameter :: small_part = 2.0_wp**(-12) !! of the first increment; half of the increments with contact at nodes double
+   !! it to what was asked
    integer, parameter :: most_parts = 24        !! halvings of the first increment; what touches in less touches at the start
 
 contains
@@ -82,14 +84,29 @@ contains
 
    !> True for a set with a touch that has begun on the way: where the rod was nearest to its obstacle thereabouts at the start it
    !> was apart from it.
-   logical function gains_contact(problem, set) result(gains)
-      type(problem_t), intent(in) :: problem
-      type(touch_t), intent(in) :: set(:)
+   logical function gains_contact(next) result(gains)
+      type(next_t), intent(in) :: next
       integer :: k
-      gains = any([(nearest_gap(problem, set(k)) > touching * problem%size, k=1, size(set))])
+      associate (problem => next%problem)
+         gains = any([(carries(problem%touch(k)) .and. nearest_gap(problem, problem%touch(k)) > touching * problem%size, &
+            & k=1, size(problem%touch))])
+      end associate
+
+   contains
+
+      !> True for a touch whose force is not all its support's.
+      logical function carries(touch)
+         type(touch_t), intent(in) :: touch
+         real(wp) :: gap, normal(2), bend
+         carries = touch%line
+         if (carries) return
+         call candidate_gap(next%problem, next%state, touch%candidate(1), gap, normal, bend)
+         carries = may_react(next%problem, touch%candidate(1), normal)
+      end function carries
    end function gains_contact
 
-   !> The gap that there was at the start where the rod goes down to from a touch, along the deck's nodes of its contact.
+   !> The gap that there was at the start where the rod goes down to from a touch, along the deck's nodes of its contact. Nodes
+   !> whose supports take all that the obstacle could push do not count, unless there are no others.
    real(wp) function nearest_gap(problem, touch) result(gap)
       type(problem_t), intent(in) :: problem
       type(touch_t), intent(in) :: touch
@@ -101,6 +118,7 @@ contains
          row(contact%node) = [(i, i=1, size(contact%node))]
          do i = 1, size(contact%node)
             call first_gap(problem, touch%contact, i, first(i), normal, bend)
+            if (all(problem%deck%fixed(1:2, contact%node(i)) .or. abs(normal) <= along)) first(i) = huge(gap)
          end do
          e = whole%element(stretch_element(whole, touch%at(1)))
          here = lower_end(e)
@@ -115,7 +133,7 @@ contains
             here = next
          end do
       end associate
-      gap = first(here)
+      gap = merge(first(here), 0.0_wp, first(here) < huge(gap))
 
    contains
 
@@ -169,14 +187,22 @@ contains
       type(run_t) :: on
       character(:), allocatable :: why
       real(wp) :: first
-      logical :: found
+      logical :: found, small
       integer :: try
+      small = .false.
       do try = 1, most_parts
          on = run
          call find_spans_ahead(problem, run, problem, on, next, first, found, report, why, timers)
-         if (.not. found) exit
+         if (.not. found) then
+            ! Further on than the first increment nodes have been asked; perhaps it went too far.
+            if (small .or. .not. allocated(why)) exit
+            small = .true.
+            run%control%increment = small_part * run%control%increment
+            call linearise(problem, run%state, run%state, run%system, timers)
+            cycle
+         end if
          if (abs(next%state%load_factor - first) > 0.0_wp) call go_back(first, next, timers)
-         if (.not. gains_contact(problem, next%problem%touch)) exit
+         if (.not. gains_contact(next)) exit
          ! Where contact begins is looked for from a point before it.
          run%control%increment = 0.5_wp * run%control%increment
          call linearise(problem, run%state, run%state, run%system, timers)

@@ -11,7 +11,9 @@ module vanishing_span
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t
    use bordered_system, only: linearise
-   use touch_edits, only: laid_down, merged
+   use touch_edits, only: laid_down, merged, lost
+   use conforming_span, only: excess_curvature
+   use breakpoint_forces, only: stands
    use line_pressure, only: virtual_pressure
    use span_problem, only: present_touches
    use span_tests, only: span_test_t, another_fails, test_slack, test_pressure, shortest, line_share
@@ -57,11 +59,15 @@ contains
       if (.not. found) wave = is_wave(problem, leg%to, leg%after(which))
       ! As long as there is a gap between them, and both push, they are two.
       if (wave .and. is_gone(problem, leg%after(which)) .and. .not. turns(run, leg)) then
-         call become_one(problem, run, leg, which, next, found, timers)
+         if (any(clamped_ends(problem, leg%to, leg%after(which)))) then
+            call go_into_clamp(problem, run, leg, which, next, found, timers)
+         else
+            call become_one(problem, run, leg, which, next, found, timers)
+         end if
          if (found) found = leads_to_next(problem, run, next)
          if (found) found = comes_next()
       end if
-      if (.not. found) return
+      if (.not. found .or. next%label /= '') return
       if (size(find_span_regions(next%problem, next%state)) < size(find_span_regions(problem, run%state))) next%label = 'C+'
 
    contains
@@ -109,15 +115,17 @@ contains
       end associate
    end subroutine lie_down
 
-   !> Where the new line begins to press: its least pressure is zero, or just above it. By secants, within a bracket once there is
-   !> one. Where nothing is left of the span, and the line presses all the way, it is where the run stands: meshes differ.
-   subroutine find_begin(run, leg, gone, next, found, timers)
+   !> Where the new set begins to hold: the least pressure of its line is zero, or just above it, or the excess of curvature beside
+   !> a clamp. By secants, within a bracket once there is one. Where nothing is left of the span, and the set holds all the way, it
+   !> is where the run stands: meshes differ.
+   subroutine find_begin(run, leg, gone, next, found, timers, clamp)
       type(run_t), intent(in) :: run
       type(leg_t), intent(in) :: leg
       logical, intent(in) :: gone                !! nothing is left of the span
       type(next_t), intent(inout) :: next        !! as new_next has it
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
+      integer, intent(in), optional :: clamp(2)  !! candidate, side: beside it the rod is to be as curved as the obstacle
       real(wp), parameter :: slack = 1.0e-3_wp * test_slack(test_pressure), goal = 0.5_wp * slack
       real(wp) :: load, loads(2), value, values(2)
       integer :: try
@@ -157,15 +165,22 @@ contains
 
    contains
 
-      !> The least pressure at a load factor.
+      !> The least pressure, or the excess of curvature, at a load factor.
       subroutine look_at(load, least)
          real(wp), intent(in) :: load
          real(wp), intent(out) :: least
          type(span_test_t), allocatable :: tests(:)
+         real(wp) :: excess, stretch
          call go_to_load(next, load, tests, timers)
          ok = allocated(tests)
          least = 0.0_wp
-         if (ok) least = minval(tests%value, mask=tests%kind == test_pressure)
+         if (.not. ok) return
+         if (present(clamp)) then
+            call excess_curvature(next%problem, next%state, clamp(1), excess, stretch, clamp(2))
+            least = excess * next%problem%size
+         else
+            least = minval(tests%value, mask=tests%kind == test_pressure)
+         end if
       end subroutine look_at
    end subroutine find_begin
 
@@ -193,12 +208,57 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: test      !! of the span
+      logical :: clamped(2)
       integer :: k
       is_wave = all(test%beside > 0)
       if (is_wave) is_wave = .not. any(problem%touch(test%beside)%line)
       if (.not. is_wave) return
-      is_wave = any([(virtual_pressure(problem, state, problem%touch(test%beside(k))%candidate(1)) < 0.0_wp, k=1, 2)])
+      clamped = clamped_ends(problem, state, test)
+      do k = 1, 2
+         associate (c => problem%touch(test%beside(k))%candidate(1))
+            if (clamped(k)) then
+               is_wave = virtual_pressure(problem, state, c, 3 - k) < 0.0_wp
+            else
+               is_wave = virtual_pressure(problem, state, c) < 0.0_wp
+            end if
+         end associate
+         if (is_wave) return
+      end do
    end function is_wave
+
+   !> Which points beside a span are clamps that stand on the obstacle.
+   function clamped_ends(problem, state, test) result(clamped)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(span_test_t), intent(in) :: test      !! of the span, between two points
+      logical :: clamped(2)
+      integer :: k
+      do k = 1, 2
+         associate (c => problem%touch(test%beside(k))%candidate(1))
+            clamped(k) = problem%model%fixed(3, problem%candidates%node(c)) .and. stands(problem, state, c)
+         end associate
+      end do
+   end function clamped_ends
+
+   !> The equilibrium at which the point beside a span has come to the clamp on its other side: there the rod is as curved as the
+   !> obstacle, and the clamp holds alone on that side.
+   subroutine go_into_clamp(problem, run, leg, which, next, found, timers)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      type(leg_t), intent(in) :: leg
+      integer, intent(in) :: which               !! the test of the span, a wave
+      type(next_t), intent(out) :: next
+      logical, intent(out) :: found
+      type(timers_t), intent(inout) :: timers
+      integer :: side, k
+      associate (beside => leg%after(which)%beside)
+         side = findloc(clamped_ends(problem, leg%to, leg%after(which)), .true., 1)
+         next = new_next(problem, leg%to, lost(present_touches(problem, leg%to), beside(3 - side)))
+         k = findloc(next%problem%touch%number, problem%touch(beside(side))%number, 1)
+      end associate
+      next%label = 'C-'
+      call find_begin(run, leg, .false., next, found, timers, [next%problem%touch(k)%candidate(1), 3 - side])
+   end subroutine go_into_clamp
 
    !> The equilibrium at which the two points beside a span are one.
    subroutine become_one(problem, run, leg, which, next, found, timers)
