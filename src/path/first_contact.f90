@@ -1,6 +1,6 @@
 !> The contact set just after a stress-free start.
 !>
-!> To first order the structure and its contacts answer proportionally to any small load, so the LCP of a unit load gives
+!> To first order the structure and its contacts answer proportionally to any small load, so the LCP of one gives
 !> the set that every first increment of that sense begins with. Displacement control needs it beforehand: what touches
 !> at the start would hold the very displacement that is to be prescribed.
 module first_contact
@@ -30,6 +30,7 @@ contains
       type(system_t), intent(inout) :: system    !! assembled and factored at `state` on entry and on return
       type(timers_t), intent(inout) :: timers
       integer, parameter :: max_rounds = 30
+      real(wp), parameter :: small = sqrt(epsilon(1.0_wp)) !! load factor: what is open by more than rounding stays open
       type(state_t) :: trial
       type(control_t) :: control
       type(contact_step_t) :: step
@@ -38,7 +39,7 @@ contains
       if (.not. any(state%active)) return
       control%method = method_load
       senses: do sense = 1, -1, -2
-         control%increment = sense
+         control%increment = small * sense
          trial = state
          do round = 1, max_rounds
             call control_row(problem, control, state, trial, system, rhs, timers)

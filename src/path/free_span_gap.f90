@@ -270,7 +270,8 @@ contains
       end do
       value = line%gap(i)
       place = line%at(i)
-      if (minval(f) >= value) return
+      ! Where the gap rises from a symmetry plane rounding makes minima beside it.
+      if (minval(f) >= value - rounding_gap(problem)) return
       value = minval(f)
       place = inner(minloc(f, 1))
    end subroutine find_minimum
