@@ -40,6 +40,8 @@ module path_errors
    end type crossing_t
 
    real(wp), parameter :: small_part = 1.0e-3_wp !! of an increment, over which slopes along the path are taken
+   real(wp), parameter :: longest_part = 0.1_wp  !! that the path is straight over to as much
+   real(wp), parameter :: plain = 1.0_wp / longest_part !! roundings: a slope as good as that
    real(wp), parameter :: next_order = 0.5_wp     !! what the next order's polynomial errs by between nodes; 0.25 to 0.45 measured
    real(wp), parameter :: least_bend = 0.1_wp     !! of a slope's change: what is left there is more than the way, and no bar holds
    real(wp), parameter :: no_modes(0, 0) = reshape([real(wp) ::], [0, 0])
@@ -146,7 +148,7 @@ contains
       end if
       bars%unfolding = shares%unfolding
       bars%missed = unstable_difference(problem, state, system, path, first, max(1, size(modes, 2)), timers)
-      call find_crossing(path, zero, reach, first, crossing, timers)
+      call find_crossing(path, zero, reach, load_rounding(), first, crossing, timers)
       if (.not. allocated(crossing%why)) call doubt_crossing(path, zero, first, crossing, timers)
       if (allocated(crossing%why)) then
          bars%why = crossing%why
@@ -200,14 +202,23 @@ contains
          if (rest > 0.0_wp .and. sum(of_ends) > 0.0_wp) part = part + rest * of_ends / sum(of_ends)
       end function bifurcation_shares
 
-      !> What rounding of the tangent does to the function: the load's slope along the path, or an eigenvalue.
-      real(wp) function location_rounding() result(error)
+      !> What rounding of the tangent does to the load's slope along the path, where that is the function.
+      real(wp) function load_rounding() result(error)
          real(wp) :: stiffness, rounding, work
          error = 0.0_wp
+         if (.not. zero_is(zero, event_limit)) return
+         call path_stiffness(problem, state, system, stiffness, rounding)
+         work = abs(dot_product(system%tangent, system%load) * heading%load)
+         if (work > 0.0_wp) error = rounding / work
+      end function load_rounding
+
+      !> What rounding of the tangent does to the function: the load's slope along the path, or an eigenvalue.
+      real(wp) function location_rounding() result(error)
+         real(wp) :: stiffness, rounding
+         error = 0.0_wp
          if (zero_is(zero, event_limit)) then
-            call path_stiffness(problem, state, system, stiffness, rounding)
-            work = abs(dot_product(system%tangent, system%load) * heading%load)
-            if (work > 0.0_wp) error = max(rounding / work, crossing%rounding)
+            error = load_rounding()
+            if (error > 0.0_wp) error = max(error, crossing%rounding)
          else if (zero_is(zero, event_turning)) then
             ! The direction of the path is as good as the stiffness along it, beside what it turns by over the increment.
             call path_stiffness(problem, state, system, stiffness, rounding)
@@ -228,27 +239,34 @@ contains
    end function zero_is
 
    !> The event on the finer path: along it from a point by what its function is there, over the function's slope.
-   subroutine find_crossing(path, zero, reach, first, crossing, timers)
+   subroutine find_crossing(path, zero, reach, rounding, first, crossing, timers)
       type(finer_path_t), intent(in) :: path
       type(zero_t), intent(in) :: zero           !! what vanishes
       real(wp), intent(in) :: reach              !! of the increment around it, in the control's measure
+      real(wp), intent(in) :: rounding           !! of its function, as far as that is known
       type(finer_point_t), intent(in) :: first   !! next to where it was located
       type(crossing_t), intent(out) :: crossing
       type(timers_t), intent(inout) :: timers
       type(finer_point_t) :: ahead, near
-      real(wp) :: f_ahead, way, bend
+      real(wp) :: part, f_ahead, way, bend
       logical :: known
       associate (f => crossing%f, slope => crossing%slope, more => crossing%more, control => path%control)
-         ahead = first
-         call next_point(path, small_part * reach, ahead, timers)
-         if (.not. ahead%ok) then
-            crossing%why = no_convergence
-            return
-         end if
          f = value_at(first)
-         f_ahead = value_at(ahead)
-         slope = (f_ahead - f) / (small_part * reach)
-         crossing%rate = (ahead%value - first%value) / (small_part * reach)
+         part = small_part
+         do
+            ahead = first
+            call next_point(path, part * reach, ahead, timers)
+            if (.not. ahead%ok) then
+               crossing%why = no_convergence
+               return
+            end if
+            f_ahead = value_at(ahead)
+            ! Far enough for a slope that is more than rounding.
+            if (abs(f_ahead - f) > plain * rounding .or. part >= longest_part) exit
+            part = 10.0_wp * part
+         end do
+         slope = (f_ahead - f) / (part * reach)
+         crossing%rate = (ahead%value - first%value) / (part * reach)
          known = ieee_is_finite(slope)
          if (known) known = abs(slope) > 0.0_wp
          if (.not. known) then
@@ -271,7 +289,7 @@ contains
          ! Over a way that counts the function's slope changes, and tells where it has no zero after all, or another one nearby.
          ! The way was that of the first slope, so that the slope at its end is 1 - 2 more / f of it.
          bend = 1.0_wp
-         if (abs(way) > small_part * reach) then
+         if (abs(way) > part * reach) then
             bend = 1.0_wp - 2.0_wp * more / f
          else
             crossing%rounding = abs(more)
