@@ -2,9 +2,13 @@
 !>
 !> A uniform rod that lies on the wall on both sides of a clamp, and is loaded by nothing that tells its material points from each
 !> other, may shift along itself: what is free of it keeps its shape while other material points lie down. The tangent has that
-!> null vector at every load, the loads do no work on it, and how far the rod has rolled is no matter of equilibrium. Its path is
-!> that on which it does not roll: a spring without a force makes the tangent regular against that motion, which then is taken out
-!> of all solutions.
+!> null vector at every load, the loads do no work on it, and how far the rod has rolled is no matter of equilibrium: it may be
+!> anything until the clamp comes to an end of the contact. Its path is that in the middle, with as much contact before the clamp as
+!> after it: a spring without a force makes the tangent regular against that motion, which then is taken out of all solutions.
+!>
+!> EI k^2/2 + n.t is the same all along a rod without forces along it, smooth contacts or not. From one side of the clamp to the
+!> other n.t changes by the force along the wall that the clamp takes, which is none where all that is touched is parallel: the rod
+!> is as curved before the clamp as after it, whatever its form is elsewhere, and comes flat on both sides at once.
 module rolling_rods
    use kinds, only: wp, pi
    use model, only: obstacle_line
@@ -132,9 +136,9 @@ contains
       end do
    end function lying
 
-   !> Before the rod is quite flat beside its clamp rolling changes its energy with the square of the curvature there: up to the
-   !> third root of what is left of forces that is nothing beside them, and one side is as flat as the other. Curvature over the
-   !> size.
+   !> Before the rod is flat beside its clamp, with the curvature k there, rolling has the stiffness k^2, in units of EI and the
+   !> size. What the iteration leaves of forces rolls it by tolerance/k^2, which up to the third root of the tolerance is as far as
+   !> where it is flat, k: nothing tells then how far it has rolled. Curvature over the size.
    pure real(wp) function nearly_flat(problem)
       type(problem_t), intent(in) :: problem
       nearly_flat = problem%model%step(problem%step)%tolerance**(1.0_wp / 3.0_wp)
@@ -148,6 +152,7 @@ contains
       real(wp) :: clamp(2), most, shift(3), lies(2)
       integer :: e, side, i
       system%roll_at = 0
+      system%roll_range = 0.0_wp
       if (problem%rolling == 0) return
       lies = [(lying(problem, state, side), side=1, 2)]
       if (any(lies < -nearly_flat(problem) * problem%size)) return
@@ -169,6 +174,7 @@ contains
       end do
       if (system%roll_at == 0) return
       system%roll_by = 0.5_wp * (lies(2) - lies(1))
+      system%roll_range = max(0.5_wp * (lies(2) + lies(1)), 0.0_wp)
       ! As stiff as the node is held by its elements.
       system%k%a(1, system%roll_at) = 2.0_wp * system%k%a(1, system%roll_at)
 

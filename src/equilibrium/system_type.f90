@@ -64,6 +64,7 @@ module system_type
       integer :: roll_at = 0                    !! unknown that a spring holds, 0: none
       real(wp) :: roll_rate = 0.0_wp            !! of that unknown, per unit of material length that the rod rolls
       real(wp) :: roll_by = 0.0_wp              !! so far must it roll that the lines beside the clamp are of one length
+      real(wp) :: roll_range = 0.0_wp           !! that far either way it may [length]
       real(wp), allocatable :: rolled(:)        !! (n) the motion in which it rolls, per unit
       ! Measures of the state itself.
       real(wp) :: force_residual = 0.0_wp       !! relative, from the stored resultants
