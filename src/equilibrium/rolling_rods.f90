@@ -153,6 +153,7 @@ contains
       integer :: e, side, i
       system%roll_at = 0
       system%roll_range = 0.0_wp
+      system%roll_row = 0.0_wp
       if (problem%rolling == 0) return
       lies = [(lying(problem, state, side), side=1, 2)]
       if (any(lies < -nearly_flat(problem) * problem%size)) return
@@ -164,6 +165,7 @@ contains
                shift = [tangent(e, side) - clamp, 0.0_wp]
                call to_node(system, node, shift)
                do i = 1, 2
+                  if (.not. system%fixed(dof(problem, node, i))) system%roll_row(dof(problem, node, i)) = shift(i)
                   if (system%fixed(dof(problem, node, i)) .or. abs(shift(i)) <= most) cycle
                   most = abs(shift(i))
                   system%roll_rate = shift(i)
@@ -204,11 +206,8 @@ contains
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: x(:)                !! (n)
       real(wp) :: rest(size(x))
-      integer :: i
       rest = x
       if (system%roll_at == 0) return
-      associate (moves => [(modulo(i, 3) > 0, i=1, size(x))], roll => system%rolled)
-         rest = x - roll * (sum(roll * x, mask=moves) / sum(roll**2, mask=moves))
-      end associate
+      rest = x - system%rolled * (dot_product(system%roll_row, x) / dot_product(system%roll_row, system%rolled))
    end function without_rolling
 end module rolling_rods

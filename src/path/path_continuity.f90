@@ -117,7 +117,9 @@ contains
       ! The chord has become its distance from the tangents' mean.
       last = 0.5_wp * (last - first)
       faster = sqrt(max(turning(problem, first, first), turning(problem, first + 2.0_wp * last, first + 2.0_wp * last)))
-      relation%bending = sqrt(turning(problem, chord, chord)) - sqrt(turning(problem, last, last)) - no_motion / length
+      ! Rotations are known to what the iteration leaves of them.
+      relation%bending = sqrt(turning(problem, chord, chord)) - sqrt(turning(problem, last, last)) - &
+         & max(no_motion, problem%model%step(problem%step)%tolerance * problem%size) / length
       relation%bending = max(relation%bending, 0.0_wp) / max(faster, epsilon(faster) * relation%bending, tiny(1.0_wp))
 
    contains
