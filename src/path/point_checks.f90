@@ -8,8 +8,7 @@ module point_checks
    use mesh_adequacy, only: verdict_t, judge_mesh, verdict_words
    use run_accuracy, only: accuracy_t, place_t, note_worst
    use path_record, only: point_t
-   use monitor_rows, only: monitor_change
-   use model, only: quantity_displacement
+   use monitor_rows, only: left_open
    use columns, only: whole, brief, scientific
    use linear_system, only: system_t
    use tangent_modes, only: bending_stiffness
@@ -58,19 +57,11 @@ contains
          if (allocated(accuracy%hanging_words)) return
          names = ''
          do m = 1, size(problem%deck%monitor)
-            if (hangs(m)) names = names//', '//trim(problem%deck%monitor(m)%name)
+            if (left_open(problem, m, state, system)) names = names//', '//trim(problem%deck%monitor(m)%name)
          end do
          if (names /= '') accuracy%hanging_words = 'from point '//whole(at%point)//' (load factor '//brief(at%load_factor)// &
             & ') on the loads do not tell how far the rod rolls about '//where//', nor what hangs on it: '//names(3:)
       end subroutine check_rolling
-
-      !> True for a monitor that rolling changes, by more than the equilibrium is known to.
-      logical function hangs(m)
-         integer, intent(in) :: m
-         hangs = problem%deck%monitor(m)%quantity == quantity_displacement
-         if (hangs) hangs = abs(monitor_change(problem, m, state, system, system%rolled, 0.0_wp) * system%roll_range) > &
-            & sqrt(problem%model%step(problem%step)%tolerance) * abs(problem%deck%monitor(m)%factor) * problem%size
-      end function hangs
 
       !> At a limit point the stiffness is zero, and nearly so on a plateau: what rounding does to it counts beside that of the
       !> point before, or beside bending.
