@@ -41,8 +41,8 @@ contains
       if (is_alike_all_along(problem, way_along(problem, problem%candidates%obstacle(c)))) problem%rolling = node
    end subroutine find_rolling
 
-   !> True for one closed, uniform rod without kinks, whose material points nothing tells from each other. Forces across the walls do
-   !> not as long as their nodes go along these.
+   !> True for one closed, uniform rod without kinks, whose material points nothing tells from each other. Forces across the walls
+   !> do not as long as their nodes go along these.
    pure logical function is_alike_all_along(problem, way) result(alike)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: way(2)              !! direction of the walls
