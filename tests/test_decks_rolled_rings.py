@@ -1,6 +1,7 @@
 """Whole rings between plates, clamped at one place of a plate, about which they may roll: loads do not tell how far.
 
-Exact is the inextensible elastica: with no force along the plates EI k^2/2 = F/2 sin(theta) from the line of contact on, where k = 0.
+Exact is the inextensible elastica: with no force along the plates EI k^2/2 = F/2 sin(theta) from the line of contact on, where
+k = 0.
 """
 import math
 
@@ -28,12 +29,14 @@ def half_width(flattening):
     return line(flattening) + 2.0 * (1.0 - flattening) / RISE
 
 
-MESHES = {"GE8": ("GE8", ", 8", "WIDEST=1e9"), "GE6": ("GE6", ", 14", "WIDEST=1e9"), "1E-3": ("GE8", "", "TOLERANCE=1e-3"), "1E-4": ("GE8", "", "TOLERANCE=1e-4"),
-          "1E-6": ("GE8", "", "TOLERANCE=1e-6")}
+MESHES = {"GE8": ("GE8", ", 8", "WIDEST=1e9"), "GE6": ("GE6", ", 14", "WIDEST=1e9"), "1E-3": ("GE8", "", "TOLERANCE=1e-3"),
+          "1E-4": ("GE8", "", "TOLERANCE=1e-4"), "1E-6": ("GE8", "", "TOLERANCE=1e-6")}
 
 
-def ring(clamp=-90.0, other=180.0, mesh="GE8", ea=1e8, turned=0.0, mirrored=False, gap=0.0, method="LOAD", monitors="", pressure=0.0, end=0.75):
-    """Deck: clamped at an angle; a second node stands further on by `other` degrees. All turned by an angle, mirrored before that."""
+def ring(clamp=-90.0, other=180.0, mesh="GE8", ea=1e8, turned=0.0, mirrored=False, gap=0.0, method="LOAD", monitors="", pressure=0.0,
+         push=0.0, end=0.75):
+    """Deck: clamped at an angle; a second node stands further on by `other` degrees, with a force in y. All turned by an angle,
+    mirrored before that."""
     def place(x, y):
         x = -x if mirrored else x
         c, s = math.cos(math.radians(turned)), math.sin(math.radians(turned))
@@ -55,6 +58,7 @@ def ring(clamp=-90.0, other=180.0, mesh="GE8", ea=1e8, turned=0.0, mirrored=Fals
     if clamp == 0.0:
         motion = f"HIGH, {place(0.0, -1.0)}\nLOW, {place(0.0, 1.0)}"
     load = f"*DLOAD\nRING, P, {-pressure if mirrored else pressure}\n" if pressure else ""
+    load += f"*CLOAD\n2, 2, {push}\n" if push else ""
     return f"""*HEADING
 Ring between plates
 *NODE
@@ -158,6 +162,24 @@ LOAD, 0.5, 0.7
 def test_however_it_stands(changes):
     """Mirrored, turned, with other nodes, by arc length, and where the plate has to come first."""
     lies_on_plates(dr.run_deck(ring(**changes)), gap=changes.get("gap", 0.0))
+
+
+@pytest.mark.parametrize("mesh", MESHES)
+def test_force_on_a_plate(mesh):
+    """A force across the plate on a node that lies on it goes into it, wherever the ring has rolled to."""
+    run = dr.run_deck(ring(push=1.0, mesh=mesh))
+    dr.assert_close(located(run), [force(0.5) + 0.5, force(0.7) + 0.7], relative=max(1e-6, float(mesh) if mesh[0] == "1" else 0.0))
+    assert "the loads do not tell how far the rod rolls about node 1" in run.stdout
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.05])
+@pytest.mark.parametrize("mesh", ["GE8", "GE6", "1E-6"])
+def test_force_off_a_plate(mesh, gap):
+    """It lifts its node off the plate, which may come to the ring later than the force does; half of the ring does as the whole."""
+    whole = dr.run_deck(ring(push=-1.0, mesh=mesh, gap=gap, end=0.72))
+    half = dr.run_deck(dr.changed(ring(push=-1.0, mesh="1E-6", gap=gap, end=0.72), ("2, 1, 0., 0.\n", ""), ("RN\n", "RN, 2.\n"),
+                                  ("1, ENCASTRE\n", "1, ENCASTRE\n2, XSYMM\n"), ("2, 2, -1.0\n", "2, 2, -0.5\n")))
+    dr.assert_close(located(whole), located(half), relative=2e-6)
 
 
 def test_what_hangs_on_the_choice():
