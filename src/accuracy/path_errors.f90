@@ -11,6 +11,7 @@ module path_errors
    use path_continuity, only: heading_t, normal_plane
    use path_events, only: event_limit, event_turning
    use monitors, only: monitor_values
+   use monitor_rows, only: left_open
    use tangent_modes, only: bending_stiffness
    use tangent_rounding, only: path_stiffness
    use error_bar, only: error_bar_t, error_bars_t, new_error_bar, no_error_bars
@@ -405,5 +406,8 @@ contains
          bars%place(k)%bar = new_error_bar(correction(n + k), unseen(n + k), sizes(n + k), noise(n + k), kind_size(n + k))
       end do
       if (.not. all(shares%known)) bars%why = not_known
+      do m = 1, size(bars%monitor)
+         if (left_open(problem, m, state, system)) bars%monitor(m) = error_bar_t()
+      end do
    end subroutine set_bars
 end module path_errors

@@ -2,9 +2,13 @@
 !>
 !> A uniform rod that lies on the wall on both sides of a clamp, and is loaded by nothing that tells its material points from each
 !> other, may shift along itself: what is free of it keeps its shape while other material points lie down. The tangent has that
-!> null vector at every load, the loads do no work on it, and how far the rod has rolled is no matter of equilibrium. Its path is
-!> that on which it does not roll: a spring without a force makes the tangent regular against that motion, which then is taken out
-!> of all solutions.
+!> null vector at every load, the loads do no work on it, and how far the rod has rolled is no matter of equilibrium: it may be
+!> anything until the clamp comes to an end of the contact. Its path is that in the middle, with as much contact before the clamp as
+!> after it: a spring without a force makes the tangent regular against that motion, which then is taken out of all solutions.
+!>
+!> EI k^2/2 + n.t is the same all along a rod without forces along it, smooth contacts or not. From one side of the clamp to the
+!> other n.t changes by the force along the wall that the clamp takes, which is none where all that is touched is parallel: the rod
+!> is as curved before the clamp as after it, whatever its form is elsewhere, and comes flat on both sides at once.
 module rolling_rods
    use kinds, only: wp, pi
    use model, only: obstacle_line
@@ -33,12 +37,15 @@ contains
       if (count(any(problem%model%fixed, 1)) > 1 .or. .not. all(problem%model%fixed(:, node))) return
       c = findloc(problem%candidates%node == node .and. problem%candidates%touch > 0, .true., 1)
       if (c == 0) return
-      if (is_alike_all_along(problem) .and. sees_walls_only(problem, problem%candidates%obstacle(c))) problem%rolling = node
+      if (.not. sees_walls_only(problem, problem%candidates%obstacle(c))) return
+      if (is_alike_all_along(problem, way_along(problem, problem%candidates%obstacle(c)))) problem%rolling = node
    end subroutine find_rolling
 
-   !> True for one closed, uniform rod without kinks, whose material points nothing tells from each other.
-   pure logical function is_alike_all_along(problem) result(alike)
+   !> True for one closed, uniform rod without kinks, whose material points nothing tells from each other. Forces across the walls
+   !> do not as long as their nodes go along these.
+   pure logical function is_alike_all_along(problem, way) result(alike)
       type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: way(2)              !! direction of the walls
       real(wp) :: angle(2)
       integer :: node, i, e(2)
       associate (model => problem%model, mesh => problem%model%mesh)
@@ -63,7 +70,11 @@ contains
             end associate
             do i = 1, size(model%step)
                associate (load => model%step(i)%load)
-                  alike = alike .and. load%same_on(e(1), e(2)) .and. .not. (load%acts_at(node) .or. load%turns(node))
+                  alike = alike .and. load%same_on(e(1), e(2)) .and. .not. load%turns(node)
+                  if (.not. load%acts_at(node)) cycle
+                  alike = alike .and. any(problem%candidates%node == node .and. problem%candidates%touch > 0) .and. &
+                     & all(abs(load%displacement(:, node)) <= 0.0_wp) .and. &
+                     & abs(dot_product(way, load%node_force(1:2, node))) <= parallel * norm2(load%node_force(1:2, node))
                end associate
             end do
          end do
@@ -79,12 +90,12 @@ contains
       associate (model => problem%model)
          only = model%obstacle(wall)%kind == obstacle_line
          if (.not. only) return
-         d = along(wall)
+         d = way_along(problem, wall)
          do k = 1, size(problem%touch)
             associate (obstacle => model%contact(problem%touch(k)%contact)%obstacle)
                only = only .and. model%obstacle(obstacle)%kind == obstacle_line
                if (.not. only) return
-               other = along(obstacle)
+               other = way_along(problem, obstacle)
                only = abs(d(1) * other(2) - d(2) * other(1)) <= parallel
             end associate
          end do
@@ -93,29 +104,42 @@ contains
             only = only .and. abs(dot_product(d, q)) <= parallel * norm2(q)
          end do
       end associate
-
-   contains
-
-      pure function along(k) result(t)
-         integer, intent(in) :: k
-         real(wp) :: t(2)
-         t = problem%model%obstacle(k)%point(:, 2) - problem%model%obstacle(k)%point(:, 1)
-         t = t / norm2(t)
-      end function along
    end function sees_walls_only
 
-   !> Length of the line on one side of the clamp; where the rod is not yet flat there, less than zero by what rolling would have to
+   !> Direction of a wall.
+   pure function way_along(problem, wall) result(way)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: wall                 !! index into model%obstacle, a line
+      real(wp) :: way(2)
+      associate (point => problem%model%obstacle(wall)%point)
+         way = (point(:, 2) - point(:, 1)) / norm2(point(:, 2) - point(:, 1))
+      end associate
+   end function way_along
+
+   !> Nodes that are to stay in contact: the clamp, and those with forces on them, which else would feel how far it rolls.
+   pure function standing(problem) result(node)
+      type(problem_t), intent(in) :: problem
+      integer, allocatable :: node(:)
+      logical :: loaded(problem%model%mesh%n_nodes)
+      integer :: n, i
+      loaded = [(any([(problem%model%step(i)%load%acts_at(n), i=1, size(problem%model%step))]), n=1, size(loaded))]
+      loaded(problem%rolling) = .false.
+      node = [problem%rolling, pack([(n, n=1, size(loaded))], loaded)]
+   end function standing
+
+   !> Length of the line on one side of such a node; where the rod is not flat there, less than zero by what rolling would have to
    !> come nearer. 0 where lines without pressure are let go (weak_lines): the rod is flat there all the same.
-   real(wp) function lying(problem, state, side) result(length)
+   real(wp) function lying(problem, state, node, side) result(length)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      integer, intent(in) :: node
       integer, intent(in) :: side                 !! 1: before it, 2: after it
       real(wp) :: excess, stretch, n(2), m, angle
       integer :: c, k, e
       length = 0.0_wp
-      c = findloc(problem%candidates%node == problem%rolling .and. problem%candidates%touch > 0, .true., 1)
+      c = findloc(problem%candidates%node == node .and. problem%candidates%touch > 0, .true., 1)
       if (c == 0) return
-      e = problem%beside(side, problem%rolling)
+      e = problem%beside(side, node)
       if (problem%conforms(e) == 0) then
          call excess_curvature(problem, state, c, excess, stretch, side)
          call ge_end(problem, state, e, 3 - side, n, m)
@@ -132,9 +156,9 @@ contains
       end do
    end function lying
 
-   !> Before the rod is quite flat beside its clamp rolling changes its energy with the square of the curvature there: up to the
-   !> third root of what is left of forces that is nothing beside them, and one side is as flat as the other. Curvature over the
-   !> size.
+   !> Before the rod is flat beside its clamp, with the curvature k there, rolling has the stiffness k^2, in units of EI and the
+   !> size. What the iteration leaves of forces rolls it by tolerance/k^2, which up to the third root of the tolerance is as far as
+   !> where it is flat, k: nothing tells then how far it has rolled. Curvature over the size.
    pure real(wp) function nearly_flat(problem)
       type(problem_t), intent(in) :: problem
       nearly_flat = problem%model%step(problem%step)%tolerance**(1.0_wp / 3.0_wp)
@@ -145,11 +169,19 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system     !! assembled
-      real(wp) :: clamp(2), most, shift(3), lies(2)
+      real(wp) :: clamp(2), most, shift(3)
+      real(wp), allocatable :: lies(:, :)
+      integer, allocatable :: stands(:)
       integer :: e, side, i
       system%roll_at = 0
+      system%roll_range = 0.0_wp
+      system%roll_row = 0.0_wp
       if (problem%rolling == 0) return
-      lies = [(lying(problem, state, side), side=1, 2)]
+      stands = standing(problem)
+      allocate (lies(2, size(stands)))
+      do i = 1, size(stands)
+         lies(:, i) = [(lying(problem, state, stands(i), side), side=1, 2)]
+      end do
       if (any(lies < -nearly_flat(problem) * problem%size)) return
       clamp = tangent(problem%beside(2, problem%rolling), 1)
       most = 0.0_wp
@@ -159,6 +191,7 @@ contains
                shift = [tangent(e, side) - clamp, 0.0_wp]
                call to_node(system, node, shift)
                do i = 1, 2
+                  if (.not. system%fixed(dof(problem, node, i))) system%roll_row(dof(problem, node, i)) = shift(i)
                   if (system%fixed(dof(problem, node, i)) .or. abs(shift(i)) <= most) cycle
                   most = abs(shift(i))
                   system%roll_rate = shift(i)
@@ -168,7 +201,8 @@ contains
          end do
       end do
       if (system%roll_at == 0) return
-      system%roll_by = 0.5_wp * (lies(2) - lies(1))
+      system%roll_by = 0.5_wp * (lies(2, 1) - lies(1, 1))
+      system%roll_range = max(minval(lies), 0.0_wp)
       ! As stiff as the node is held by its elements.
       system%k%a(1, system%roll_at) = 2.0_wp * system%k%a(1, system%roll_at)
 
@@ -198,11 +232,8 @@ contains
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: x(:)                !! (n)
       real(wp) :: rest(size(x))
-      integer :: i
       rest = x
       if (system%roll_at == 0) return
-      associate (moves => [(modulo(i, 3) > 0, i=1, size(x))], roll => system%rolled)
-         rest = x - roll * (sum(roll * x, mask=moves) / sum(roll**2, mask=moves))
-      end associate
+      rest = x - system%rolled * (dot_product(system%roll_row, x) / dot_product(system%roll_row, system%rolled))
    end function without_rolling
 end module rolling_rods

@@ -63,7 +63,9 @@ module system_type
       ! A rod that may roll (rolling_rods).
       integer :: roll_at = 0                    !! unknown that a spring holds, 0: none
       real(wp) :: roll_rate = 0.0_wp            !! of that unknown, per unit of material length that the rod rolls
+      real(wp), allocatable :: roll_row(:)      !! (n) displacements in which it rolls, of the exact rod
       real(wp) :: roll_by = 0.0_wp              !! so far must it roll that the lines beside the clamp are of one length
+      real(wp) :: roll_range = 0.0_wp           !! that far either way it may [length]
       real(wp), allocatable :: rolled(:)        !! (n) the motion in which it rolls, per unit
       ! Measures of the state itself.
       real(wp) :: force_residual = 0.0_wp       !! relative, from the stored resultants
@@ -119,6 +121,6 @@ contains
          end do
       end associate
       allocate (system%tangent(n), source=0.0_wp)
-      allocate (system%rolled(n), source=0.0_wp)
+      allocate (system%rolled(n), system%roll_row(n), source=0.0_wp)
    end function new_system
 end module system_type

@@ -291,6 +291,8 @@ contains
          & 'largest part of the stiffness along the path that is rounding')
       call put('error_bar', accuracy%error_bar, &
          & 'widest error bar of a critical load over the largest load factor of its step so far; point 0: none was told')
+      call put('rolling', accuracy%rolling, 'largest way over the size of the structure that a rod may roll about its clamp, '// &
+         & 'either way, as the loads do not tell; displacements are those in the middle; point 0: it may not')
 
    contains
 

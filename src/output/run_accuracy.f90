@@ -33,6 +33,9 @@ module run_accuracy
       type(worst_t) :: mesh                   !! a measure of too long elements over its limit, see mesh_adequacy
       type(worst_t) :: rounding               !! part of the stiffness along the path, see tangent_rounding
       type(worst_t) :: error_bar              !! widest of a critical load over the largest load of its step
+      type(worst_t) :: rolling                !! way either way that the loads leave open over the size, see rolling_rods
+      character(:), allocatable :: rolling_words !! where and how; allocated where there is such a point
+      character(:), allocatable :: hanging_words !! monitors that this leaves open, too; allocated where there are any
       character(:), allocatable :: bar_words  !! which one, allocated when it was wider than the deck allows
       character(:), allocatable :: mesh_words !! which elements, why, what to do; allocated when it was above 1
       real(wp) :: force = 0.0_wp              !! largest force of the run so far: what balances are measured against

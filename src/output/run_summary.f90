@@ -31,6 +31,7 @@ contains
       end if
       call write_value('rounding / stiffness along the path', accuracy%rounding%value)
       if (accuracy%error_bar%at%point > 0) call write_value('error bar of a critical load / load', accuracy%error_bar%value)
+      if (accuracy%rolling%at%point > 0) call write_value('roll left open / size of the structure', accuracy%rolling%value)
       call write_value('balance of forces', accuracy%force_balance%value)
       call write_value('balance of moments', accuracy%moment_balance%value)
       call write_value('balance of every node', accuracy%node_balance%value)
@@ -57,6 +58,7 @@ contains
       if (text /= '') text = 'its own checks found it wrong: '//text
       if (allocated(accuracy%mesh_words)) call add(accuracy%mesh_words)
       if (allocated(accuracy%rounding_words)) call add(accuracy%rounding_words)
+      if (allocated(accuracy%hanging_words)) call add(accuracy%hanging_words)
 
    contains
 

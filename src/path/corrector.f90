@@ -351,6 +351,8 @@ contains
       integer :: m
       worst = 0.0_wp
       if (any(system%fixed)) worst = maxval(abs(system%value), mask=system%fixed) / problem%size
+      ! No force tells how far it has yet to roll.
+      if (system%roll_at > 0) worst = max(worst, abs(system%roll_by) / problem%size)
       if (any(state%active .and. .not. system%soft .and. system%unknown == 0 .and. problem%candidates%touch == 0)) &
          & worst = huge(1.0_wp)
       ! What is not yet where it belongs would take part in the forces by the square of its way.

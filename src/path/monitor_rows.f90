@@ -2,13 +2,14 @@
 !> material point that the deck names, whatever node carries a contact there.
 module monitor_rows
    use kinds, only: wp
+   use model, only: quantity_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t, to_global
    use deck_nodes, only: deck_node_displacement, node_gradient_t, deck_node_gradient
    implicit none
    private
-   public :: monitor_row_t, monitor_row, watched_displacement, monitor_change
+   public :: monitor_row_t, monitor_row, watched_displacement, monitor_change, left_open
 
    !> Derivatives of a monitor's value.
    type :: monitor_row_t
@@ -85,4 +86,18 @@ contains
             & dot_product(row%node(:, node), to_global(problem, system, x, node))
       end do
    end function monitor_change
+
+   !> True for a monitor that loads leave open: it changes, by more than the equilibrium is known to, with how far a rod rolls that
+   !> may (rolling_rods). Forces do not.
+   logical function left_open(problem, m, state, system)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: m                  !! index into model%monitor
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system      !! factored at `state`
+      associate (monitor => problem%deck%monitor(m))
+         left_open = monitor%quantity == quantity_displacement .and. system%roll_range > 0.0_wp
+         if (left_open) left_open = abs(monitor_change(problem, m, state, system, system%rolled, 0.0_wp)) * system%roll_range > &
+            & sqrt(problem%model%step(problem%step)%tolerance) * abs(monitor%factor) * problem%size
+      end associate
+   end function left_open
 end module monitor_rows

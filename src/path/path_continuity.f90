@@ -92,7 +92,7 @@ contains
       !! held. The answer to a small load is proportional to it, so the chord itself stands for that tangent.
       type(relation_t) :: relation
       real(wp), dimension(3, size(from%u, 2)) :: chord, first, last
-      real(wp) :: length, rise, rates(2), faster
+      real(wp) :: length, rise, rates(2), faster, unknown
       chord = chord_between(problem, from, to)
       length = sqrt(metric(problem, chord, chord))
       if (length <= no_motion) return
@@ -117,9 +117,14 @@ contains
       ! The chord has become its distance from the tangents' mean.
       last = 0.5_wp * (last - first)
       faster = sqrt(max(turning(problem, first, first), turning(problem, first + 2.0_wp * last, first + 2.0_wp * last)))
-      ! Rotations are known to what the iteration leaves of them.
-      relation%bending = sqrt(turning(problem, chord, chord)) - sqrt(turning(problem, last, last)) - &
-         & max(no_motion, problem%model%step(problem%step)%tolerance * problem%size) / length
+      ! Forces do not tell how far a rod has rolled that may: that is known to what the iteration leaves of it. Of all others
+      ! meshes leave what was asked for.
+      unknown = no_motion / length
+      associate (step => problem%model%step(problem%step))
+         if (problem%rolling > 0) unknown = max(unknown, step%tolerance * problem%size / length)
+         if (any(problem%layout%stretch%placed)) unknown = max(unknown, min(step%asked, step%asked_of_path))
+      end associate
+      relation%bending = sqrt(turning(problem, chord, chord)) - sqrt(turning(problem, last, last)) - unknown
       relation%bending = max(relation%bending, 0.0_wp) / max(faster, epsilon(faster) * relation%bending, tiny(1.0_wp))
 
    contains

@@ -148,7 +148,8 @@ contains
             & call presume_contact(problem, step%monitor, step%increment, run%state, run%system, timers)
       end associate
       run%probe = new_probe(problem, run%state, run%system, 0.0_wp)
-      run%fresh = starts_fresh(problem) .and. (any(run%state%active) .or. any(run%state%grounded))
+      ! What touches between nodes is as unknown to its tangent.
+      run%fresh = starts_fresh(problem) .and. (any(run%state%active) .or. any(run%state%grounded) .or. problem%is_sampled())
    end subroutine begin_step
 
    !> True when the current step begins at the stress-free structure.

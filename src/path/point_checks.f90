@@ -8,6 +8,7 @@ module point_checks
    use mesh_adequacy, only: verdict_t, judge_mesh, verdict_words
    use run_accuracy, only: accuracy_t, place_t, note_worst
    use path_record, only: point_t
+   use monitor_rows, only: left_open
    use columns, only: whole, brief, scientific
    use linear_system, only: system_t
    use tangent_modes, only: bending_stiffness
@@ -40,8 +41,27 @@ contains
       if (size(verdict%element) > 0) call note_worst(accuracy%mesh, verdict%ratio, at, element=verdict%element(1))
       if (verdict%ratio > 1.0_wp) call warn('the mesh is too coarse', verdict_words(verdict), accuracy%mesh_words)
       call check_rounding()
+      call check_rolling()
 
    contains
+
+      !> Where a rod may roll every displacement is one of many.
+      subroutine check_rolling()
+         character(:), allocatable :: names, where
+         integer :: m
+         call note_worst(accuracy%rolling, system%roll_range / problem%size, at)
+         if (.not. system%roll_range > 0.0_wp) return
+         where = 'node '//whole(problem%model%mesh%node_label(problem%rolling))
+         call warn('the loads do not tell how far the rod rolls about '//where, 'contact is as long before it as after it, by '// &
+            & 'choice; loads and forces are the same for others, displacements are not', accuracy%rolling_words)
+         if (allocated(accuracy%hanging_words)) return
+         names = ''
+         do m = 1, size(problem%deck%monitor)
+            if (left_open(problem, m, state, system)) names = names//', '//trim(problem%deck%monitor(m)%name)
+         end do
+         if (names /= '') accuracy%hanging_words = 'from point '//whole(at%point)//' (load factor '//brief(at%load_factor)// &
+            & ') on the loads do not tell how far the rod rolls about '//where//', nor what hangs on it: '//names(3:)
+      end subroutine check_rolling
 
       !> At a limit point the stiffness is zero, and nearly so on a plateau: what rounding does to it counts beside that of the
       !> point before, or beside bending.

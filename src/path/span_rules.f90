@@ -229,6 +229,8 @@ contains
                if (problem%candidates%node(c) == problem%rolling) flat(side) = excess * problem%size <= nearly_flat(problem)
                if (flat(side)) flat(side) = would_press(problem, state, c, sense) .eqv. pressed
             end do
+            ! As curved on one side as on the other, but for errors that go with the squares of curvatures.
+            if (problem%candidates%node(c) == problem%rolling) flat = any(flat)
          end if
       end associate
    end function flat_sides
