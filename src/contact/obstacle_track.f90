@@ -12,7 +12,7 @@ module obstacle_track
    use obstacle_curve, only: foot_t, nearest_point, shape_arc, shape_quintic, arc_length, turned_angle, polynomial_at
    implicit none
    private
-   public :: jump_between, track_t, track_foot, track_at, track_ahead, track_between
+   public :: jump_between, joint_shares, track_t, track_foot, track_at, track_ahead, track_between
 
    !> A point of the track.
    type :: track_t
@@ -137,6 +137,19 @@ contains
          jump_between = jump_between .or. (joint > ends(1) + margin .and. joint < ends(2) - margin)
       end do
    end function jump_between
+
+   !> Where a stretch of the track is joined, as shares of it from its first point on: rising, none at its ends.
+   pure function joint_shares(obstacle, offset, first, last) result(share)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset
+      type(track_t), intent(in) :: first, last   !! in either order
+      real(wp), allocatable :: share(:)
+      integer :: i
+      share = [((piece_start(obstacle, offset, i) - first%sigma) / (last%sigma - first%sigma), &
+         & i=min(first%piece, last%piece) + 1, max(first%piece, last%piece))]
+      share = pack(share, share > at_joint .and. share < 1.0_wp - at_joint)
+      if (first%piece > last%piece) share = share(size(share):1:-1)
+   end function joint_shares
 
    pure type(track_t) function on_line(obstacle, offset, sigma) result(track)
       type(obstacle_t), intent(in) :: obstacle
