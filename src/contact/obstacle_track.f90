@@ -12,7 +12,7 @@ module obstacle_track
    use obstacle_curve, only: foot_t, nearest_point, shape_arc, shape_quintic, arc_length, turned_angle, polynomial_at
    implicit none
    private
-   public :: jump_between, joint_shares, track_t, track_foot, track_at, track_ahead, track_between
+   public :: jump_between, joint_shares, track_t, track_foot, track_at, across_joint, track_ahead, track_between
 
    !> A point of the track.
    type :: track_t
@@ -137,6 +137,33 @@ contains
          jump_between = jump_between .or. (joint > ends(1) + margin .and. joint < ends(2) - margin)
       end do
    end function jump_between
+
+   !> A point of the track as a point of the piece beyond the nearer joint at which the curvature jumps, or of what continues that;
+   !> the point itself where none is within reach.
+   pure type(track_t) function across_joint(obstacle, offset, track, reach) result(other)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset
+      type(track_t), intent(in) :: track
+      real(wp), intent(in) :: reach       !! along the track
+      real(wp) :: nearest, away
+      integer :: side, i, next
+      other = track
+      if (.not. allocated(obstacle%curve%piece)) return
+      nearest = reach
+      next = track%piece
+      do side = 0, 1
+         i = track%piece - 1 + side
+         if (i < 0 .or. i > size(obstacle%curve%piece)) cycle
+         if (.not. jumps(obstacle, i)) cycle
+         away = abs(piece_start(obstacle, offset, i + 1) - track%sigma)
+         if (away > nearest) cycle
+         nearest = away
+         next = merge(i, i + 1, side == 0)
+      end do
+      if (next == track%piece) return
+      other = on_piece(obstacle, offset, next, piece_parameter(obstacle, offset, next, track%sigma))
+      other%sigma = track%sigma
+   end function across_joint
 
    !> Where a stretch of the track is joined, as shares of it from its first point on: rising, none at its ends.
    pure function joint_shares(obstacle, offset, first, last) result(share)
