@@ -111,7 +111,7 @@ contains
             else if (problem%candidates%rolls(c)) then
                tests = [tests, curvature()]
                if (.not. moves) tests = [tests, leaving(c)]
-            else if (.not. any(problem%model%fixed(:, node))) then
+            else if (.not. problem%model%fixed(3, node)) then
                ! An end of a rod, or a corner: what lies beside it must rise from the obstacle.
                do side = 1, 2
                   if (problem%candidates%element(side, c) == 0) cycle
