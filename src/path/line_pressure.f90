@@ -89,7 +89,7 @@ contains
       place = inner(minloc(f, 1))
    end function least_between
 
-   !> Where the track of an element that lies on it is joined, as shares of the element: as good as its stretch is the same all along.
+   !> Where the track of an element that lies on it is joined, as shares of the element: as good as it is stretched alike all along.
    pure function joints(problem, state, e) result(share)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -45,8 +45,8 @@ contains
       end do
    end function touches_at_nodes
 
-   !> Nodes in contact. A support that stands on the obstacle takes its force, but is in contact, and so is a hinge, or a clamp along
-   !> it, even by itself: contact may spread from there.
+   !> Nodes in contact. A support that stands on the obstacle takes its force, but is in contact, and so is a hinge, or a clamp
+   !> along it, even by itself: contact may spread from there.
    function nodes_in_contact(problem, state) result(told)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
