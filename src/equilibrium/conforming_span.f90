@@ -123,9 +123,9 @@ contains
       call contact_track(problem, state, candidate, track, which, excess, stretch)
    end subroutine excess_curvature
 
-   !> The track at a node in contact. A point contact lies where the gap is least. Where the rod bends more towards the obstacle than
-   !> the nearest piece of the track does the gap is largest, and least beyond the joint if what follows there bends more than the
-   !> rod: the point is taken for one of that piece, continued.
+   !> The track at a node in contact. A point contact lies where the gap is least. Where the rod bends more towards the obstacle
+   !> than the nearest piece of the track does the gap is largest, and least beyond the joint if what follows there bends more than
+   !> the rod: the point is taken for one of that piece, continued.
    pure subroutine contact_track(problem, state, candidate, track, which, excess, stretch)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
