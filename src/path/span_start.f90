@@ -192,10 +192,13 @@ contains
       do try = 1, most_parts
          on = run
          call find_spans_ahead(problem, run, problem, on, next, first, found, report, why, timers)
-         if (.not. found) exit
-         if (abs(next%state%load_factor - first) > 0.0_wp) call go_back(first, next, timers)
-         if (.not. gains_contact(problem, next%problem%touch)) exit
-         ! Where contact begins is looked for from a point before it.
+         if (found) then
+            if (abs(next%state%load_factor - first) > 0.0_wp) call go_back(first, next, timers)
+            if (.not. gains_contact(problem, next%problem%touch)) exit
+         else if (report%hopeless .or. .not. allocated(why)) then
+            exit
+         end if
+         ! Where contact begins is looked for from a point before it, and after many changes nodes tell little of the first set.
          run%control%increment = 0.5_wp * run%control%increment
          call linearise(problem, run%state, run%state, run%system, timers)
       end do
