@@ -70,27 +70,6 @@ def test_events_on_a_spline_converge_at_fourth_order(number):
     dr.assert_mean_order(np.diff(loads), 4.0, below=0.5, above=1.5)
 
 
-@pytest.mark.parametrize("points", [28, 56])
-def test_a_hollow_spline_that_pulls_says_so(points):
-    """A rod along it has a force at each point, EI times the jump of d(curvature)/ds; within a circle all of them pull.
-
-    The spline through points of a circle of radius 1, h apart: its second derivative by the chord runs straight between them,
-    so the curvature falls by h^2/8 towards the middle, with the slopes h/2 at the points: there the rod is pulled by EI h. The largest
-    part of the reaction that is at the first point with a line.
-    """
-    angles = np.radians(np.linspace(200.0, 340.0, points + 1))
-    cradle = "*OBSTACLE, NAME=CRADLE, TYPE=SPLINE\n" + "".join(f"{math.cos(a):.15g}, {1.0 + math.sin(a):.15g}\n" for a in angles)
-    text = dr.on_given_mesh("cradle")
-    start = text.index("*OBSTACLE")
-    run = dr.run_deck(text[:start] + cradle + text[text.index("*CONTACT"):], code=2)
-    assert "tension" in run.stderr
-    contact = run.results.contact
-    first = np.argmax(contact.end[:, 0] > contact.start[:, 0])
-    # Measured against what the density pushes with, which is the thrust, above 2, and one or two such pulls.
-    pull = math.radians(140.0) / points
-    dr.assert_close(run.results.accuracy["tension"] * run.column("thrust")[first], pull, relative=pull)
-
-
 def test_polyline_with_corners_out_of_reach_is_a_line():
     polyline = "*OBSTACLE, NAME=WALL, TYPE=POLYLINE, RADIUS=0.1\n2., -0.5\n1.5, 0.02\n-0.5, 0.02\n-1., -0.5\n"
     line = dr.run_deck(on_an_obstacle("*OBSTACLE, NAME=WALL, TYPE=LINE\n1., 0.02, 0., 0.02\n"))

@@ -1,8 +1,8 @@
-!> Curves that divide the plane: straight, circular and cubic pieces one after the other with a common tangent, continued
+!> Curves that divide the plane: straight, circular and quintic pieces one after the other with a common tangent, continued
 !> straight beyond both ends.
 !>
 !> The nearest point is searched with a tree of circles around the pieces: only pieces that can hold it are looked at, so
-!> the cost grows with the logarithm of their number, and no search depends on the one before it. Cubic pieces turn by so
+!> the cost grows with the logarithm of their number, and no search depends on the one before it. Quintic pieces turn by so
 !> little that the nearest point within one is the only one; Newton's method finds it, kept inside a bracket.
 module obstacle_curve
    use kinds, only: wp
@@ -10,19 +10,20 @@ module obstacle_curve
    implicit none
    private
    public :: obstacle_curve_t, foot_t, nearest_point, curve_samples, sharpest_turn, crosses_itself
-   public :: piece_t, straight_piece, arc_piece, cubic_pieces, join_pieces
-   public :: shape_straight, shape_arc, shape_cubic, arc_length, turned_angle
+   public :: piece_t, straight_piece, arc_piece, quintic_pieces, join_pieces
+   public :: shape_straight, shape_arc, shape_quintic, arc_length, turned_angle, polynomial_at
 
-   integer, parameter :: shape_straight = 1, shape_arc = 2, shape_cubic = 3
+   integer, parameter :: shape_straight = 1, shape_arc = 2, shape_quintic = 3
 
-   real(wp), parameter :: piece_turn = 0.25_wp   !! [rad] most that a cubic piece turns
+   real(wp), parameter :: piece_turn = 0.25_wp   !! [rad] most that a quintic piece turns
    real(wp), parameter :: sample_turn = 0.05_wp  !! [rad] between samples
-   integer, parameter :: n_gauss = 10            !! points on a cubic piece: it turns so little that rounding is all they leave
+   integer, parameter :: n_gauss = 10            !! points on a quintic piece: it turns so little that rounding is all they leave
+   real(wp), parameter :: factorial(0:5) = [1.0_wp, 1.0_wp, 2.0_wp, 6.0_wp, 24.0_wp, 120.0_wp]
 
    !> One piece, its parameter runs from 0 to 1.
    type :: piece_t
       integer :: shape = shape_straight
-      real(wp) :: c(2, 4) = 0.0_wp      !! straight, cubic: position = sum c(:, k) t^(k - 1)
+      real(wp) :: c(2, 6) = 0.0_wp      !! straight, quintic: position = sum c(:, k) t^(k - 1)
       real(wp) :: centre(2) = 0.0_wp, radius = 0.0_wp
       real(wp) :: angle = 0.0_wp        !! [rad] arc: direction from the centre to its first point
       real(wp) :: turn = 0.0_wp         !! [rad] arc: positive anticlockwise
@@ -68,29 +69,66 @@ contains
       piece%turn = turn
    end function arc_piece
 
-   !> The cubic with coefficients c, parameter 0 to 1, cut into pieces that hardly turn.
-   pure function cubic_pieces(c) result(pieces)
-      real(wp), intent(in) :: c(2, 4)
+   !> The quintic with coefficients c, parameter 0 to 1, cut into pieces that hardly turn.
+   pure function quintic_pieces(c) result(pieces)
+      real(wp), intent(in) :: c(2, 6)
       type(piece_t), allocatable :: pieces(:)
-      real(wp) :: leg(2, 3), t, h, turn
-      integer :: i, n
+      real(wp) :: leg(2, 5), d(2, 0:5), h, turn
+      integer :: i, k, n
       ! The curve turns by no more than the legs of its control polygon.
-      leg(:, 1) = c(:, 2)
-      leg(:, 2) = c(:, 2) + c(:, 3)
-      leg(:, 3) = c(:, 2) + 2 * c(:, 3) + 3 * c(:, 4)
-      turn = abs(angle_between(leg(:, 1), leg(:, 2))) + abs(angle_between(leg(:, 2), leg(:, 3)))
+      leg = legs(c)
+      turn = sum([(abs(angle_between(leg(:, k), leg(:, k + 1))), k=1, 4)])
       n = 2 + int(turn / (0.5_wp * piece_turn))
       h = 1.0_wp / n
       allocate (pieces(n))
       do i = 1, n
-         t = (i - 1) * h
-         pieces(i)%shape = shape_cubic
-         pieces(i)%c(:, 1) = c(:, 1) + t * (c(:, 2) + t * (c(:, 3) + t * c(:, 4)))
-         pieces(i)%c(:, 2) = h * (c(:, 2) + t * (2 * c(:, 3) + 3 * t * c(:, 4)))
-         pieces(i)%c(:, 3) = h**2 * (c(:, 3) + 3 * t * c(:, 4))
-         pieces(i)%c(:, 4) = h**3 * c(:, 4)
+         d = polynomial_at(c, (i - 1) * h)
+         pieces(i)%shape = shape_quintic
+         do k = 0, 5
+            pieces(i)%c(:, k + 1) = d(:, k) * h**k / factorial(k)
+         end do
       end do
-   end function cubic_pieces
+   end function quintic_pieces
+
+   !> Legs of the control polygon of a quintic, times 5: values of its derivative where that is written by Bernstein's polynomials.
+   pure function legs(c) result(leg)
+      real(wp), intent(in) :: c(2, 6)
+      real(wp) :: leg(2, 5)
+      ! binomial(i, k)/binomial(4, k) times k + 1, i the row from 0, k the column
+      leg(:, 1) = c(:, 2)
+      leg(:, 2) = leg(:, 1) + 0.5_wp * c(:, 3)
+      leg(:, 3) = c(:, 2) + c(:, 3) + 0.5_wp * c(:, 4)
+      leg(:, 4) = c(:, 2) + 1.5_wp * c(:, 3) + 1.5_wp * c(:, 4) + c(:, 5)
+      leg(:, 5) = c(:, 2) + 2 * c(:, 3) + 3 * c(:, 4) + 4 * c(:, 5) + 5 * c(:, 6)
+   end function legs
+
+   !> Value and derivatives of a polynomial by its parameter, 0 to 5.
+   pure function polynomial_at(c, t) result(d)
+      real(wp), intent(in) :: c(2, 6)     !! as piece_t has it
+      real(wp), intent(in) :: t
+      real(wp) :: d(2, 0:5)
+      integer :: k, i
+      d = 0.0_wp
+      ! Horner's scheme, once more for each derivative over its factorial.
+      do k = 6, 1, -1
+         do i = 5, 1, -1
+            d(:, i) = d(:, i) * t + d(:, i - 1)
+         end do
+         d(:, 0) = d(:, 0) * t + c(:, k)
+      end do
+      do i = 2, 5
+         d(:, i) = d(:, i) * factorial(i)
+      end do
+   end function polynomial_at
+
+   !> Value and two derivatives, as often as feet are looked for.
+   pure subroutine first_derivatives(c, t, x, d, dd)
+      real(wp), intent(in) :: c(2, 6), t
+      real(wp), intent(out) :: x(2), d(2), dd(2)
+      x = c(:, 1) + t * (c(:, 2) + t * (c(:, 3) + t * (c(:, 4) + t * (c(:, 5) + t * c(:, 6)))))
+      d = c(:, 2) + t * (2 * c(:, 3) + t * (3 * c(:, 4) + t * (4 * c(:, 5) + t * 5 * c(:, 6))))
+      dd = 2 * c(:, 3) + t * (6 * c(:, 4) + t * (12 * c(:, 5) + t * 20 * c(:, 6)))
+   end subroutine first_derivatives
 
    !> A curve of pieces, each of which begins where the one before ends, in the same direction.
    pure function join_pieces(pieces) result(curve)
@@ -202,12 +240,10 @@ contains
          foot%curvature = sign(1.0_wp, piece%turn) / piece%radius
          return
       end if
-      foot%point = piece%c(:, 1) + t * (piece%c(:, 2) + t * (piece%c(:, 3) + t * piece%c(:, 4)))
-      d = piece%c(:, 2) + t * (2 * piece%c(:, 3) + 3 * t * piece%c(:, 4))
+      call first_derivatives(piece%c, t, foot%point, d, dd)
       speed = norm2(d)
       foot%tangent = d / speed
       if (piece%shape == shape_straight) return
-      dd = 2 * piece%c(:, 3) + 6 * t * piece%c(:, 4)
       foot%curvature = (foot%tangent(1) * dd(2) - foot%tangent(2) * dd(1)) / speed**2
    end function piece_point
 
@@ -240,7 +276,7 @@ contains
       type(obstacle_curve_t), intent(in) :: curve !! its pieces and quadrature are used
       integer, intent(in) :: i
       real(wp), intent(in) :: t
-      real(wp) :: at
+      real(wp) :: x(2), d(2), dd(2)
       integer :: q
       associate (piece => curve%piece(i))
          select case (piece%shape)
@@ -251,8 +287,8 @@ contains
          case default
             length = 0.0_wp
             do q = 1, n_gauss
-               at = t * curve%abscissa(q)
-               length = length + curve%weight(q) * norm2(piece%c(:, 2) + at * (2 * piece%c(:, 3) + 3 * at * piece%c(:, 4)))
+               call first_derivatives(piece%c, t * curve%abscissa(q), x, d, dd)
+               length = length + curve%weight(q) * norm2(d)
             end do
             length = length * t
          end select
@@ -264,22 +300,25 @@ contains
       type(obstacle_curve_t), intent(in) :: curve
       integer, intent(in) :: i
       real(wp), intent(in) :: t
+      real(wp) :: x(2), d(2), dd(2)
       angle = 0.0_wp
       associate (piece => curve%piece(i))
          if (piece%shape == shape_arc) angle = t * piece%turn
-         if (piece%shape == shape_cubic) angle = &
-            & angle_between(piece%c(:, 2), piece%c(:, 2) + t * (2 * piece%c(:, 3) + 3 * t * piece%c(:, 4)))
+         if (piece%shape /= shape_quintic) return
+         call first_derivatives(piece%c, t, x, d, dd)
+         angle = angle_between(piece%c(:, 2), d)
       end associate
    end function turned_angle
 
-   !> Parameter of the point of a cubic piece that is nearest to x: a zero of the derivative of half the squared distance.
+   !> Parameter of the point of a quintic piece that is nearest to x: a zero of the derivative of half the squared distance.
    pure real(wp) function nearest_parameter(c, x) result(t)
-      real(wp), intent(in) :: c(2, 4), x(2)
+      real(wp), intent(in) :: c(2, 6), x(2)
       real(wp) :: low, high, f, slope, q(2), d(2), dd(2), ends(2), next
       integer :: iteration
       ends(1) = dot_product(c(:, 1) - x, c(:, 2))
-      q = c(:, 1) + c(:, 2) + c(:, 3) + c(:, 4) - x
-      ends(2) = dot_product(q, c(:, 2) + 2 * c(:, 3) + 3 * c(:, 4))
+      call first_derivatives(c, 1.0_wp, q, d, dd)
+      q = q - x
+      ends(2) = dot_product(q, d)
       if (ends(1) >= 0.0_wp .or. ends(2) <= 0.0_wp) then
          t = 0.0_wp
          if (ends(1) < 0.0_wp) t = 1.0_wp
@@ -291,9 +330,8 @@ contains
       high = 1.0_wp
       t = ends(1) / (ends(1) - ends(2))
       do iteration = 1, 60
-         q = c(:, 1) - x + t * (c(:, 2) + t * (c(:, 3) + t * c(:, 4)))
-         d = c(:, 2) + t * (2 * c(:, 3) + 3 * t * c(:, 4))
-         dd = 2 * c(:, 3) + 6 * t * c(:, 4)
+         call first_derivatives(c, t, q, d, dd)
+         q = q - x
          f = dot_product(q, d)
          if (f < 0.0_wp) then
             low = t
@@ -322,17 +360,19 @@ contains
    !> Centre and radius of a circle around a piece; arcs are half circles at most.
    pure function piece_ball(piece) result(ball)
       type(piece_t), intent(in) :: piece
-      real(wp) :: ball(3), polygon(2, 4)
+      real(wp) :: ball(3), polygon(2, 6), leg(2, 5)
       type(foot_t) :: first, last
+      integer :: k
       first = piece_point(piece, 0.0_wp)
       last = piece_point(piece, 1.0_wp)
       ball(1:2) = 0.5_wp * (first%point + last%point)
       ball(3) = 0.5_wp * norm2(last%point - first%point)
-      if (piece%shape == shape_cubic) then
+      if (piece%shape == shape_quintic) then
+         leg = legs(piece%c)
          polygon(:, 1) = piece%c(:, 1)
-         polygon(:, 2) = polygon(:, 1) + piece%c(:, 2) / 3
-         polygon(:, 3) = polygon(:, 2) + (piece%c(:, 2) + piece%c(:, 3)) / 3
-         polygon(:, 4) = last%point
+         do k = 1, 5
+            polygon(:, k + 1) = polygon(:, k) + leg(:, k) / 5
+         end do
          ball(3) = sqrt(maxval((polygon(1, :) - ball(1))**2 + (polygon(2, :) - ball(2))**2))
       end if
       ball(3) = ball(3) * (1.0_wp + 1.0e-9_wp)
@@ -391,7 +431,7 @@ contains
          type(piece_t), intent(in) :: piece
          parts = 1
          if (piece%shape == shape_arc) parts = 1 + int(abs(piece%turn) / sample_turn)
-         if (piece%shape == shape_cubic) parts = 1 + nint(piece_turn / sample_turn)
+         if (piece%shape == shape_quintic) parts = 1 + nint(piece_turn / sample_turn)
       end function parts
    end function feet
 

@@ -1,8 +1,8 @@
 !> The curves that decks describe as obstacles: arcs, polylines with rounded corners, splines.
 module obstacle_shapes
    use kinds, only: wp
-   use cubic_spline, only: spline_bend
-   use obstacle_curve, only: obstacle_curve_t, piece_t, straight_piece, arc_piece, cubic_pieces, join_pieces
+   use quintic_spline, only: spline_derivatives, hermite_coefficients
+   use obstacle_curve, only: obstacle_curve_t, piece_t, straight_piece, arc_piece, quintic_pieces, join_pieces
    implicit none
    private
    public :: arc_curve, polyline_curve, spline_curve, corner_turn, widest_corner_radius, default_corner_radius
@@ -55,29 +55,30 @@ contains
       end subroutine add_straight
    end function polyline_curve
 
-   !> The natural cubic spline through points, neighbours apart, over the length of the chords.
+   !> The quintic spline through points, neighbours apart, over the length of the chords: what a rod that lies along it presses
+   !> with, EI times the second derivative of its curvature among it, is continuous.
    function spline_curve(point) result(curve)
       real(wp), intent(in) :: point(:, :)     !! (2, 2 or more)
       type(obstacle_curve_t) :: curve
       type(piece_t), allocatable :: piece(:)
-      real(wp) :: knot(size(point, 2)), bend(size(point, 2), 2), c(2, 4), h
+      real(wp), dimension(size(point, 2), 2) :: value, slope, bend
+      real(wp) :: knot(size(point, 2)), c(2, 6), h
       integer :: i, k, n
       n = size(point, 2)
       knot(1) = 0.0_wp
       do i = 2, n
          knot(i) = knot(i - 1) + norm2(point(:, i) - point(:, i - 1))
       end do
-      do k = 1, 2
-         call spline_bend(knot, point(k, :), .false., bend(:, k))
-      end do
+      value = transpose(point)
+      call spline_derivatives(knot, value, slope, bend)
       allocate (piece(0))
       do i = 1, n - 1
          h = knot(i + 1) - knot(i)
-         c(:, 1) = point(:, i)
-         c(:, 2) = point(:, i + 1) - point(:, i) - h**2 / 6 * (2 * bend(i, :) + bend(i + 1, :))
-         c(:, 3) = 0.5_wp * h**2 * bend(i, :)
-         c(:, 4) = h**2 / 6 * (bend(i + 1, :) - bend(i, :))
-         piece = [piece, cubic_pieces(c)]
+         do k = 1, 2
+            c(k, :) = hermite_coefficients([value(i, k), h * slope(i, k), h**2 * bend(i, k), h * slope(i + 1, k), &
+               & h**2 * bend(i + 1, k), value(i + 1, k) - value(i, k)])
+         end do
+         piece = [piece, quintic_pieces(c)]
       end do
       curve = join_pieces(piece)
    end function spline_curve

@@ -9,10 +9,10 @@
 module obstacle_track
    use kinds, only: wp, pi
    use model, only: obstacle_t, obstacle_line, obstacle_circle
-   use obstacle_curve, only: foot_t, nearest_point, shape_arc, shape_cubic, arc_length, turned_angle
+   use obstacle_curve, only: foot_t, nearest_point, shape_arc, shape_quintic, arc_length, turned_angle, polynomial_at
    implicit none
    private
-   public :: jump_between, track_t, track_foot, track_at, track_ahead, track_between, rate_jumps
+   public :: jump_between, joint_shares, track_t, track_foot, track_at, across_joint, track_ahead, track_between
 
    !> A point of the track.
    type :: track_t
@@ -57,7 +57,7 @@ contains
    !> The point of the track at arc length sigma.
    !>
    !> On curves the search starts on the piece of `near`. It goes over to a neighbour only where the curvature does not jump
-   !> (cubic pieces); else the piece goes on beyond its end, straight or circular, so that nothing jumps within Newton's
+   !> (quintic pieces); else the piece goes on beyond its end, straight or circular, so that nothing jumps within Newton's
    !> method.
    pure type(track_t) function track_at(obstacle, offset, sigma, near) result(track)
       type(obstacle_t), intent(in) :: obstacle
@@ -138,24 +138,45 @@ contains
       end do
    end function jump_between
 
-   !> What the curvature's rate gains, along the track, at each joint between two of its points where the curvature itself does not
-   !> jump: the points of a spline.
-   pure function rate_jumps(obstacle, offset, first, last) result(jump)
+   !> A point of the track as a point of the piece beyond the nearer joint at which the curvature jumps, or of what continues that;
+   !> the point itself where none is within reach.
+   pure type(track_t) function across_joint(obstacle, offset, track, reach) result(other)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset
+      type(track_t), intent(in) :: track
+      real(wp), intent(in) :: reach       !! along the track
+      real(wp) :: nearest, away
+      integer :: side, i, next
+      other = track
+      if (.not. allocated(obstacle%curve%piece)) return
+      nearest = reach
+      next = track%piece
+      do side = 0, 1
+         i = track%piece - 1 + side
+         if (i < 0 .or. i > size(obstacle%curve%piece)) cycle
+         if (.not. jumps(obstacle, i)) cycle
+         away = abs(piece_start(obstacle, offset, i + 1) - track%sigma)
+         if (away > nearest) cycle
+         nearest = away
+         next = merge(i, i + 1, side == 0)
+      end do
+      if (next == track%piece) return
+      other = on_piece(obstacle, offset, next, piece_parameter(obstacle, offset, next, track%sigma))
+      other%sigma = track%sigma
+   end function across_joint
+
+   !> Where a stretch of the track is joined, as shares of it from its first point on: rising, none at its ends.
+   pure function joint_shares(obstacle, offset, first, last) result(share)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
       type(track_t), intent(in) :: first, last   !! in either order
-      real(wp), allocatable :: jump(:)
-      type(track_t) :: before, after
-      integer :: i, low
-      low = min(first%piece, last%piece)
-      allocate (jump(abs(last%piece - first%piece)), source=0.0_wp)
-      do i = 1, size(jump)
-         if (jumps(obstacle, low + i - 1)) cycle
-         before = on_piece(obstacle, offset, low + i - 1, 1.0_wp)
-         after = on_piece(obstacle, offset, low + i, 0.0_wp)
-         jump(i) = after%curvature_rate - before%curvature_rate
-      end do
-   end function rate_jumps
+      real(wp), allocatable :: share(:)
+      integer :: i
+      share = [((piece_start(obstacle, offset, i) - first%sigma) / (last%sigma - first%sigma), &
+         & i=min(first%piece, last%piece) + 1, max(first%piece, last%piece))]
+      share = pack(share, share > at_joint .and. share < 1.0_wp - at_joint)
+      if (first%piece > last%piece) share = share(size(share):1:-1)
+   end function joint_shares
 
    pure type(track_t) function on_line(obstacle, offset, sigma) result(track)
       type(obstacle_t), intent(in) :: obstacle
@@ -209,7 +230,7 @@ contains
       real(wp), intent(in) :: offset
       integer, intent(in) :: i
       real(wp), intent(in) :: t
-      real(wp) :: k(0:2), d(2), angle, stretch
+      real(wp) :: k(0:2), d(2), d5(2, 0:5), angle, stretch
       integer :: e
       track%piece = i
       associate (curve => obstacle%curve)
@@ -230,9 +251,10 @@ contains
                track%place = piece%centre + piece%radius * d
                track%tangent = sign(1.0_wp, piece%turn) * [-d(2), d(1)]
                k(0) = sign(1.0_wp, piece%turn) / piece%radius
-            case (shape_cubic)
-               track%place = piece%c(:, 1) + t * (piece%c(:, 2) + t * (piece%c(:, 3) + t * piece%c(:, 4)))
-               call cubic_curvature(piece%c, t, track%tangent, k)
+            case (shape_quintic)
+               d5 = polynomial_at(piece%c, t)
+               track%place = d5(:, 0)
+               call polynomial_curvature(d5, track%tangent, k)
             case default
                track%place = piece%c(:, 1) + t * piece%c(:, 2)
                track%tangent = piece%c(:, 2) / norm2(piece%c(:, 2))
@@ -246,24 +268,23 @@ contains
       track%curvature_second = k(2) / stretch**4 + 3 * offset * k(1)**2 / stretch**5
    end function on_piece
 
-   !> Direction of a cubic and its curvature with two derivatives by the arc length.
-   pure subroutine cubic_curvature(c, t, tangent, k)
-      real(wp), intent(in) :: c(2, 4), t
+   !> Direction of a polynomial piece and its curvature with two derivatives by the arc length.
+   pure subroutine polynomial_curvature(d, tangent, k)
+      real(wp), intent(in) :: d(2, 0:5)   !! derivatives by the parameter
       real(wp), intent(out) :: tangent(2), k(0:2)
-      real(wp) :: d1(2), d2(2), d3(2), speed, growth, by_t, twice_by_t
-      d1 = c(:, 2) + t * (2 * c(:, 3) + 3 * t * c(:, 4))
-      d2 = 2 * c(:, 3) + 6 * t * c(:, 4)
-      d3 = 6 * c(:, 4)
-      speed = norm2(d1)
-      tangent = d1 / speed
-      growth = dot_product(d1, d2) / speed**2 ! of the speed by t, over the speed
-      k(0) = cross(d1, d2) / speed**3
-      by_t = cross(d1, d3) / speed**3 - 3 * k(0) * growth
-      twice_by_t = cross(d2, d3) / speed**3 - 3 * growth * cross(d1, d3) / speed**3 - 3 * by_t * growth - &
-         & 3 * k(0) * ((dot_product(d2, d2) + dot_product(d1, d3)) / speed**2 - 2 * growth**2)
-      k(1) = by_t / speed
-      k(2) = (twice_by_t - by_t * growth) / speed**2
-   end subroutine cubic_curvature
+      real(wp) :: speed, growth, by_t, twice_by_t
+      associate (d1 => d(:, 1), d2 => d(:, 2), d3 => d(:, 3), d4 => d(:, 4))
+         speed = norm2(d1)
+         tangent = d1 / speed
+         growth = dot_product(d1, d2) / speed**2 ! of the speed by t, over the speed
+         k(0) = cross(d1, d2) / speed**3
+         by_t = cross(d1, d3) / speed**3 - 3 * k(0) * growth
+         twice_by_t = (cross(d2, d3) + cross(d1, d4)) / speed**3 - 3 * growth * cross(d1, d3) / speed**3 - 3 * by_t * growth - &
+            & 3 * k(0) * ((dot_product(d2, d2) + dot_product(d1, d3)) / speed**2 - 2 * growth**2)
+         k(1) = by_t / speed
+         k(2) = (twice_by_t - by_t * growth) / speed**2
+      end associate
+   end subroutine polynomial_curvature
 
    !> Parameter of the point at arc length sigma on piece i or what continues it.
    pure real(wp) function piece_parameter(obstacle, offset, i, sigma) result(t)
@@ -273,7 +294,7 @@ contains
       real(wp), intent(in) :: sigma
       ! Newton's method converges quadratically: the step after one of this size is below rounding.
       real(wp), parameter :: last_step = 1.0e-9_wp
-      real(wp) :: local, tangent(2), k(0:2), step, d1(2)
+      real(wp) :: local, tangent(2), k(0:2), step, d(2, 0:5)
       integer :: iteration
       local = sigma - piece_start(obstacle, offset, i)
       t = local
@@ -281,14 +302,12 @@ contains
          if (i < 1 .or. i > size(curve%piece)) return
          ! Straight pieces and arcs end here.
          t = local / (arc_length(curve, i, 1.0_wp) - offset * turned_angle(curve, i, 1.0_wp))
-         if (curve%piece(i)%shape /= shape_cubic) return
+         if (curve%piece(i)%shape /= shape_quintic) return
          do iteration = 1, 20
-            call cubic_curvature(curve%piece(i)%c, t, tangent, k)
-            associate (c => curve%piece(i)%c)
-               d1 = c(:, 2) + t * (2 * c(:, 3) + 3 * t * c(:, 4))
-            end associate
+            d = polynomial_at(curve%piece(i)%c, t)
+            call polynomial_curvature(d, tangent, k)
             step = (local - arc_length(curve, i, t) + offset * turned_angle(curve, i, t)) / &
-               & (norm2(d1) * (1.0_wp - k(0) * offset))
+               & (norm2(d(:, 1)) * (1.0_wp - k(0) * offset))
             t = t + step
             if (abs(step) <= last_step) exit
          end do
@@ -318,8 +337,8 @@ contains
       if (i < 1 .or. i > size(obstacle%curve%piece)) return
       associate (piece => obstacle%curve%piece(i))
          if (piece%shape == shape_arc) curvature = sign(1.0_wp, piece%turn) / piece%radius
-         if (piece%shape == shape_cubic) then
-            call cubic_curvature(piece%c, t, tangent, k)
+         if (piece%shape == shape_quintic) then
+            call polynomial_curvature(polynomial_at(piece%c, t), tangent, k)
             curvature = k(0)
          end if
       end associate

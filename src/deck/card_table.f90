@@ -285,8 +285,8 @@ contains
       call field(t, 'x', kind_real, 'a corner, or an end', unit='length')
       call field(t, 'y', kind_real, 'a corner, or an end', unit='length')
       call lines(t, when='TYPE=SPLINE', least=2)
-      call field(t, 'x', kind_real, 'a point that the natural cubic spline passes through', unit='length')
-      call field(t, 'y', kind_real, 'a point that the natural cubic spline passes through', unit='length')
+      call field(t, 'x', kind_real, 'a point that the quintic spline passes through', unit='length')
+      call field(t, 'y', kind_real, 'a point that the quintic spline passes through', unit='length')
 
       call card(t, 'FOUNDATION LAW', in_model, 'How the reaction of a foundation grows with the penetration: linear '// &
          'from line to line, and on beyond the last. It is elastic: the way back is the same.')

@@ -11,7 +11,7 @@ module balance
    use node_loads, only: node_push_t, dead_node_load, node_pushes
    use section_forces, only: end_forces
    use span_forces, only: span_totals, end_force
-   use conforming_span, only: conforming_forces, rolled_t, rolled, joint_forces
+   use conforming_span, only: conforming_forces, rolled_t, rolled
    use deck_nodes, only: deck_contact_gaps, find_node
    use element_foundation, only: foundation_forces
    use rod_profile, only: profile_t, new_profile, mend_ends, profile_doubt
@@ -151,7 +151,7 @@ contains
          real(wp) :: totals(3, size(problem%model%contact)), moment, push, gap, normal(2), bend, local(3), &
             & x(2), angle, density, tau, counted(2)
          type(rolled_t) :: roll
-         real(wp), allocatable :: gaps(:), place(:, :), pushes(:)
+         real(wp), allocatable :: gaps(:), place(:, :)
          integer :: c, e, i, mesh_node
          call span_totals(problem, state, middle, totals, moment)
          total = total + [sum(totals(1, :)), sum(totals(2, :)), moment]
@@ -181,11 +181,6 @@ contains
                tau = real(i, wp) / line_samples
                call conforming_forces(problem, state, e, tau, local, x, angle, density)
                call note_worst(accuracy%tension, (-density * problem%size - line_slack * scale) / max(accuracy%reaction, &
-                  & least_reaction * scale), at, element=problem%model%mesh%element_label(e))
-            end do
-            pushes = joint_forces(problem, state, e)
-            do i = 1, size(pushes)
-               call note_worst(accuracy%tension, (-pushes(i) - 1.0e-8_wp * scale) / max(accuracy%reaction, &
                   & least_reaction * scale), at, element=problem%model%mesh%element_label(e))
             end do
          end do

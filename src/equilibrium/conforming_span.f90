@@ -9,7 +9,7 @@ module conforming_span
    use rod_state, only: state_t, element_load, element_displacement, node_position, obstacle_shift, candidate_offset, closing_rate
    use reference_curve, only: curve_point, curve_abscissa, curve_length, curve_bend
    use gauss_tableau, only: max_stages
-   use obstacle_track, only: track_t, track_foot, track_at, track_ahead, track_between, rate_jumps
+   use obstacle_track, only: track_t, track_foot, track_at, track_ahead, track_between, across_joint
    use ge_element, only: ge_load_t, ge_columns, ge_end_forces
    use inner_forces, only: inner_forces_t
    use conforming_element, only: conforming_evaluate, conforming_resultants, conforming_size
@@ -17,7 +17,7 @@ module conforming_span
    private
    public :: evaluate_conforming, conforming_forces, conforming_point, conforming_displacement, &
       & conforming_resultant, conforming_guess, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple, flat_excess, &
-      & rolled_t, rolled, excess_curvature, node_track, track_sense, rod_angle, bend_at, ge_end, joint_forces
+      & rolled_t, rolled, excess_curvature, node_track, track_sense, rod_angle, bend_at, ge_end
 
    !> Excess of curvature times size that is as good as none: what rounding and the tolerance of Newton's method leave.
    real(wp), parameter :: flat_excess = 1.0e-8_wp
@@ -44,24 +44,6 @@ contains
             & node_position(state, list%node(candidate)) - obstacle_shift(problem, state, list%obstacle(candidate)))
       end associate
    end function node_track
-
-   !> Forces of the obstacle at the joints of its track inside an element that lies on it, positive where it pushes: there the
-   !> curvature's rate jumps, and the moment's with it.
-   pure function joint_forces(problem, state, e) result(force)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: e                      !! conforming
-      real(wp), allocatable :: force(:)
-      type(track_t) :: ends(2)
-      real(wp) :: stretch
-      associate (c => problem%conforms(e), list => problem%candidates)
-         ends(1) = node_track(problem, state, c)
-         ends(2) = node_track(problem, state, list%neighbour(2, c))
-         stretch = abs(ends(2)%sigma - ends(1)%sigma) / state%geometry%element(e)%length
-         force = rate_jumps(problem%model%obstacle(list%obstacle(c)), -candidate_offset(problem, state, list, c), ends(1), &
-            & ends(2)) * stretch**2 / problem%compliance(e)%bending
-      end associate
-   end function joint_forces
 
    !> The element at a candidate that what is asked of the rod there is told by: that after it, at the end of a stretch that
    !> before. Where the rod is not smooth `which` says on which side.
@@ -111,7 +93,7 @@ contains
       integer, intent(in), optional :: which
       type(track_t) :: track
       real(wp) :: angle, sense, t(2)
-      track = node_track(problem, state, candidate)
+      call contact_track(problem, state, candidate, track, which)
       angle = rod_angle(problem, state, candidate, which)
       sense = track_sense(problem, state, candidate, track, which)
       t = sense * track%tangent
@@ -138,30 +120,73 @@ contains
       real(wp), intent(out) :: stretch              !! 1 + e
       integer, intent(in), optional :: which        !! side, where the rod is not smooth or a support takes the moment, which jumps
       type(track_t) :: track
-      type(ge_load_t) :: load
-      real(wp) :: angle, axial, bend, sense
-      real(wp) :: n(2), m
-      integer :: e, side
+      call contact_track(problem, state, candidate, track, which, excess, stretch)
+   end subroutine excess_curvature
+
+   !> The track at a node in contact. A point contact lies where the gap is least. Where the rod bends more towards the obstacle
+   !> than the nearest piece of the track does the gap is largest, and least beyond the joint if what follows there bends more than
+   !> the rod: the point is taken for one of that piece, continued.
+   pure subroutine contact_track(problem, state, candidate, track, which, excess, stretch)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      type(track_t), intent(out) :: track
+      integer, intent(in), optional :: which        !! as excess_curvature has it
+      real(wp), intent(out), optional :: excess, stretch !! likewise
+      type(track_t) :: beyond
+      real(wp) :: bend, axial, left
+      integer :: e
       track = node_track(problem, state, candidate)
+      if (.not. (present(excess) .or. problem%candidates%rolls(candidate))) return
+      call rod_curvature(problem, state, candidate, track, bend, axial, which)
+      left = bend - track%curvature * axial
+      if (left < 0.0_wp .and. problem%candidates%rolls(candidate)) then
+         e = maxval(problem%candidates%element(:, candidate))
+         associate (list => problem%candidates)
+            beyond = across_joint(problem%model%obstacle(list%obstacle(candidate)), &
+               & -candidate_offset(problem, state, list, candidate), track, state%geometry%element(e)%length)
+         end associate
+         if (bend - beyond%curvature * axial > 0.0_wp) then
+            track = beyond
+            left = bend - track%curvature * axial
+         end if
+      end if
+      if (present(excess)) excess = left
+      if (present(stretch)) stretch = axial
+   end subroutine contact_track
+
+   !> Curvature of the rod at a contact, positive towards the free side, and its stretch.
+   pure subroutine rod_curvature(problem, state, candidate, track, curvature, stretch, which)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      type(track_t), intent(in) :: track            !! there
+      real(wp), intent(out) :: curvature            !! per unit stress-free length
+      real(wp), intent(out) :: stretch              !! 1 + e
+      integer, intent(in), optional :: which        !! as excess_curvature has it
+      type(ge_load_t) :: load
+      real(wp) :: angle, bend, sense, n(2), m, turn
+      integer :: e, side
       sense = track_sense(problem, state, candidate, track, which)
       call own_element(problem, candidate, e, side, which)
       if (.not. (present(which) .or. problem%candidates%moves(candidate))) then
          ! Where a couple acts, or sections differ, that of the side to which the contact rolls.
-         side = merge(2, 1, track_rotation(problem, state, candidate) * sense > 0.0_wp)
+         angle = rod_angle(problem, state, candidate)
+         turn = track%tangent(1) * sin(angle) - track%tangent(2) * cos(angle)
+         side = merge(2, 1, turn > 0.0_wp)
          if (problem%candidates%element(3 - side, candidate) == 0) side = 3 - side
          e = problem%candidates%element(3 - side, candidate)
       end if
       call ge_end(problem, state, e, side, n, m)
       load = element_load(problem, state, e)
       angle = rod_angle(problem, state, candidate, which)
-      axial = 1.0_wp + load%strain + problem%compliance(e)%axial * (cos(angle) * n(1) + sin(angle) * n(2))
+      stretch = 1.0_wp + load%strain + problem%compliance(e)%axial * (cos(angle) * n(1) + sin(angle) * n(2))
       associate (g => state%geometry%element(e), c => problem%model%mesh%curve(e))
          bend = 0.0_wp
          if (c > 0) call curve_bend(problem%model%curve(c), problem%model%imperfection, g%s(side), bend)
       end associate
-      excess = sense * (bend + load%curvature + problem%compliance(e)%bending * m) - track%curvature * axial
-      stretch = axial
-   end subroutine excess_curvature
+      curvature = sense * (bend + load%curvature + problem%compliance(e)%bending * m)
+   end subroutine rod_curvature
 
    !> Force and moment at one end of a free element.
    pure subroutine ge_end(problem, state, e, side, n, m)

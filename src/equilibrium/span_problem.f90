@@ -114,8 +114,9 @@ contains
    end subroutine lay_spans
 
    !> The problem before any contact span is known: a mesh fine enough to tell by its nodes what touches.
-   function new_sampled_problem(base) result(problem)
+   function new_sampled_problem(base, touch) result(problem)
       type(problem_t), intent(in) :: base            !! of the deck
+      type(touch_t), intent(in), optional :: touch(:) !! places at which a node stands, too
       type(problem_t) :: problem
       type(division_t) :: division(size(base%layout%stretch))
       real(wp) :: length, share
@@ -129,6 +130,14 @@ contains
             if (whole%free) division(k)%at = [(whole%length * i / n, i=0, n)]
          end associate
       end do
+      if (present(touch)) then
+         do k = 1, size(touch)
+            associate (at => division(touch(k)%stretch)%at)
+               i = minloc(abs(at - touch(k)%at(1)), 1)
+               if (i > 1 .and. i < size(at)) at(i) = touch(k)%at(1)
+            end associate
+         end do
+      end if
       problem = remeshed_problem(with_spans(base, .false.), division)
       problem%mesh_kind = mesh_sampled
    end function new_sampled_problem

@@ -4,17 +4,102 @@ module line_pressure
    use problem, only: problem_t
    use rod_state, only: state_t, element_load, candidate_offset
    use conforming_span, only: conforming_forces, excess_curvature, node_track, track_sense, rod_angle, bend_at
-   use obstacle_track, only: track_t, jump_between
+   use obstacle_track, only: track_t, jump_between, joint_shares
    use ge_element, only: ge_load_t
    use contact_touch, only: touch_t
    use state_transfer, only: find_point
    implicit none
    private
-   public :: density_at, least_pressure, virtual_pressure
+   public :: pressure_t, sample_line, density_at, least_pressure, virtual_pressure
 
-   integer, parameter :: samples = 4         !! of the density in an element
+   integer, parameter :: samples = 4            !! of the density in an element
+   integer, parameter :: sections = 24          !! golden ones, of what is between the neighbours of a least sample: to 1e-5 of it
+
+   !> The density along a line.
+   type :: pressure_t
+      real(wp), allocatable :: at(:)            !! places along the stretch, rising
+      real(wp), allocatable :: density(:)       !! there
+   end type pressure_t
 
 contains
+
+   !> The density along a line: at equal parts of its elements, where its track is joined, and where it is least between these.
+   function sample_line(problem, state, line) result(pressure)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(touch_t), intent(in) :: line            !! as it is now
+      type(pressure_t) :: pressure
+      real(wp), allocatable :: at(:), density(:)
+      real(wp) :: place
+      integer :: e, i
+      allocate (pressure%at(0))
+      do e = line%element(1), line%element(2)
+         associate (s => state%geometry%element(e)%s + problem%origin(e))
+            call merge_places(pressure%at, [(s(1) + (s(2) - s(1)) * i / samples, i=0, samples)])
+            call merge_places(pressure%at, s(1) + (s(2) - s(1)) * joints(problem, state, e))
+         end associate
+      end do
+      pressure%density = [(density_at(problem, state, line, pressure%at(i)), i=1, size(pressure%at))]
+      at = pressure%at
+      density = pressure%density
+      do i = 2, size(at) - 1
+         if (density(i) > density(i - 1) .or. density(i) >= density(i + 1)) cycle
+         place = least_between(problem, state, line, at(i - 1), at(i + 1))
+         if (density_at(problem, state, line, place) < density(i)) call merge_places(pressure%at, [place])
+      end do
+      if (size(pressure%at) > size(at)) &
+         & pressure%density = [(density_at(problem, state, line, pressure%at(i)), i=1, size(pressure%at))]
+   end function sample_line
+
+   !> Puts rising places among others; what is there already is not there twice.
+   pure subroutine merge_places(all, new)
+      real(wp), allocatable, intent(inout) :: all(:)
+      real(wp), intent(in) :: new(:)
+      integer :: k, n
+      do k = 1, size(new)
+         n = count(all < new(k))
+         if (any(abs(all - new(k)) <= 10.0_wp * epsilon(new) * abs(new(k)))) cycle
+         all = [all(:n), new(k), all(n + 1:)]
+      end do
+   end subroutine merge_places
+
+   !> The place of the one minimum of the density between two others, by golden sections.
+   real(wp) function least_between(problem, state, line, first, last) result(place)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(touch_t), intent(in) :: line
+      real(wp), intent(in) :: first, last
+      real(wp), parameter :: golden = 0.5_wp * (sqrt(5.0_wp) - 1.0_wp)
+      real(wp) :: ends(2), inner(2), f(2)
+      integer :: k
+      ends = [first, last]
+      inner = [last - golden * (last - first), first + golden * (last - first)]
+      f = [density_at(problem, state, line, inner(1)), density_at(problem, state, line, inner(2))]
+      do k = 1, sections
+         if (f(1) < f(2)) then
+            ends(2) = inner(2)
+            inner = [ends(2) - golden * (ends(2) - ends(1)), inner(1)]
+            f = [density_at(problem, state, line, inner(1)), f(1)]
+         else
+            ends(1) = inner(1)
+            inner = [inner(2), ends(1) + golden * (ends(2) - ends(1))]
+            f = [f(2), density_at(problem, state, line, inner(2))]
+         end if
+      end do
+      place = inner(minloc(f, 1))
+   end function least_between
+
+   !> Where the track of an element that lies on it is joined, as shares of the element: as good as it is stretched alike all along.
+   pure function joints(problem, state, e) result(share)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e                     !! on an obstacle
+      real(wp), allocatable :: share(:)
+      associate (c => problem%conforms(e), list => problem%candidates)
+         share = joint_shares(problem%model%obstacle(list%obstacle(c)), -candidate_offset(problem, state, list, c), &
+            & node_track(problem, state, c), node_track(problem, state, list%neighbour(2, c)))
+      end associate
+   end function joints
 
    !> Density of a line's force at one place along its stretch.
    real(wp) function density_at(problem, state, line, at) result(density)
@@ -34,38 +119,28 @@ contains
    end function density_at
 
    !> Least density along a line, and where it is.
-   subroutine least_pressure(problem, state, which, least, where, side)
+   subroutine least_pressure(problem, state, line, least, where, side)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: which                 !! index into problem%touch, of a line
+      type(touch_t), intent(in) :: line            !! as it is now
       real(wp), intent(out) :: least               !! -huge(least): its track bends at once, where no rod can follow
       real(wp), intent(out) :: where               !! along the stretch
       integer, intent(out) :: side                 !! -1: at its first end, 0: inside, 1: at its last
-      real(wp) :: local(3), place(2), angle, density, tau
+      type(pressure_t) :: pressure
       integer :: e, i
-      least = huge(least)
-      associate (element => problem%touch(which)%element)
-         do e = element(1), element(2)
-            if (bends_at_once(problem, state, e)) then
-               least = -huge(least)
-               where = state%geometry%element(e)%s(1) + problem%origin(e)
-               side = 0
-               return
-            end if
-            do i = 0, samples
-               tau = real(i, wp) / samples
-               call conforming_forces(problem, state, e, tau, local, place, angle, density)
-               if (density >= least) cycle
-               least = density
-               associate (g => state%geometry%element(e))
-                  where = g%s(1) + tau * (g%s(2) - g%s(1)) + problem%origin(e)
-               end associate
-               side = 0
-               if (e == element(1) .and. i == 0) side = -1
-               if (e == element(2) .and. i == samples) side = 1
-            end do
-         end do
-      end associate
+      side = 0
+      do e = line%element(1), line%element(2)
+         if (.not. bends_at_once(problem, state, e)) cycle
+         least = -huge(least)
+         where = state%geometry%element(e)%s(1) + problem%origin(e)
+         return
+      end do
+      pressure = sample_line(problem, state, line)
+      i = minloc(pressure%density, 1)
+      least = pressure%density(i)
+      where = pressure%at(i)
+      if (i == 1) side = -1
+      if (i == size(pressure%at)) side = 1
    end subroutine least_pressure
 
    !> True for an element that would need an infinite force to lie on its track.

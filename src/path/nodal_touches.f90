@@ -45,8 +45,8 @@ contains
       end do
    end function touches_at_nodes
 
-   !> Nodes in contact. A support that stands on the obstacle takes its force, but is in contact, and so is a clamp along it even by
-   !> itself: contact may spread from there.
+   !> Nodes in contact. A support that stands on the obstacle takes its force, but is in contact, and so is a hinge, or a clamp
+   !> along it, even by itself: contact may spread from there.
    function nodes_in_contact(problem, state) result(told)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -60,8 +60,8 @@ contains
          if (may_react(problem, c, normal)) cycle
          angle = rod_angle(problem, state, c)
          associate (near => problem%candidates%neighbour(:, c))
-            if (any(state%active(pack(near, near > 0))) .or. (problem%model%fixed(3, problem%candidates%node(c)) .and. &
-               & abs(dot_product(normal, [cos(angle), sin(angle)])) <= along)) told(c) = gap <= 1.0e-9_wp * problem%size
+            if (any(state%active(pack(near, near > 0))) .or. .not. problem%model%fixed(3, problem%candidates%node(c)) .or. &
+               & abs(dot_product(normal, [cos(angle), sin(angle)])) <= along) told(c) = gap <= 1.0e-9_wp * problem%size
          end associate
       end do
    end function nodes_in_contact

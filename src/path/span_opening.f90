@@ -24,7 +24,7 @@ module span_opening
    use contact_touch, only: touch_t
    use touch_edits, only: begun, lost, opened, end_moved, shrunk, numbered, same_set
    use span_problem, only: present_touches
-   use line_pressure, only: density_at
+   use line_pressure, only: pressure_t, sample_line, density_at
    use span_tests, only: span_test_t, test_force, test_pressure, test_couple, test_slack, well_below
    use breakpoint_forces, only: held_force, held_couple
    use lifted_node, only: inside_line, lifted_beside
@@ -232,18 +232,16 @@ contains
       type(state_t), intent(in) :: state
       type(touch_t), intent(in) :: line            !! as it is now
       real(wp), allocatable :: zone(:, :)          !! (2, zones)
-      real(wp) :: at(-1:samples + 1), density(-1:samples + 1), ends(2)
+      type(pressure_t) :: pressure
+      real(wp), allocatable :: at(:), density(:)
+      real(wp) :: ends(2)
       integer :: i
+      pressure = sample_line(problem, state, line)
       ! Beyond its ends a line is not pulled.
-      density = 0.0_wp
-      at(-1) = line%at(1)
-      at(samples + 1) = line%at(2)
-      do i = 0, samples
-         at(i) = line%at(1) + (line%at(2) - line%at(1)) * i / samples
-         density(i) = density_at(problem, state, line, at(i))
-      end do
+      at = [line%at(1), pressure%at, line%at(2)]
+      density = [0.0_wp, pressure%density, 0.0_wp]
       allocate (zone(2, 0))
-      do i = 0, samples
+      do i = 2, size(at) - 1
          if (density(i) >= 0.0_wp) cycle
          if (density(i - 1) >= 0.0_wp) ends(1) = zero_between(at(i), at(i - 1))
          if (density(i + 1) < 0.0_wp) cycle

@@ -373,6 +373,7 @@ contains
          return
       end if
       answer%touch(k)%line = excess(2) <= flat_excess
+      if (stands(problem, state, test%candidate)) answer%label = 'C+'
       answer%touch = moved(answer%touch, k, stretch, behind(problem, stretch, way, length, answer%touch(k)%line))
       answer%crosses = reshape(merge([k, 0], [0, k], way > 0), [2, 1])
    end subroutine lie_down_from_end
@@ -395,6 +396,8 @@ contains
       call ge_end(problem, state, e, 3 - side, n, m)
       track = node_track(problem, state, candidate)
       n = n + way * held_force(problem, state, candidate) * [-track%tangent(2), track%tangent(1)]
+      ! Nor does a support bend what then lies between it and the contact.
+      if (stands(problem, state, candidate)) n = dot_product(n, track%tangent) * track%tangent
       angle = rod_angle(problem, state, candidate, side)
       sense = track_sense(problem, state, candidate, track, side)
       excess(2) = excess(1) + way * distance * stretch * (sense * problem%compliance(e)%bending * (sin(angle) * n(1) - &

@@ -7,6 +7,7 @@ module span_start
    use contact_touch, only: touch_t
    use span_problem, only: new_span_problem, new_sampled_problem, place_spans
    use nodal_touches, only: along
+   use first_touches, only: find_first_touches, touching
    use next_spans, only: next_t
    use span_arrival, only: bound_for
    use nodes_to_spans, only: find_spans_ahead
@@ -21,7 +22,6 @@ module span_start
    private
    public :: prepare_spans, begin_spans
 
-   real(wp), parameter :: touching = 1.0e-10_wp !! gap over the size: rounding of coordinates
    real(wp), parameter :: small_part = 2.0_wp**(-12) !! of the first increment; half of the increments with contact at nodes double
    !! it to what was asked
    integer, parameter :: most_parts = 24        !! halvings of the first increment; what touches in less touches at the start
@@ -32,7 +32,7 @@ contains
    !> out what does. Unchanged where the deck has no contact that spans describe.
    subroutine prepare_spans(problem)
       type(problem_t), intent(inout) :: problem      !! of the deck
-      type(touch_t), allocatable :: clamp(:)
+      type(touch_t), allocatable :: clamp(:), first(:)
       real(wp) :: normal(2)
       logical :: touches
       integer :: k, i
@@ -45,7 +45,7 @@ contains
             if (.not. contact%along) cycle
             do i = 1, size(contact%node)
                if (.not. touches_at_first(problem, k, i, normal)) cycle
-               if (clamped_along(problem, k, contact%node(i), normal)) then
+               if (held_end(problem, k, contact%node(i), normal)) then
                   clamp = [clamp, touch_at_end(problem, k, contact%node(i), size(clamp) + 1)]
                else
                   touches = .true.
@@ -53,8 +53,12 @@ contains
             end do
          end associate
       end do
+      first = find_first_touches(problem)
+      do k = 1, size(first)
+         touches = touches .or. (first(k)%at(1) > 0.0_wp .and. first(k)%at(1) < problem%layout%stretch(first(k)%stretch)%length)
+      end do
       if (touches) then
-         problem = new_sampled_problem(problem)
+         problem = new_sampled_problem(problem, first)
       else
          problem = new_span_problem(problem, clamp)
       end if
@@ -105,13 +109,16 @@ contains
       end function carries
    end function gains_contact
 
-   !> The gap that there was at the start where the rod goes down to from a touch, along the deck's nodes of its contact. Nodes
-   !> whose supports take all that the obstacle could push do not count, unless there are no others.
+   !> The gap that there was at the start where the rod goes down to from a touch, along the deck's nodes of its contact; 0 where it
+   !> touched beside the lowest one. Nodes whose supports take all that the obstacle could push do not count, unless there are no
+   !> others.
    real(wp) function nearest_gap(problem, touch) result(gap)
       type(problem_t), intent(in) :: problem
       type(touch_t), intent(in) :: touch
       real(wp) :: first(size(problem%deck%contact(touch%contact)%node)), normal(2), bend
       integer :: row(problem%deck%mesh%n_nodes), i, e, here, next
+      type(touch_t), allocatable :: inside(:)
+      inside = find_first_touches(problem)
       row = 0
       associate (contact => problem%deck%contact(touch%contact), mesh => problem%deck%mesh, &
          & whole => problem%layout%stretch(touch%stretch))
@@ -134,8 +141,19 @@ contains
          end do
       end associate
       gap = merge(first(here), 0.0_wp, first(here) < huge(gap))
+      if (any([(beside(inside(i)), i=1, size(inside))])) gap = 0.0_wp
 
    contains
+
+      !> True for a place in an element at that node.
+      logical function beside(place)
+         type(touch_t), intent(in) :: place
+         associate (whole => problem%layout%stretch(place%stretch))
+            e = whole%element(stretch_element(whole, place%at(1)))
+         end associate
+         beside = place%contact == touch%contact .and. &
+            & any(problem%deck%mesh%node(:, e) == problem%deck%contact(touch%contact)%node(here))
+      end function beside
 
       !> Of an element's nodes that of the contact which is nearer to the obstacle, by its index there.
       integer function lower_end(e) result(lower)
@@ -147,24 +165,24 @@ contains
       end function lower_end
    end function nearest_gap
 
-   !> True for the end of a rod that a support clamps along the obstacle: contact may spread from there, but does not carry
-   !> anything yet.
-   logical function clamped_along(problem, contact, node, normal) result(clamped)
+   !> True for the end of a rod that a support holds on the obstacle, a hinge, or a clamp along it: contact may spread from there,
+   !> but does not carry anything yet.
+   logical function held_end(problem, contact, node, normal) result(held)
       type(problem_t), intent(in) :: problem         !! of the deck
       integer, intent(in) :: contact, node
       real(wp), intent(in) :: normal(2)              !! of the obstacle there
       type(geometry_t) :: home
       real(wp) :: angle
       integer :: e, side
-      clamped = problem%model%fixed(3, node) .and. count(problem%beside(:, node) > 0) == 1 .and. &
-         & all(problem%model%fixed(1:2, node) .or. abs(normal) <= along)
-      if (.not. clamped) return
+      held = count(problem%beside(:, node) > 0) == 1 .and. all(problem%model%fixed(1:2, node) .or. abs(normal) <= along)
+      if (.not. held) return
       side = merge(1, 2, problem%beside(2, node) > 0)
       e = problem%beside(3 - side, node)
       home = new_geometry(problem%model, problem%tableau)
       angle = home%element(e)%end_angle(side)
-      clamped = problem%covered(problem%stretch(e), contact) .and. abs(dot_product(normal, [cos(angle), sin(angle)])) <= along
-   end function clamped_along
+      held = problem%covered(problem%stretch(e), contact) .and. (.not. problem%model%fixed(3, node) .or. &
+         & abs(dot_product(normal, [cos(angle), sin(angle)])) <= along)
+   end function held_end
 
    !> A point contact at such an end.
    type(touch_t) function touch_at_end(problem, contact, node, number) result(touch)

@@ -111,7 +111,7 @@ contains
             else if (problem%candidates%rolls(c)) then
                tests = [tests, curvature()]
                if (.not. moves) tests = [tests, leaving(c)]
-            else if (.not. any(problem%model%fixed(:, node))) then
+            else if (.not. problem%model%fixed(3, node)) then
                ! An end of a rod, or a corner: what lies beside it must rise from the obstacle.
                do side = 1, 2
                   if (problem%candidates%element(side, c) == 0) cycle
@@ -309,12 +309,14 @@ contains
       real(wp), intent(in) :: scale         !! of forces
       type(span_test_t), allocatable :: tests(:)
       type(span_test_t) :: test
+      type(touch_t), allocatable :: now(:)
       integer :: k, side
       allocate (tests(0))
+      now = present_touches(problem, state)
       do k = 1, size(problem%touch)
          if (.not. problem%touch(k)%line) cycle
          test = span_test_t(kind=test_pressure, touch=k)
-         call least_pressure(problem, state, k, test%value, test%at, side)
+         call least_pressure(problem, state, now(k), test%value, test%at, side)
          test%value = max(test%value, -scale / problem%size) * problem%size / scale
          test%sense = real(side, wp)
          tests = [tests, test]

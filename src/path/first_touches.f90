@@ -1,0 +1,109 @@
+!> Where the rods of a deck touch obstacles before anything acts: single places of nodes and between them. What tells later where
+!> contact is has its nodes there.
+module first_touches
+   use kinds, only: wp
+   use problem, only: problem_t
+   use contact_touch, only: touch_t
+   use obstacle_geometry, only: obstacle_gap
+   use reference_curve, only: curve_point
+   implicit none
+   private
+   public :: find_first_touches, touching
+
+   real(wp), parameter :: touching = 1.0e-10_wp !! gap over the size: rounding of coordinates
+
+contains
+
+   !> All places with a gap that is least there, and none. Where a rod lies along its obstacle there are no such places.
+   function find_first_touches(problem) result(touch)
+      type(problem_t), intent(in) :: problem         !! of the deck, on its mesh
+      type(touch_t), allocatable :: touch(:)
+      real(wp), allocatable :: at(:), gap(:)
+      logical, allocatable :: touches(:)              ! with one before the first and one after the last
+      integer :: contact, stretch, i
+      allocate (touch(0))
+      do contact = 1, size(problem%deck%contact)
+         if (.not. problem%deck%contact(contact)%along) cycle
+         do stretch = 1, size(problem%layout%stretch)
+            if (.not. (problem%covered(stretch, contact) .and. problem%layout%stretch(stretch)%free)) cycle
+            call sample_gap(problem, contact, stretch, at, gap)
+            touches = [.false., gap <= touching * problem%size, .false.]
+            do i = 1, size(at)
+               if (.not. touches(i + 1) .or. touches(i) .or. touches(i + 2)) cycle
+               touch = [touch, touch_t(contact=contact, stretch=stretch, at=[at(i), at(i)])]
+            end do
+         end do
+      end do
+   end function find_first_touches
+
+   !> The gap at the deck's nodes along a stretch, and inside each element, where it is least there.
+   subroutine sample_gap(problem, contact, stretch, at, gap)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: contact, stretch
+      real(wp), allocatable, intent(out) :: at(:)    !! along the stretch, rising
+      real(wp), allocatable, intent(out) :: gap(:)
+      real(wp) :: inside, place
+      integer :: k
+      associate (whole => problem%layout%stretch(stretch))
+         at = [whole%at(1)]
+         gap = [gap_at(problem, contact, whole%element(1), 0.0_wp)]
+         do k = 1, size(whole%element)
+            call least_inside(problem, contact, whole%element(k), place, inside)
+            associate (last => gap_at(problem, contact, whole%element(k), 1.0_wp))
+               if (inside < min(gap(size(gap)), last)) then
+                  at = [at, whole%at(k) + place * (whole%at(k + 1) - whole%at(k))]
+                  gap = [gap, inside]
+               end if
+               at = [at, whole%at(k + 1)]
+               gap = [gap, last]
+            end associate
+         end do
+      end associate
+   end subroutine sample_gap
+
+   !> The one minimum of the gap inside an element, by golden sections.
+   subroutine least_inside(problem, contact, e, place, least)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: contact, e
+      real(wp), intent(out) :: place                 !! 0 to 1 of it
+      real(wp), intent(out) :: least
+      real(wp), parameter :: golden = 0.5_wp * (sqrt(5.0_wp) - 1.0_wp)
+      integer, parameter :: sections = ceiling(log(epsilon(place)) / (2.0_wp * log(golden))) ! to the root of rounding
+      real(wp) :: ends(2), inner(2), f(2)
+      integer :: k
+      ends = [0.0_wp, 1.0_wp]
+      inner = [1.0_wp - golden, golden]
+      f = [gap_at(problem, contact, e, inner(1)), gap_at(problem, contact, e, inner(2))]
+      do k = 1, sections
+         if (f(1) < f(2)) then
+            ends(2) = inner(2)
+            inner = [ends(2) - golden * (ends(2) - ends(1)), inner(1)]
+            f = [gap_at(problem, contact, e, inner(1)), f(1)]
+         else
+            ends(1) = inner(1)
+            inner = [inner(2), ends(1) + golden * (ends(2) - ends(1))]
+            f = [f(2), gap_at(problem, contact, e, inner(2))]
+         end if
+      end do
+      place = inner(minloc(f, 1))
+      least = minval(f)
+   end subroutine least_inside
+
+   !> The gap at a place of an element of the deck.
+   real(wp) function gap_at(problem, contact, e, tau) result(gap)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: contact, e
+      real(wp), intent(in) :: tau
+      real(wp) :: x(2), angle, speed, normal(2), bend
+      associate (mesh => problem%deck%mesh, c => problem%deck%contact(contact))
+         if (mesh%curve(e) > 0) then
+            call curve_point(problem%deck%curve(mesh%curve(e)), problem%deck%imperfection, mesh%s(1, e) + &
+               & tau * (mesh%s(2, e) - mesh%s(1, e)), x, angle, speed)
+         else
+            x = (1.0_wp - tau) * mesh%x(:, mesh%node(1, e)) + tau * mesh%x(:, mesh%node(2, e))
+         end if
+         call obstacle_gap(problem%deck%obstacle(c%obstacle), x, gap, normal, bend)
+         gap = gap + c%gap + problem%overlap(contact)
+      end associate
+   end function gap_at
+end module first_touches
