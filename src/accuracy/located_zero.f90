@@ -8,7 +8,7 @@ module located_zero
    use linear_system, only: system_t
    use element_products, only: element_deformation
    use path_events, only: event_t, new_probe, event_value, event_bifurcation
-   use span_tests, only: span_test_t, run_span_tests
+   use span_tests, only: span_test_t, run_span_tests, test_length, shortest
    use ground_events, only: ground_event_place, ground_event_gap
    use ground_segments, only: told_gap
    use element_gap, only: element_gap_t, gap_value, gap_look
@@ -21,7 +21,7 @@ module located_zero
    use timing, only: timers_t
    implicit none
    private
-   public :: zero_t, new_zero, zero_value, watched_gap, between_nodes, located_gap, mode_rounding
+   public :: zero_t, new_zero, zero_value, left_of_zero, watched_gap, between_nodes, located_gap, mode_rounding
 
    !> One event. Either an event of the path or a test of contact spans.
    type :: zero_t
@@ -76,6 +76,23 @@ contains
          value = event_value(problem, zero%event, state, new_probe(problem, state, system, load_rate))
       end if
    end function zero_value
+
+   !> What an event's function still has to fall by where it is taken for zero: a line is gone where it is as short as none, but has
+   !> that length left.
+   real(wp) function left_of_zero(problem, zero, state, system) result(left)
+      type(problem_t), intent(in) :: problem
+      type(zero_t), intent(in) :: zero
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system       !! factored there
+      type(span_test_t), allocatable :: tests(:)
+      left = 0.0_wp
+      if (zero%test == 0) return
+      tests = run_span_tests(problem, state, max(system%force_scale, tiny(left)))
+      if (size(tests) < zero%test) return
+      associate (test => tests(zero%test))
+         if (test%kind == test_length) left = shortest * problem%layout%stretch(test%stretch)%length / problem%size
+      end associate
+   end function left_of_zero
 
    !> Where contact with a foundation begins or ends, how the event's function changes with the displacements of the nodes.
    subroutine watched_gap(problem, zero, state, system, row)

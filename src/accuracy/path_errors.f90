@@ -22,7 +22,7 @@ module path_errors
    use touch_places, only: moving_ends, places_at, named_place
    use mesh_request, only: value_sizes, motion_sizes
    use missed_modes, only: unstable_difference, sign_in_doubt
-   use located_zero, only: zero_t, zero_value, watched_gap, between_nodes, located_gap, mode_rounding
+   use located_zero, only: zero_t, zero_value, left_of_zero, watched_gap, between_nodes, located_gap, mode_rounding
    use timing, only: timers_t
    implicit none
    private
@@ -156,7 +156,7 @@ contains
          bars%too_coarse = bars%why == no_convergence .or. size(modes, 2) > 0
          return
       end if
-      final = crossing%near + crossing%more * crossing%rate
+      final = crossing%near + (crossing%more - left_of_zero(problem, zero, state, system) / crossing%slope) * crossing%rate
       unseen = abs(first%value - value - shares%sum) + abs(crossing%more * crossing%rate) + abs(crossing%doubt)
       sizes = shares%size + abs(crossing%near - first%value)
       noise = location_rounding()

@@ -31,6 +31,7 @@ module next_spans
       character(2) :: label = '  '                !! what is told there: contact gained or lost
       logical :: divides = .false.                !! of the contact that is lost a part stays on both sides
       integer :: times = 1                        !! so often
+      integer :: test = 0                         !! which of its tests is zero there, 0: none
       logical :: located = .true.                 !! false: somewhere between the run's point and this one
    end type next_t
 

@@ -13,6 +13,8 @@ module span_arrival
    use path_events, only: event_t, new_probe, detect_events
    use path_run, only: run_t, heading_of, forget_mesh
    use path_acceptance, only: accept
+   use error_bar, only: error_bars_t
+   use error_report, only: bars_at_point
    use path_outcome, only: outcome_t
    use corrector, only: increment_t, correct
    use path_record, only: recorder_t
@@ -33,6 +35,7 @@ contains
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
+      type(error_bars_t), allocatable :: bars
       logical :: shorter, known
       run = bound_for(problem, run, next)
       problem = next%problem
@@ -41,8 +44,10 @@ contains
          next%heading = run%heading
          if (.not. is_there(run, next)) next%heading = heading_of(problem, run, next%state)
       end if
+      if (next%test > 0) call bars_at_point(problem, step, run, next%state, next%heading, next%label, .false., next%test, bars, &
+         & timers)
       call accept(problem, step, run, next%state, next%heading, next%label, next%report, .false., recorder, shorter, finished, &
-         & outcome, timers, divides=next%divides, times=next%times, bracketed=.not. next%located)
+         & outcome, timers, divides=next%divides, times=next%times, bracketed=.not. next%located, bars=bars)
       if (finished .or. allocated(outcome%why) .or. known) return
       ! The way up to here was one of another set.
       call forget_mesh(run)

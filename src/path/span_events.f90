@@ -5,13 +5,13 @@ module span_events
    use problem, only: problem_t, rounding_gap
    use free_span_gap, only: gap_at
    use span_tests, only: span_test_t, any_fails, another_fails, test_slack, test_gap, test_curvature, test_flat, &
-      & test_slope
+      & test_slope, test_length
    use span_change, only: leg_t, change_t, change_none, change_missed, change_by_rule, change_vanishing, place_here, &
       & place_ahead
    use next_spans, only: next_t
    use span_location, only: locate, locate_flat_point
    use lying_ahead, only: turns, reach_of
-   use vanishing_span, only: locate_vanishing
+   use vanishing_span, only: locate_vanishing, locate_lost_line
    use path_run, only: run_t
    use timing, only: timers_t
    implicit none
@@ -74,7 +74,8 @@ contains
       end do
    end subroutine let_arrive
 
-   !> A free span that vanishes on the way to the end of an increment, or just beyond: no increment may get there.
+   !> A free span that vanishes on the way to the end of an increment, or just beyond, where no increment may get; and a line that
+   !> shrinks onto a support.
    subroutine find_vanishing(problem, run, leg, fails, change, timers)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
@@ -86,20 +87,23 @@ contains
       integer :: k
       logical :: found, wave
       do k = 1, size(leg%after)
+         if (leg%after(k)%kind == test_length .and. leg%after(k)%value < 0.0_wp) then
+            call locate_lost_line(problem, run, leg, k, next, found, timers)
+            if (found) exit
+         end if
          if (leg%after(k)%kind /= test_flat) cycle
          if (leg%after(k)%value > reach_of(leg) * (leg%before(k)%value - leg%after(k)%value)) cycle
          call locate_vanishing(problem, run, leg, k, fails, next, found, wave, timers)
-         if (found) then
-            change%kind = change_vanishing
-            change%which = k
-            change%next = next
-            return
-         end if
+         if (found) exit
          ! What looks like the place where one of two points is flat is that where they are one.
          if (.not. wave .or. change%kind /= change_by_rule .or. abs(leg%after(k)%value) > test_slack(test_gap)) cycle
          if (change%tests(change%which)%kind == test_curvature) change%kind = merge(change_none, change_missed, &
             & change%where == place_ahead)
       end do
+      if (k > size(leg%after)) return
+      change%kind = change_vanishing
+      change%which = k
+      change%next = next
    end subroutine find_vanishing
 
    !> A point contact that is about to become as curved as its obstacle: no increment may get there.

@@ -11,19 +11,19 @@ module vanishing_span
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t
    use bordered_system, only: linearise
-   use touch_edits, only: laid_down, merged, lost
-   use conforming_span, only: excess_curvature
-   use breakpoint_forces, only: stands
+   use touch_edits, only: laid_down, merged
    use line_pressure, only: virtual_pressure
    use span_problem, only: present_touches
-   use span_tests, only: span_test_t, another_fails, test_slack, test_pressure, shortest, line_share
+   use span_tests, only: span_test_t, another_fails, shortest, line_share
    use past_breakpoints, only: beyond
    use line_arrival, only: find_arrival
    use span_regions, only: find_span_regions
    use span_change, only: leg_t
-   use next_spans, only: next_t, new_next, go_to_load, tests_of
+   use next_spans, only: next_t, new_next, tests_of
+   use set_begins, only: find_begin
+   use lost_at_support, only: clamped_ends, go_into_clamp, lose_line
    use lying_ahead, only: turns, leads_to_next, reach_of
-   use held_openings, only: find_flat_point, held_load
+   use held_openings, only: find_flat_point
    use state_transfer, only: carried
    use path_control, only: path_length
    use path_continuity, only: largest_distance
@@ -31,9 +31,7 @@ module vanishing_span
    use timing, only: timers_t
    implicit none
    private
-   public :: locate_vanishing
-
-   integer, parameter :: max_tries = 30         !! loads at which a new line is looked at
+   public :: locate_vanishing, locate_lost_line
 
 contains
 
@@ -50,11 +48,11 @@ contains
       type(timers_t), intent(inout) :: timers
       wave = .false.
       call find_arrival(problem, leg, leg%after(which), next, found, timers)
-      if (found) found = comes_next()
+      if (found) found = comes_next(problem, run, leg, fails, next)
       if (.not. found) then
          if (is_passage(problem, leg%after(which))) return
          call lie_down(problem, run, leg, which, next, found, timers)
-         if (found) found = comes_next()
+         if (found) found = comes_next(problem, run, leg, fails, next)
       end if
       if (.not. found) wave = is_wave(problem, leg%to, leg%after(which))
       ! As long as there is a gap between them, and both push, they are two.
@@ -65,25 +63,43 @@ contains
             call become_one(problem, run, leg, which, next, found, timers)
          end if
          if (found) found = leads_to_next(problem, run, next)
-         if (found) found = comes_next()
+         if (found) found = comes_next(problem, run, leg, fails, next)
       end if
       if (.not. found .or. next%label /= '') return
       if (size(find_span_regions(next%problem, next%state)) < size(find_span_regions(problem, run%state))) next%label = 'C+'
-
-   contains
-
-      !> True for an equilibrium that holds and lies as far ahead as something may be that is looked for.
-      logical function comes_next() result(right)
-         right = path_length(next%problem, carried(problem, leg%to, next%problem), next%state) <= reach_of(leg) * &
-            & path_length(problem, leg%from, leg%to)
-         if (right) right = .not. another_fails(tests_of(next), 0)
-         associate (load => next%state%load_factor, here => run%state%load_factor, from => leg%from%load_factor, &
-            & to => leg%to%load_factor)
-            right = right .and. (load - here) * (to - from) >= 0.0_wp .and. &
-               & (.not. fails .or. (load - here) * (load - to) <= 0.0_wp)
-         end associate
-      end function comes_next
    end subroutine locate_vanishing
+
+   !> The set without a line that has shrunk onto the support at its end, and its equilibrium where it begins to hold, if the path
+   !> leads there.
+   subroutine locate_lost_line(problem, run, leg, which, next, found, timers)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      type(leg_t), intent(in) :: leg
+      integer, intent(in) :: which               !! the test of its length
+      type(next_t), intent(out) :: next
+      logical, intent(out) :: found
+      type(timers_t), intent(inout) :: timers
+      call lose_line(problem, run, leg, which, next, found, timers)
+      if (found) found = leads_to_next(problem, run, next)
+      if (found) found = comes_next(problem, run, leg, another_fails(leg%after, which), next)
+   end subroutine locate_lost_line
+
+   !> True for an equilibrium that holds and lies as far ahead as something may be that is looked for.
+   logical function comes_next(problem, run, leg, fails, next) result(right)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      type(leg_t), intent(in) :: leg
+      logical, intent(in) :: fails               !! another test does at the end of the leg, and may come first
+      type(next_t), intent(in) :: next
+      right = path_length(next%problem, carried(problem, leg%to, next%problem), next%state) <= reach_of(leg) * &
+         & path_length(problem, leg%from, leg%to)
+      if (right) right = .not. another_fails(tests_of(next), 0)
+      associate (load => next%state%load_factor, here => run%state%load_factor, from => leg%from%load_factor, &
+         & to => leg%to%load_factor)
+         right = right .and. (load - here) * (to - from) >= 0.0_wp .and. &
+            & (.not. fails .or. (load - here) * (load - to) <= 0.0_wp)
+      end associate
+   end function comes_next
 
    !> The line in which a free span lies down, and its equilibrium where it begins to press.
    subroutine lie_down(problem, run, leg, which, next, lies, timers)
@@ -114,75 +130,6 @@ contains
          lies = lies .and. abs(next%rate) > 0.0_wp
       end associate
    end subroutine lie_down
-
-   !> Where the new set begins to hold: the least pressure of its line is zero, or just above it, or the excess of curvature beside
-   !> a clamp. By secants, within a bracket once there is one. Where nothing is left of the span, and the set holds all the way, it
-   !> is where the run stands: meshes differ.
-   subroutine find_begin(run, leg, gone, next, found, timers, clamp)
-      type(run_t), intent(in) :: run
-      type(leg_t), intent(in) :: leg
-      logical, intent(in) :: gone                !! nothing is left of the span
-      type(next_t), intent(inout) :: next        !! as new_next has it
-      logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
-      integer, intent(in), optional :: clamp(2)  !! candidate, side: beside it the rod is to be as curved as the obstacle
-      real(wp), parameter :: slack = 1.0e-3_wp * test_slack(test_pressure), goal = 0.5_wp * slack
-      real(wp) :: load, loads(2), value, values(2)
-      integer :: try
-      logical :: ok, narrow
-      loads = leg%to%load_factor
-      call look_at(loads(2), value)
-      found = .false.
-      if (.not. ok) return
-      values = value - goal
-      load = loads(2) + held_load(run)
-      if (value > slack) then
-         call look_at(run%state%load_factor, value)
-         found = gone .and. ok .and. value >= 0.0_wp
-         if (found) return
-         if (ok .and. value < 0.0_wp) load = run%state%load_factor
-      end if
-      do try = 1, max_tries
-         ! No load tells them apart.
-         if (.not. abs(load - loads(2)) > 0.0_wp) return
-         call look_at(load, value)
-         if (.not. ok) return
-         ! What the iteration leaves of forces makes pressures go to and fro.
-         narrow = abs(load - loads(2)) <= sqrt(slack) * abs(leg%to%load_factor - leg%from%load_factor)
-         if (.not. (narrow .and. abs(next%rate) > 0.0_wp)) next%rate = (value - goal - values(2)) / (load - loads(2))
-         found = (value >= 0.0_wp .and. value <= slack) .or. (narrow .and. abs(value) <= test_slack(test_pressure))
-         if (found .or. .not. abs(next%rate) > 0.0_wp) return
-         if (values(1) * values(2) < 0.0_wp .and. (value - goal) * values(2) > 0.0_wp) then
-            values(1) = 0.5_wp * values(1)
-         else
-            loads(1) = loads(2)
-            values(1) = values(2)
-         end if
-         loads(2) = load
-         values(2) = value - goal
-         load = loads(2) - values(2) * (loads(2) - loads(1)) / (values(2) - values(1))
-      end do
-
-   contains
-
-      !> The least pressure, or the excess of curvature, at a load factor.
-      subroutine look_at(load, least)
-         real(wp), intent(in) :: load
-         real(wp), intent(out) :: least
-         type(span_test_t), allocatable :: tests(:)
-         real(wp) :: excess, stretch
-         call go_to_load(next, load, tests, timers)
-         ok = allocated(tests)
-         least = 0.0_wp
-         if (.not. ok) return
-         if (present(clamp)) then
-            call excess_curvature(next%problem, next%state, clamp(1), excess, stretch, clamp(2))
-            least = excess * next%problem%size
-         else
-            least = minval(tests%value, mask=tests%kind == test_pressure)
-         end if
-      end subroutine look_at
-   end subroutine find_begin
 
    !> True for a span that nothing is left of.
    pure logical function is_gone(problem, test) result(gone)
@@ -225,40 +172,6 @@ contains
          if (is_wave) return
       end do
    end function is_wave
-
-   !> Which points beside a span are clamps that stand on the obstacle.
-   function clamped_ends(problem, state, test) result(clamped)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(span_test_t), intent(in) :: test      !! of the span, between two points
-      logical :: clamped(2)
-      integer :: k
-      do k = 1, 2
-         associate (c => problem%touch(test%beside(k))%candidate(1))
-            clamped(k) = problem%model%fixed(3, problem%candidates%node(c)) .and. stands(problem, state, c)
-         end associate
-      end do
-   end function clamped_ends
-
-   !> The equilibrium at which the point beside a span has come to the clamp on its other side: there the rod is as curved as the
-   !> obstacle, and the clamp holds alone on that side.
-   subroutine go_into_clamp(problem, run, leg, which, next, found, timers)
-      type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
-      type(leg_t), intent(in) :: leg
-      integer, intent(in) :: which               !! the test of the span, a wave
-      type(next_t), intent(out) :: next
-      logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
-      integer :: side, k
-      associate (beside => leg%after(which)%beside)
-         side = findloc(clamped_ends(problem, leg%to, leg%after(which)), .true., 1)
-         next = new_next(problem, leg%to, lost(present_touches(problem, leg%to), beside(3 - side)))
-         k = findloc(next%problem%touch%number, problem%touch(beside(side))%number, 1)
-      end associate
-      next%label = 'C-'
-      call find_begin(run, leg, .false., next, found, timers, [next%problem%touch(k)%candidate(1), 3 - side])
-   end subroutine go_into_clamp
 
    !> The equilibrium at which the two points beside a span are one.
    subroutine become_one(problem, run, leg, which, next, found, timers)

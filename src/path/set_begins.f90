@@ -1,0 +1,87 @@
+!> The load factor at which a new set of contact spans begins to hold.
+module set_begins
+   use kinds, only: wp
+   use span_tests, only: span_test_t, test_slack, test_pressure
+   use span_change, only: leg_t
+   use next_spans, only: next_t, go_to_load
+   use held_openings, only: held_load
+   use path_run, only: run_t
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: find_begin
+
+   integer, parameter :: max_tries = 30         !! loads that are looked at
+
+contains
+
+   !> Where the new set begins to hold: the least pressure of its line is zero, or just above it, or what holds beside a support is
+   !> zero there. By secants, within a bracket once there is one. Where nothing is left of the span, and the set holds all the way, it
+   !> is where the run stands: meshes differ.
+   subroutine find_begin(run, leg, gone, next, found, timers, test)
+      type(run_t), intent(in) :: run
+      type(leg_t), intent(in) :: leg
+      logical, intent(in) :: gone                !! nothing is left of the span
+      type(next_t), intent(inout) :: next        !! as new_next has it
+      logical, intent(out) :: found
+      type(timers_t), intent(inout) :: timers
+      integer, intent(in), optional :: test      !! of the new set, which is zero there; without it that of its least pressure
+      real(wp), parameter :: small = 1.0e-3_wp * test_slack(test_pressure)
+      real(wp) :: load, loads(2), value, values(2), slack, goal
+      integer :: try
+      logical :: ok, narrow
+      ! A line is to press a little.
+      slack = merge(0.0_wp, small, present(test))
+      goal = 0.5_wp * slack
+      loads = leg%to%load_factor
+      call look_at(loads(2), value)
+      found = .false.
+      if (.not. ok) return
+      values = value - goal
+      load = loads(2) + held_load(run)
+      if (value > slack) then
+         call look_at(run%state%load_factor, value)
+         found = gone .and. ok .and. value >= 0.0_wp
+         if (found) return
+         if (ok .and. value < 0.0_wp) load = run%state%load_factor
+      end if
+      do try = 1, max_tries
+         ! No load tells them apart.
+         if (.not. abs(load - loads(2)) > 0.0_wp) return
+         call look_at(load, value)
+         if (.not. ok) return
+         ! What the iteration leaves of forces makes pressures go to and fro.
+         narrow = abs(load - loads(2)) <= sqrt(small) * abs(leg%to%load_factor - leg%from%load_factor)
+         if (.not. (narrow .and. abs(next%rate) > 0.0_wp)) next%rate = (value - goal - values(2)) / (load - loads(2))
+         found = (value >= 0.0_wp .and. value <= slack) .or. (narrow .and. abs(value) <= test_slack(test_pressure))
+         if (found .or. .not. abs(next%rate) > 0.0_wp) return
+         if (values(1) * values(2) < 0.0_wp .and. (value - goal) * values(2) > 0.0_wp) then
+            values(1) = 0.5_wp * values(1)
+         else
+            loads(1) = loads(2)
+            values(1) = values(2)
+         end if
+         loads(2) = load
+         values(2) = value - goal
+         load = loads(2) - values(2) * (loads(2) - loads(1)) / (values(2) - values(1))
+      end do
+
+   contains
+
+      !> The least pressure, or the test, at a load factor.
+      subroutine look_at(load, least)
+         real(wp), intent(in) :: load
+         real(wp), intent(out) :: least
+         type(span_test_t), allocatable :: tests(:)
+         call go_to_load(next, load, tests, timers)
+         ok = allocated(tests)
+         least = 0.0_wp
+         if (.not. ok) return
+         if (present(test)) then
+            least = tests(test)%value
+         else
+            least = minval(tests%value, mask=tests%kind == test_pressure)
+         end if
+      end subroutine look_at
+   end subroutine find_begin
+end module set_begins
