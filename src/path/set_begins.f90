@@ -16,8 +16,8 @@ module set_begins
 contains
 
    !> Where the new set begins to hold: the least pressure of its line is zero, or just above it, or what holds beside a support is
-   !> zero there. By secants, within a bracket once there is one. Where nothing is left of the span, and the set holds all the way, it
-   !> is where the run stands: meshes differ.
+   !> zero there. By secants, within a bracket once there is one. Where nothing is left of the span, and the set holds all the way,
+   !> it is where the run stands: meshes differ.
    subroutine find_begin(run, leg, gone, next, found, timers, test)
       type(run_t), intent(in) :: run
       type(leg_t), intent(in) :: leg
