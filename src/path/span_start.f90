@@ -145,14 +145,14 @@ contains
 
    contains
 
-      !> True for a place in an element at that node.
+      !> True for a place in an element at that node; what is nearer to a node than gaps tell is at the node.
       logical function beside(place)
          type(touch_t), intent(in) :: place
          associate (whole => problem%layout%stretch(place%stretch))
             e = whole%element(stretch_element(whole, place%at(1)))
+            beside = place%contact == touch%contact .and. minval(abs(whole%at - place%at(1))) > sqrt(touching) * problem%size
          end associate
-         beside = place%contact == touch%contact .and. &
-            & any(problem%deck%mesh%node(:, e) == problem%deck%contact(touch%contact)%node(here))
+         beside = beside .and. any(problem%deck%mesh%node(:, e) == problem%deck%contact(touch%contact)%node(here))
       end function beside
 
       !> Of an element's nodes that of the contact which is nearer to the obstacle, by its index there.
