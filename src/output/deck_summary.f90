@@ -192,6 +192,7 @@ contains
       if (abs(contact%gap) > 0.0_wp) text = text//', gap '//brief(contact%gap)
       if (contact%along) text = text//', points and lines anywhere along the rod'
       if (contact%distributed) text = text//', all along the elements'
+      if (.not. (contact%along .or. contact%distributed)) text = text//', at the nodes'
    end function contact_text
 
    !> A step: what it is, then a line for each of the things it does on the way and afterwards.
