@@ -262,6 +262,10 @@ contains
                return
             end if
             f_ahead = value_at(ahead)
+            if (.not. (ieee_is_finite(f) .and. ieee_is_finite(f_ahead))) then
+               crossing%why = no_function
+               return
+            end if
             ! Far enough for a slope that is more than rounding.
             if (abs(f_ahead - f) > plain * rounding .or. part >= longest_part) exit
             part = 10.0_wp * part

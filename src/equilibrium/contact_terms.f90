@@ -155,7 +155,7 @@ contains
          ! The track turns the node by more the further it goes where its curvature changes.
          d = dof(problem, node, 3)
          ! The force that the free part ends with; what the obstacle does inside the line is in its elements.
-         if (problem%candidates%follows(candidate)) k(1, 1) = k(1, 1) + &
+         if (problem%candidates%follows(candidate) .and. system%unknown(candidate) > 0) k(1, 1) = k(1, 1) + &
             & (r - system%residual(system%unknown(candidate))) * system%bend(candidate)
          k(1, 1) = k(1, 1) + system%residual(d) * track_bend_rate(problem, state, candidate)
       end associate

@@ -395,6 +395,8 @@ contains
             end do
             list%rolls(c) = .not. list%follows(c)
             if (.not. list%moves(c)) list%rolls(c) = list%rolls(c) .and. runs_through(problem, list%element(:, c))
+            ! What lies on one side as another contact's line holds it.
+            if (list%rolls(c)) list%rolls(c) = .not. any(problem%conforms(pack(list%element(:, c), list%element(:, c) > 0)) > 0)
          end do
          list%twin = twins(list%node, problem%model%mesh%n_nodes)
       end associate
