@@ -15,15 +15,14 @@ module element_shares
    use linear_system, only: system_t, to_node
    use tied_nodes, only: node_unknowns, spread_force
    use element_products, only: element_deformation
-   use bordered_system, only: solve_effective, unknowns_of
+   use bordered_system, only: solve_effective, solve_all_effective, unknowns_of
    use band_matrix, only: band_times
    use path_control, only: control_t, held_row
    use null_directions, only: new_null_directions, leave_out, free_of
    use contact_totals, only: contact_sum_known, contact_sum_defect, contact_sum_gradient
    use stop_forces, only: stop_force_gradient, stop_force_defect
-   use monitor_rows, only: monitor_row_t, monitor_row, watched_displacement
-   use deck_nodes, only: find_node, node_gradient_t, place_gradient
-   use state_transfer, only: point_displacement
+   use monitor_rows, only: monitor_row_t, monitor_row
+   use inside_elements, only: inside_t, look_inside
    use touch_places, only: place_gradients, moment_places
    use small_dense, only: solve_small
    use timing, only: timers_t
@@ -49,8 +48,8 @@ module element_shares
       logical :: known = .false.
       real(wp), allocatable :: by_unknown(:)     !! (n)
       real(wp) :: by_load = 0.0_wp
-      real(wp), allocatable :: by_force(:)       !! (n) of what is out of balance: reactions
-      real(wp), allocatable :: by_element(:, :)  !! (6, elements) of the forces of each on its nodes
+      real(wp), allocatable :: by_force(:)       !! (n) of what is out of balance: reactions; not allocated: nothing
+      real(wp), allocatable :: by_element(:, :)  !! (6, elements) of the forces of each on its nodes; not allocated: nothing
    end type functional_t
 
    !> Of true rounding errors the root of the sum of squares below was 0.26 to 148 times in runs of a prototype.
@@ -74,17 +73,16 @@ contains
       type(shares_t), intent(out) :: shares
       type(timers_t), intent(inout) :: timers
       real(wp), allocatable, intent(in), optional :: watched(:, :) !! (3, nodes) another displacement's derivatives, global axes
-      type(functional_t) :: functional
-      real(wp) :: away(2)                        ! of what is held, from what finer polynomials make of it; at the most
-      real(wp) :: by_unknown(system%n, size(ends)), by_load(size(ends)), way(size(ends))
+      type(functional_t) :: number(2 + size(problem%model%monitor) + size(ends)) ! the last one: watched
+      type(inside_t) :: inside, held
+      real(wp) :: way(size(ends))
       real(wp), dimension(6, problem%model%mesh%n_elements) :: force, dual
-      real(wp) :: w(system%n), of_load(system%n), tangent(system%n), &
-         & push(system%n), known(system%n), share(problem%model%mesh%n_elements), along, along_load, given, rest, change, corner, &
-         & defect
-      real(wp) :: path_row(system%n), row(3, size(state%u, 2))
+      real(wp) :: w(system%n), of_load(system%n), tangent(system%n), answers(system%n, size(number)), &
+         & push(system%n), known(system%n), share(problem%model%mesh%n_elements), along, along_load, rest, change, corner, defect
+      real(wp) :: row(3, size(state%u, 2))
       real(wp), allocatable :: direction(:, :)
       integer :: e, m, n, k
-      n = 1 + size(problem%model%monitor) + size(ends)
+      n = size(number) - 1
       allocate (shares%sum(n), shares%size(n), shares%rounding(n), shares%inside(n), source=0.0_wp)
       allocate (shares%element(n, size(share)), shares%rest(n), source=0.0_wp)
       allocate (shares%known(n), source=.false.)
@@ -94,60 +92,50 @@ contains
       shares%unfolding = sqrt(sum([(force_on(modes(:, m))**2, m=1, size(modes, 2))]))
       direction = new_null_directions(problem, system, modes, timers)
       call held_row(problem, control, state, system, row, corner, defect)
-      path_row = unknowns_of(problem, system, row)
-      call solve_effective(system, free_force(path_row), w, timers)
+      call list_numbers()
       tangent = system%tangent
-      call leave_out(problem, modes, direction, w)
       call leave_out(problem, modes, direction, tangent)
       known = merge(system%rate, 0.0_wp, system%fixed)
       push = path_load(system, known)
-      along = dot_product(path_row, tangent) + corner
+      along = dot_product(number(1)%by_unknown, tangent) + corner
       if (.not. abs(along) > 0.0_wp) return
-      of_load = w / along
-      dual = nodal_all(of_load)
-      share = shares_by(dual)
-      shares%known(1) = .true.
-      shares%element(1, :) = abs(share)
-      call find_away()
-      call count_away(1, 1.0_wp / along, change)
-      ! What Newton's method has left is not the elements'.
-      rest = dot_product(of_load, merge(0.0_wp, system%residual, system%fixed))
-      shares%rest(1) = rest
-      shares%sum(1) = sum(share) + rest + change
-      shares%size(1) = sum(abs(share)) + abs(rest + change)
-      shares%rounding(1) = rounding_factor * rounding_of(dual)
-      if (size(ends) > 0) then
-         call place_gradients(problem, state, system, ends, by_unknown, by_load)
-         way = moment_places(problem, state, force, ends)
-      end if
-      do m = 2, n
-         k = m - n + size(ends)
-         if (k > 0) then
-            functional = functional_t(.true., by_unknown(:, k), by_load(k), 0.0_wp * by_unknown(:, k), 0.0_wp * force)
+      of_load = answers(:, 1) / along
+      if (control%method == method_displacement) held = look_inside(problem, state, finer, start, at_start, control%monitor)
+      do m = 1, n
+         if (.not. number(m)%known) cycle
+         if (m == 1) then
+            w = of_load
+            along_load = 1.0_wp
          else
-            call new_functional(problem, state, system, m - 1, functional)
+            call combine(number(m), answers(:, m))
          end if
-         if (.not. functional%known) cycle
-         call answer()
-         dual = nodal_all(w) + functional%by_element
-         w = functional%by_force + w
-         rest = dot_product(w, merge(0.0_wp, system%residual, system%fixed)) + &
-            & dot_product(functional%by_force, system%residual - system%raw)
+         dual = nodal_all(w)
+         if (allocated(number(m)%by_element)) dual = dual + number(m)%by_element
+         rest = 0.0_wp
+         if (allocated(number(m)%by_force)) then
+            w = number(m)%by_force + w
+            rest = dot_product(number(m)%by_force, system%residual - system%raw)
+         end if
+         ! What Newton's method has left is not the elements'.
+         rest = rest + dot_product(w, merge(0.0_wp, system%residual, system%fixed))
          share = shares_by(dual)
          shares%known(m) = .true.
          shares%element(m, :) = abs(share)
-         call count_away(m, along_load / along, change)
+         ! A monitor that is held is held at its own value: where it stands between the nodes finer polynomials have another one
+         ! there, and all numbers go along with what makes up for that.
+         change = -along_load / along * held%change
+         call share_inside(m, held, abs(along_load / along))
+         k = m - n + size(ends)
          if (k > 0) then
             change = change + way(k)
-         else if (problem%deck%monitor(m - 1)%quantity == quantity_displacement) then
-            ! A monitor between the nodes has an error of its own.
-            change = change + between_nodes(m - 1)
-            call share_inside(m, m - 1, max(abs(between_nodes(m - 1)), most_inside(m - 1)))
-         else if (problem%deck%monitor(m - 1)%quantity == quantity_contact) then
-            ! Ends of spans carry it: what nodes are known to, not polynomials between them.
+         else if (m > 1) then
+            inside = look_inside(problem, state, finer, start, at_start, m - 1)
+            change = change + inside%change
+            call share_inside(m, inside, 1.0_wp)
             if (watches_stops(problem, m - 1)) then
                rest = rest + stop_force_defect(problem, state, system, m - 1)
-            else
+            else if (problem%deck%monitor(m - 1)%quantity == quantity_contact) then
+               ! Ends of spans carry it: what nodes are known to, not polynomials between them.
                rest = rest + contact_sum_defect(problem, state, system, m - 1)
             end if
          end if
@@ -156,89 +144,59 @@ contains
          shares%size(m) = sum(abs(share)) + abs(rest + change)
          shares%rounding(m) = rounding_factor * rounding_of(dual)
       end do
-      if (.not. present(watched)) return
-      if (.not. allocated(watched)) return
-      functional%by_unknown = unknowns_of(problem, system, watched)
-      functional%by_load = 0.0_wp
-      call answer()
+      if (.not. number(n + 1)%known) return
+      call combine(number(n + 1), answers(:, n + 1))
       shares%watched = abs(shares_by(nodal_all(w)))
 
    contains
 
-      !> A monitor that is held is held at its own value: where it stands between the nodes finer polynomials have another one
-      !> there, and all numbers go along with what makes up for that.
-      subroutine find_away()
-         away = 0.0_wp
-         if (control%method /= method_displacement) return
-         away(1) = -between_nodes(control%monitor)
-         away(2) = max(abs(away(1)), most_inside(control%monitor))
-      end subroutine find_away
-
-      !> Its part in a number, which changes at a rate with what is held.
-      subroutine count_away(row, rate, change)
-         integer, intent(in) :: row
-         real(wp), intent(in) :: rate
-         real(wp), intent(out) :: change
-         change = rate * away(1)
-         if (away(2) > 0.0_wp) call share_inside(row, control%monitor, abs(rate) * away(2))
-      end subroutine count_away
-
-      !> What finer polynomials make of a monitor between the nodes.
-      real(wp) function between_nodes(monitor) result(change)
-         integer, intent(in) :: monitor           !! index into model%monitor
-         type(monitor_row_t) :: inside
-         call monitor_row(finer, start, at_start, monitor, inside)
-         change = inside%defect + watched_displacement(finer, start, monitor) - watched_displacement(problem, state, monitor)
-      end function between_nodes
-
-      !> What a monitor may err by as far inside its elements as it is: where it is, two polynomials may agree by chance.
-      real(wp) function most_inside(watched) result(most)
-         integer, intent(in) :: watched           !! index into model%monitor
-         type(node_gradient_t) :: gradient
-         real(wp) :: tau, other, error, largest, u(3), v(3)
-         integer :: i, j, node, holder
-         most = 0.0_wp
-         associate (monitor => problem%deck%monitor(watched))
-            do i = 1, size(monitor%node)
-               call find_node(problem, state, monitor%node(i), node, holder, tau)
-               if (holder == 0) cycle
-               largest = 0.0_wp
-               do j = 1, 7
-                  other = 0.125_wp * j
-                  call place_gradient(finer, start, at_start, holder, other, gradient)
-                  u = point_displacement(problem, state, holder, other)
-                  v = point_displacement(finer, start, holder, other)
-                  error = abs(gradient%defect(monitor%component) + v(monitor%component) - u(monitor%component))
-                  largest = max(largest, error)
-               end do
-               most = most + 4.0_wp * tau * (1.0_wp - tau) * largest * abs(monitor%factor) / size(monitor%node)
-            end do
-         end associate
-      end function most_inside
-
-      !> What a monitor errs by inside an element is that element's, in all numbers that hang on it.
-      subroutine share_inside(row, monitor, error)
-         integer, intent(in) :: row, monitor      !! the number; index into model%monitor
-         real(wp), intent(in) :: error            !! of the number
-         real(wp) :: tau
-         integer :: i, node, holder(size(problem%deck%monitor(monitor)%node))
-         shares%inside(row) = shares%inside(row) + error
-         do i = 1, size(holder)
-            call find_node(problem, state, problem%deck%monitor(monitor)%node(i), node, holder(i), tau)
+      !> All numbers, and what the structure answers to each: that of the load factor to the row of what is held.
+      subroutine list_numbers()
+         real(wp), dimension(system%n, size(ends)) :: by_unknown
+         real(wp) :: by_load(size(ends))
+         number(1)%known = .true.
+         number(1)%by_unknown = unknowns_of(problem, system, row)
+         do m = 1, size(problem%model%monitor)
+            call new_functional(problem, state, system, m, number(m + 1))
          end do
-         do i = 1, size(holder)
-            if (holder(i) > 0) shares%element(row, holder(i)) = shares%element(row, holder(i)) + error / count(holder > 0)
+         if (size(ends) > 0) then
+            call place_gradients(problem, state, system, ends, by_unknown, by_load)
+            way = moment_places(problem, state, force, ends)
+         end if
+         do k = 1, size(ends)
+            m = n - size(ends) + k
+            number(m)%known = .true.
+            number(m)%by_unknown = by_unknown(:, k)
+            number(m)%by_load = by_load(k)
+         end do
+         if (present(watched)) then
+            number(n + 1)%known = allocated(watched)
+            if (allocated(watched)) number(n + 1)%by_unknown = unknowns_of(problem, system, watched)
+         end if
+         answers = 0.0_wp
+         do m = 1, size(number)
+            if (number(m)%known) answers(:, m) = free_force(number(m)%by_unknown)
+         end do
+         call solve_all_effective(system, answers, timers)
+         do m = 1, size(number)
+            call leave_out(problem, modes, direction, answers(:, m))
+         end do
+      end subroutine list_numbers
+
+      !> What a monitor errs by inside its elements is theirs, in all numbers that hang on it.
+      subroutine share_inside(row, inside, rate)
+         integer, intent(in) :: row               !! the number
+         type(inside_t), intent(in) :: inside
+         real(wp), intent(in) :: rate             !! of the number with the monitor
+         integer :: i
+         if (.not. allocated(inside%element)) return
+         shares%inside(row) = shares%inside(row) + rate * inside%most
+         do i = 1, size(inside%element)
+            associate (share => shares%element(row, inside%element(i)))
+               share = share + rate * inside%most / size(inside%element)
+            end associate
          end do
       end subroutine share_inside
-
-      !> The dual displacements w of the functional.
-      subroutine answer()
-         call solve_effective(system, free_force(functional%by_unknown), w, timers)
-         call leave_out(problem, modes, direction, w)
-         along_load = dot_product(functional%by_unknown, tangent) + functional%by_load
-         given = functional%by_load + dot_product(functional%by_unknown, known)
-         call combine()
-      end subroutine answer
 
       !> The part of forces that free unknowns answer, and not along null vectors.
       function free_force(force) result(free)
@@ -249,16 +207,20 @@ contains
 
       !> The dual displacements of a number, what is held included. At a limit point both parts are without bounds, and rounding
       !> leaves little of their difference: there it is refined by what it leaves of the equations and of the load.
-      subroutine combine()
-         real(wp) :: lost, of_path, left(system%n), more(system%n)
-         lost = sqrt(epsilon(lost)) * maxval(abs(w))
-         w = along_load * of_load - w
+      subroutine combine(functional, answer)
+         type(functional_t), intent(in) :: functional
+         real(wp), intent(in) :: answer(:)        !! (n) displacements by it
+         real(wp) :: lost, given, of_path, left(system%n), more(system%n)
+         along_load = dot_product(functional%by_unknown, tangent) + functional%by_load
+         given = functional%by_load + dot_product(functional%by_unknown, known)
+         lost = sqrt(epsilon(lost)) * maxval(abs(answer))
+         w = along_load * of_load - answer
          of_path = along_load / along
          w = w + (given - dot_product(push, w) - of_path * corner) * of_load
          ! The band alone is not all of a stiffness that ground or rods without stretch add to.
          if (maxval(abs(w)) > lost .or. system%rigidity%n > 0 .or. system%coupling%n > 0) return
          call band_times(system%k, w, left)
-         left = free_force(of_path * path_row - functional%by_unknown - left)
+         left = free_force(of_path * number(1)%by_unknown - functional%by_unknown - left)
          call solve_effective(system, left, more, timers)
          call leave_out(problem, modes, direction, more)
          w = w + more + (given - dot_product(push, w + more) - of_path * corner) * of_load
@@ -414,10 +376,16 @@ contains
       type(monitor_row_t) :: row
       real(wp) :: along(3), spring(system%n)
       integer :: i, d, node
-      allocate (functional%by_unknown(system%n), functional%by_force(system%n), source=0.0_wp)
-      allocate (functional%by_element(6, problem%model%mesh%n_elements), source=0.0_wp)
-      associate (monitor => problem%deck%monitor(m), g => functional%by_unknown)
+      associate (monitor => problem%deck%monitor(m))
          functional%known = .true.
+         if (monitor%quantity == quantity_displacement) then
+            call monitor_row(problem, state, system, m, row)
+            functional%by_load = row%load
+            functional%by_unknown = unknowns_of(problem, system, row%node)
+            return
+         end if
+         allocate (functional%by_unknown(system%n), functional%by_force(system%n), source=0.0_wp)
+         allocate (functional%by_element(6, problem%model%mesh%n_elements), source=0.0_wp)
          if (watches_stops(problem, m)) then
             call stop_force_gradient(problem, state, system, m, spring, functional%by_load, functional%by_force)
             call through_equations()
@@ -425,13 +393,8 @@ contains
          else if (monitor%quantity == quantity_contact) then
             functional%known = contact_sum_known(problem, state, m)
             if (.not. functional%known) return
-            call contact_sum_gradient(problem, state, system, m, g, functional%by_load, functional%by_force, functional%by_element)
-            return
-         end if
-         if (monitor%quantity == quantity_displacement) then
-            call monitor_row(problem, state, system, m, row)
-            functional%by_load = row%load
-            g = unknowns_of(problem, system, row%node)
+            call contact_sum_gradient(problem, state, system, m, functional%by_unknown, functional%by_load, functional%by_force, &
+               & functional%by_element)
             return
          end if
          ! The reaction of a support is what is out of balance there; that of a spring is its displacement's.

@@ -40,12 +40,12 @@ module finer_path
       logical :: ok = .false.                    !! false: Newton's method does not get there; nothing else means anything
    end type finer_point_t
 
-   !> Newton steps to a point, from a guess as good as the mesh, or as a tangent of a small part of an increment. The last one
-   !> takes away rounding, too, which displacements at limit points feel.
+   !> Newton steps to a point, from a guess as good as the mesh, or, at the most, from a point of the path. The last one takes away
+   !> rounding of the guess, too, which displacements at limit points feel.
    integer, parameter :: steps = 2
 
-   real(wp), parameter :: left = 0.01_wp      !! of what is out of balance: a hundredth of an estimate, far less than its bar
-   real(wp), parameter :: straight = 1.0e-3_wp !! [rad] a step leaves one to ten times what it turns nodes by of that
+   real(wp), parameter :: left = 0.1_wp       !! of an estimate: a quarter of what its bar adds to it
+   real(wp), parameter :: straight = 0.1_wp * left !! [rad] a step leaves one to ten times what it turns nodes by of that
    real(wp), parameter :: near = 1.0e-7_wp    !! of a span that its ends go by: thrust of stiff rods feels a hundred times more
 
 contains
@@ -88,15 +88,18 @@ contains
       type(finer_point_t), intent(inout) :: point
       type(timers_t), intent(inout) :: timers
       type(contact_step_t) :: step
+      logical :: on_path, short
       integer :: k
+      on_path = allocated(point%value)
       associate (problem => path%problem)
          do k = 1, steps
             if (.not. point%ok) return
             call solve_step(path, increment, point, step, timers)
             if (.not. point%ok) return
-            call go(path, step, point)
+            call go(path, step, point, short)
             call linearise(problem, point%state, point%state, point%system, timers)
             point%ok = point%system%ok
+            if (short .and. on_path) exit
          end do
          if (.not. point%ok) return
          point%value = values_at(path, point)
@@ -231,16 +234,20 @@ contains
    end subroutine solve_step
 
    !> Goes there; the equations are still those of the point before.
-   subroutine go(path, step, point)
+   subroutine go(path, step, point, short)
       type(finer_path_t), intent(in) :: path
       type(contact_step_t), intent(in) :: step
       type(finer_point_t), intent(inout) :: point
+      logical, intent(out), optional :: short    !! a second step would find next to nothing to do
       type(state_t) :: before
+      real(wp) :: travelled
+      travelled = 0.0_wp
       associate (problem => path%problem)
          if (problem%moves_nodes()) before = point%state
          call apply_increment(problem, point%system, step%x, step%y, point%state)
          point%state%reaction = step%reaction
-         if (problem%moves_nodes()) call move_touchdown_points(problem, before, point%state)
+         if (problem%moves_nodes()) call move_touchdown_points(problem, before, point%state, travelled)
+         if (present(short)) short = turns_little(problem, point%system, step) .and. travelled <= near
       end associate
    end subroutine go
 

@@ -20,7 +20,8 @@ module bordered_system
       & counter_factorisation, counter_solution
    implicit none
    private
-   public :: linearise, factor_system, set_path_row, unknowns_of, solve_bordered, solve_effective, apply_increment, resultant_rates
+   public :: linearise, factor_system, set_path_row, unknowns_of, solve_bordered, solve_effective, solve_all_effective, &
+      & apply_increment, resultant_rates
 
 contains
 
@@ -65,6 +66,27 @@ contains
       call take_back_stretches(system, 0.0_wp, given, x, timers)
       if (present(stretch)) stretch = given
    end subroutine solve_effective
+
+   !> The same to many, at once.
+   subroutine solve_all_effective(system, x, timers)
+      type(system_t), intent(in) :: system     !! factored
+      real(wp), intent(inout) :: x(:, :)       !! (n, any number) forces, 0 at fixed unknowns; then the responses
+      type(timers_t), intent(inout) :: timers
+      real(wp) :: given(2, system%rigidity%n)
+      integer :: k
+      call timing_start(timers, phase_solution)
+      call solve_factored(system%factor, x)
+      do k = 1, size(x, 2)
+         x(:, k) = without_rolling(system, x(:, k))
+         call add_excess_response(system%coupling, x(:, k))
+         call count_up(timers, counter_solution)
+      end do
+      call timing_stop(timers, phase_solution)
+      do k = 1, size(x, 2)
+         given = 0.0_wp
+         call take_back_stretches(system, 0.0_wp, given, x(:, k), timers)
+      end do
+   end subroutine solve_all_effective
 
    !> Corrects a solution by what the tangent stretches where rods cannot (axial_rigidity).
    subroutine take_back_stretches(system, load, stretch, x, timers)

@@ -1,0 +1,74 @@
+!> What monitors between the nodes of their elements err by there, beside what the nodes err by: finer polynomials have another
+!> displacement at the same place of the element.
+module inside_elements
+   use kinds, only: wp
+   use model, only: quantity_displacement
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t
+   use monitor_rows, only: monitor_row_t, monitor_row, watched_displacement
+   use deck_nodes, only: find_node, node_gradient_t, place_gradient
+   use state_transfer, only: point_displacement
+   implicit none
+   private
+   public :: inside_t, look_inside
+
+   type :: inside_t
+      real(wp) :: change = 0.0_wp                !! of the monitor: that of the finer polynomials less its own
+      real(wp) :: most = 0.0_wp                  !! that it may be, at the most
+      integer, allocatable :: element(:)         !! that the monitor is inside of; none: it stands at nodes
+   end type inside_t
+
+   integer, parameter :: places = 7              !! of an element, at which two polynomials are compared
+
+contains
+
+   !> What finer polynomials make of a monitor; nothing where it is no displacement.
+   function look_inside(problem, state, finer, start, at_start, watched) result(inside)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(problem_t), intent(in) :: finer       !! the finer problem,
+      type(state_t), intent(in) :: start         !! the same point of it
+      type(system_t), intent(in) :: at_start     !! and its system, assembled there
+      integer, intent(in) :: watched             !! index into model%monitor
+      type(inside_t) :: inside
+      type(monitor_row_t) :: row
+      real(wp) :: tau
+      integer :: i, node, holder
+      allocate (inside%element(0))
+      associate (monitor => problem%deck%monitor(watched))
+         if (monitor%quantity /= quantity_displacement) return
+         call monitor_row(finer, start, at_start, watched, row)
+         inside%change = row%defect + watched_displacement(finer, start, watched) - watched_displacement(problem, state, watched)
+         do i = 1, size(monitor%node)
+            call find_node(problem, state, monitor%node(i), node, holder, tau)
+            if (holder == 0) cycle
+            inside%element = [inside%element, holder]
+            inside%most = inside%most + abs(monitor%factor) / size(monitor%node) * &
+               & largest_inside(problem, state, finer, start, at_start, monitor%component, holder, tau)
+         end do
+         inside%most = max(inside%most, abs(inside%change))
+      end associate
+   end function look_inside
+
+   !> What a displacement may err by as far inside an element: where it is, two polynomials may agree by chance.
+   real(wp) function largest_inside(problem, state, finer, start, at_start, component, element, tau) result(most)
+      type(problem_t), intent(in) :: problem, finer
+      type(state_t), intent(in) :: state, start
+      type(system_t), intent(in) :: at_start
+      integer, intent(in) :: component, element
+      real(wp), intent(in) :: tau                !! 0 to 1 of the element
+      type(node_gradient_t) :: gradient
+      real(wp) :: other, largest, u(3), v(3)
+      integer :: j
+      largest = 0.0_wp
+      do j = 1, places
+         other = real(j, wp) / (places + 1)
+         call place_gradient(finer, start, at_start, element, other, gradient)
+         u = point_displacement(problem, state, element, other)
+         v = point_displacement(finer, start, element, other)
+         largest = max(largest, abs(gradient%defect(component) + v(component) - u(component)))
+      end do
+      most = 4.0_wp * tau * (1.0_wp - tau) * largest
+   end function largest_inside
+end module inside_elements
