@@ -6,6 +6,7 @@ module first_touches
    use contact_touch, only: touch_t
    use obstacle_geometry, only: obstacle_gap
    use reference_curve, only: curve_point
+   use golden_section, only: golden_section_t, sections_to_rounding
    implicit none
    private
    public :: find_first_touches, touching
@@ -61,32 +62,18 @@ contains
       end associate
    end subroutine sample_gap
 
-   !> The one minimum of the gap inside an element, by golden sections.
+   !> The one minimum of the gap inside an element.
    subroutine least_inside(problem, contact, e, place, least)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact, e
       real(wp), intent(out) :: place                 !! 0 to 1 of it
       real(wp), intent(out) :: least
-      real(wp), parameter :: golden = 0.5_wp * (sqrt(5.0_wp) - 1.0_wp)
-      integer, parameter :: sections = ceiling(log(epsilon(place)) / (2.0_wp * log(golden))) ! to the root of rounding
-      real(wp) :: ends(2), inner(2), f(2)
-      integer :: k
-      ends = [0.0_wp, 1.0_wp]
-      inner = [1.0_wp - golden, golden]
-      f = [gap_at(problem, contact, e, inner(1)), gap_at(problem, contact, e, inner(2))]
-      do k = 1, sections
-         if (f(1) < f(2)) then
-            ends(2) = inner(2)
-            inner = [ends(2) - golden * (ends(2) - ends(1)), inner(1)]
-            f = [gap_at(problem, contact, e, inner(1)), f(1)]
-         else
-            ends(1) = inner(1)
-            inner = [inner(2), ends(1) + golden * (ends(2) - ends(1))]
-            f = [f(2), gap_at(problem, contact, e, inner(2))]
-         end if
+      type(golden_section_t) :: search
+      call search%begin(0.0_wp, 1.0_wp, sections_to_rounding)
+      do while (search%asks(place))
+         call search%tell(gap_at(problem, contact, e, place))
       end do
-      place = inner(minloc(f, 1))
-      least = minval(f)
+      least = search%least
    end subroutine least_inside
 
    !> The gap at a place of an element of the deck.

@@ -8,6 +8,7 @@ module free_span_gap
    use rod_profile, only: profile_t, new_profile, mend_ends, profile_doubt, profile_place
    use obstacle_geometry, only: obstacle_gap
    use state_transfer, only: find_point
+   use golden_section, only: golden_section_t, sections_to_rounding
    implicit none
    private
    public :: gap_at, least_gap
@@ -243,37 +244,23 @@ contains
          & < line%gap(i)
    end function falls_inwards
 
-   !> The minimum between the neighbours of a sample that is lower than these, by golden sections.
+   !> The minimum between the neighbours of a sample that is lower than these.
    subroutine find_minimum(problem, state, line, i, value, place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(sampled_gap_t), intent(in) :: line
       integer, intent(in) :: i
       real(wp), intent(out) :: value, place
-      real(wp), parameter :: golden = 0.5_wp * (sqrt(5.0_wp) - 1.0_wp)
-      integer, parameter :: sections = ceiling(log(epsilon(value)) / (2.0_wp * log(golden))) ! to the root of rounding
-      real(wp) :: ends(2), inner(2), f(2)
-      integer :: k
-      ends = [line%at(max(i - 1, 1)), line%at(min(i + 1, size(line%at)))]
-      inner = [ends(2) - golden * (ends(2) - ends(1)), ends(1) + golden * (ends(2) - ends(1))]
-      f = [gap_along(problem, state, line, inner(1)), gap_along(problem, state, line, inner(2))]
-      do k = 1, sections
-         if (f(1) < f(2)) then
-            ends(2) = inner(2)
-            inner = [ends(2) - golden * (ends(2) - ends(1)), inner(1)]
-            f = [gap_along(problem, state, line, inner(1)), f(1)]
-         else
-            ends(1) = inner(1)
-            inner = [inner(2), ends(1) + golden * (ends(2) - ends(1))]
-            f = [f(2), gap_along(problem, state, line, inner(2))]
-         end if
+      type(golden_section_t) :: search
+      call search%begin(line%at(max(i - 1, 1)), line%at(min(i + 1, size(line%at))), sections_to_rounding)
+      do while (search%asks(place))
+         call search%tell(gap_along(problem, state, line, place))
       end do
+      value = search%least
+      ! Where the gap rises from a symmetry plane rounding makes minima beside it.
+      if (value < line%gap(i) - rounding_gap(problem)) return
       value = line%gap(i)
       place = line%at(i)
-      ! Where the gap rises from a symmetry plane rounding makes minima beside it.
-      if (minval(f) >= value - rounding_gap(problem)) return
-      value = minval(f)
-      place = inner(minloc(f, 1))
    end subroutine find_minimum
 
    !> Gap of a place along the stretch.

@@ -8,6 +8,7 @@ module line_pressure
    use ge_element, only: ge_load_t
    use contact_touch, only: touch_t
    use state_transfer, only: find_point
+   use golden_section, only: golden_section_t
    implicit none
    private
    public :: pressure_t, sample_line, density_at, least_pressure, virtual_pressure
@@ -63,30 +64,17 @@ contains
       end do
    end subroutine merge_places
 
-   !> The place of the one minimum of the density between two others, by golden sections.
+   !> The place of the one minimum of the density between two others.
    real(wp) function least_between(problem, state, line, first, last) result(place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(touch_t), intent(in) :: line
       real(wp), intent(in) :: first, last
-      real(wp), parameter :: golden = 0.5_wp * (sqrt(5.0_wp) - 1.0_wp)
-      real(wp) :: ends(2), inner(2), f(2)
-      integer :: k
-      ends = [first, last]
-      inner = [last - golden * (last - first), first + golden * (last - first)]
-      f = [density_at(problem, state, line, inner(1)), density_at(problem, state, line, inner(2))]
-      do k = 1, sections
-         if (f(1) < f(2)) then
-            ends(2) = inner(2)
-            inner = [ends(2) - golden * (ends(2) - ends(1)), inner(1)]
-            f = [density_at(problem, state, line, inner(1)), f(1)]
-         else
-            ends(1) = inner(1)
-            inner = [inner(2), ends(1) + golden * (ends(2) - ends(1))]
-            f = [f(2), density_at(problem, state, line, inner(2))]
-         end if
+      type(golden_section_t) :: search
+      call search%begin(first, last, sections)
+      do while (search%asks(place))
+         call search%tell(density_at(problem, state, line, place))
       end do
-      place = inner(minloc(f, 1))
    end function least_between
 
    !> Where the track of an element that lies on it is joined, as shares of the element: as good as it is stretched alike all along.

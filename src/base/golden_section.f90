@@ -1,0 +1,78 @@
+!> The one minimum of a function between two places, by golden sections (Kiefer 1953): each asks for one value more and leaves
+!> 0.618 of the interval.
+!>
+!>   call search%begin(first, last, sections)
+!>   do while (search%asks(place))
+!>      call search%tell(function at place)
+!>   end do                                    ! search%place, search%least
+module golden_section
+   use kinds, only: wp
+   implicit none
+   private
+   public :: golden_section_t, sections_to_rounding
+
+   real(wp), parameter :: golden = 0.5_wp * (sqrt(5.0_wp) - 1.0_wp)
+
+   !> Until the interval is the root of rounding: a minimum is known no better.
+   integer, parameter :: sections_to_rounding = ceiling(log(epsilon(golden)) / (2.0_wp * log(golden)))
+
+   type :: golden_section_t
+      real(wp) :: place = 0.0_wp                !! of the least value told
+      real(wp) :: least = huge(1.0_wp)          !! that value
+      real(wp), private :: ends(2) = 0.0_wp, inner(2) = 0.0_wp, f(2) = 0.0_wp
+      integer, private :: asked = 0             !! number of the inner place whose value comes next; 0: none
+      integer, private :: told = 0              !! values
+      integer, private :: sections = 0
+   contains
+      procedure :: begin, asks, tell
+   end type golden_section_t
+
+contains
+
+   !> Begins a search between two places.
+   subroutine begin(search, first, last, sections)
+      class(golden_section_t), intent(out) :: search
+      real(wp), intent(in) :: first, last
+      integer, intent(in) :: sections
+      search%ends = [first, last]
+      search%inner = [last - golden * (last - first), first + golden * (last - first)]
+      search%asked = 1
+      search%sections = sections
+   end subroutine begin
+
+   !> True while a value is wanted, at a place.
+   logical function asks(search, place)
+      class(golden_section_t), intent(in) :: search
+      real(wp), intent(out) :: place
+      asks = search%asked > 0
+      place = search%place
+      if (asks) place = search%inner(search%asked)
+   end function asks
+
+   !> Takes the value there.
+   pure subroutine tell(search, value)
+      class(golden_section_t), intent(inout) :: search
+      real(wp), intent(in) :: value
+      search%f(search%asked) = value
+      search%told = search%told + 1
+      search%asked = 2
+      if (search%told == 1) return
+      search%least = minval(search%f)
+      search%place = search%inner(minloc(search%f, 1))
+      search%asked = 0
+      if (search%told == search%sections + 2) return
+      associate (ends => search%ends, inner => search%inner, f => search%f)
+         if (f(1) < f(2)) then
+            ends(2) = inner(2)
+            inner = [ends(2) - golden * (ends(2) - ends(1)), inner(1)]
+            f(2) = f(1)
+            search%asked = 1
+         else
+            ends(1) = inner(1)
+            inner = [inner(2), ends(1) + golden * (ends(2) - ends(1))]
+            f(1) = f(2)
+            search%asked = 2
+         end if
+      end associate
+   end subroutine tell
+end module golden_section
