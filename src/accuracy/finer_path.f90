@@ -40,8 +40,8 @@ module finer_path
       logical :: ok = .false.                    !! false: Newton's method does not get there; nothing else means anything
    end type finer_point_t
 
-   !> Newton steps to a point, from a guess as good as the mesh, or, at the most, from a point of the path. The last one takes away
-   !> rounding of the guess, too, which displacements at limit points feel.
+   !> Newton steps to a point, from a guess as good as the mesh, or as a tangent of a small part of an increment. The last one
+   !> takes away rounding, too, which displacements at limit points feel.
    integer, parameter :: steps = 2
 
    real(wp), parameter :: left = 0.1_wp       !! of an estimate: a quarter of what its bar adds to it
@@ -82,15 +82,17 @@ contains
    end subroutine start_point
 
    !> From a point, or the start, to the one at the control's increment.
-   subroutine next_point(path, increment, point, timers)
+   subroutine next_point(path, increment, point, timers, for_slope)
       type(finer_path_t), intent(in) :: path
       real(wp), intent(in) :: increment
       type(finer_point_t), intent(inout) :: point
       type(timers_t), intent(inout) :: timers
+      logical, intent(in), optional :: for_slope !! by as much as is to be seen above rounding: a short step is enough
       type(contact_step_t) :: step
-      logical :: on_path, short
+      logical :: once, short
       integer :: k
-      on_path = allocated(point%value)
+      once = .false.
+      if (present(for_slope)) once = for_slope
       associate (problem => path%problem)
          do k = 1, steps
             if (.not. point%ok) return
@@ -99,7 +101,7 @@ contains
             call go(path, step, point, short)
             call linearise(problem, point%state, point%state, point%system, timers)
             point%ok = point%system%ok
-            if (short .and. on_path) exit
+            if (once .and. short) exit
          end do
          if (.not. point%ok) return
          point%value = values_at(path, point)
