@@ -5,6 +5,7 @@ module accuracy_limits
    use element_families, only: collocates
    use rod_state, only: state_t
    use ground_segments, only: is_cut
+   use ground_cuts, only: find_cuts, marked
    use stop_forces, only: is_stop
    implicit none
    private
@@ -15,7 +16,8 @@ contains
    !> The reason why errors are not told at a converged state, in words; '' where they are.
    !>
    !> What has no kink inside an element converges as its order says. Contact at nodes has one wherever a node begins or ceases
-   !> to touch, and a foundation where its contact ends, or its law has a corner, beside a mark. The UL2 element is of another kind.
+   !> to touch. Where contact with a foundation ends, or its law has a corner, the mesh is to have a mark; what no mark can follow
+   !> has an error of its own (inner_kinks). The UL2 element is of another kind.
    function why_not_told(problem, state, smallest) result(why)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -32,7 +34,10 @@ contains
       end do
       do c = 1, problem%ground%chain%n
          if (problem%ground%chain%element(2, c) == 0) cycle
-         if (is_cut(problem, state, c, smallest)) why = 'contact with a foundation ends, or its law has a corner, inside an element'
+         if (.not. is_cut(problem, state, c, smallest)) cycle
+         if (.not. marked(problem, state, find_cuts(problem, state))) &
+            & why = 'contact with a foundation ends, or its law has a corner, inside an element'
+         exit
       end do
    end function why_not_told
 end module accuracy_limits

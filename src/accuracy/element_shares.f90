@@ -23,6 +23,7 @@ module element_shares
    use stop_forces, only: stop_force_gradient, stop_force_defect
    use monitor_rows, only: monitor_row_t, monitor_row
    use inside_elements, only: inside_t, look_inside
+   use inner_kinks, only: kink_moments
    use touch_places, only: place_gradients, moment_places
    use small_dense, only: solve_small
    use timing, only: timers_t
@@ -35,10 +36,12 @@ module element_shares
       real(wp), allocatable :: sum(:)            !! (rows) linear estimate of the error: exact less computed
       real(wp), allocatable :: size(:)           !! (rows) sum of the sizes of all shares
       real(wp), allocatable :: rounding(:)       !! (rows) what rounding of displacements and resultants may do
-      real(wp), allocatable :: inside(:)         !! (rows) of the sum, what a monitor inside an element errs there
+      real(wp), allocatable :: inside(:)         !! (rows) of the sum, what a monitor inside an element errs there, and what kinks may
+      !! make of the number that elements of any order do not show
       real(wp), allocatable :: rest(:)           !! (rows) of the sum, what Newton's method has left
       real(wp), allocatable :: element(:, :)     !! (rows, elements) sizes of the shares
       real(wp), allocatable :: watched(:)        !! (elements) the same of a watched displacement
+      real(wp) :: watched_kinks = 0.0_wp         !! what kinks may make of that
       logical, allocatable :: known(:)           !! (rows) false: not a number that this knows of
       real(wp) :: unfolding = 0.0_wp             !! force on the null vectors of a bifurcation, beyond what it may err by
    end type shares_t
@@ -75,7 +78,7 @@ contains
       real(wp), allocatable, intent(in), optional :: watched(:, :) !! (3, nodes) another displacement's derivatives, global axes
       type(functional_t) :: number(2 + size(problem%model%monitor) + size(ends)) ! the last one: watched
       type(inside_t) :: inside, held
-      real(wp) :: way(size(ends))
+      real(wp) :: way(size(ends)), kink(problem%model%mesh%n_elements)
       real(wp), dimension(6, problem%model%mesh%n_elements) :: force, dual
       real(wp) :: w(system%n), of_load(system%n), tangent(system%n), answers(system%n, size(number)), &
          & push(system%n), known(system%n), share(problem%model%mesh%n_elements), along, along_load, rest, change, corner, defect
@@ -90,6 +93,7 @@ contains
          force(:, e) = unbalanced(problem, system, at_start, e)
       end do
       shares%unfolding = sqrt(sum([(force_on(modes(:, m))**2, m=1, size(modes, 2))]))
+      kink = kink_moments(problem, state)
       direction = new_null_directions(problem, system, modes, timers)
       call held_row(problem, control, state, system, row, corner, defect)
       call list_numbers()
@@ -125,6 +129,8 @@ contains
          ! there, and all numbers go along with what makes up for that.
          change = -along_load / along * held%change
          call share_inside(m, held, abs(along_load / along))
+         shares%inside(m) = shares%inside(m) + sum(work_of_kinks())
+         shares%element(m, :) = shares%element(m, :) + work_of_kinks()
          k = m - n + size(ends)
          if (k > 0) then
             change = change + way(k)
@@ -146,7 +152,9 @@ contains
       end do
       if (.not. number(n + 1)%known) return
       call combine(number(n + 1), answers(:, n + 1))
-      shares%watched = abs(shares_by(nodal_all(w)))
+      dual = nodal_all(w)
+      shares%watched = abs(shares_by(dual)) + work_of_kinks()
+      shares%watched_kinks = sum(work_of_kinks())
 
    contains
 
@@ -204,6 +212,18 @@ contains
          real(wp) :: free(size(force))
          free = merge(0.0_wp, free_of(problem, modes, merge(0.0_wp, force, system%fixed)), system%fixed)
       end function free_force
+
+      !> The curvature that kinks make inside elements works on the dual moments there, at the most those of their ends.
+      function work_of_kinks() result(work)
+         real(wp) :: work(size(kink))
+         integer, parameter :: moments(2) = [3, 6]
+         integer :: e
+         work = 0.0_wp
+         do e = 1, size(kink)
+            if (kink(e) > 0.0_wp) work(e) = kink(e) * problem%compliance(e)%bending * &
+               & maxval(abs(matmul(system%ek(moments, :, e), dual(:, e))))
+         end do
+      end function work_of_kinks
 
       !> The dual displacements of a number, what is held included. At a limit point both parts are without bounds, and rounding
       !> leaves little of their difference: there it is refined by what it leaves of the equations and of the load.

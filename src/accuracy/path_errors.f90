@@ -182,6 +182,7 @@ contains
             own = min(abs(local * crossing%rate(m) / crossing%slope), moved)
             if (allocated(shares%watched)) then
                shares%element(m, :) = shares%element(m, :) + shares%watched * abs(crossing%rate(m) / crossing%slope)
+               shares%inside(m) = abs(shares%inside(m)) + shares%watched_kinks * abs(crossing%rate(m) / crossing%slope)
             else if (sum(part) > 0.0_wp) then
                shares%element(m, :) = shares%element(m, :) + (moved - own) * part / sum(part)
             end if

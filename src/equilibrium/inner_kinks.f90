@@ -1,0 +1,54 @@
+!> What a kink of a foundation's force inside an element makes of its moment, where no node can be.
+!>
+!> A foundation that ends, or whose law has a corner, inside an element presses as J (x - c)+ beyond what a polynomial is, J the
+!> slope of the gap there times the jump of the stiffness. The element takes the sum and the first moments of that exactly (see
+!> ge_element), but its moment is a polynomial of degree s: what is left of (x - c)+^3/6, times J.
+module inner_kinks
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use gauss_tableau, only: max_stages
+   use force_law, only: segment_unknown
+   use element_gap, only: element_gap_t, gap_value
+   use ground_segments, only: element_cuts, told_gap
+   implicit none
+   private
+   public :: kink_moments, left_of_kink
+
+   !> The size of the moment that is left, along an element of length 1 with s stages and J = 1, where the kink is worst.
+   real(wp), parameter :: left_of_kink(max_stages) = [4.13e-2_wp, 5.21e-3_wp, 6.78e-4_wp, 1.44e-4_wp, 7.07e-5_wp, 3.17e-5_wp]
+
+   real(wp), parameter :: beside = 1.0_wp / 64.0_wp !! of an element: there slopes of its gap are taken
+
+contains
+
+   !> The size of the moment that kinks leave in each element, summed along it [moment times length].
+   function kink_moments(problem, state) result(moment)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state         !! converged
+      real(wp) :: moment(problem%model%mesh%n_elements)
+      type(element_gap_t) :: gap
+      real(wp), allocatable :: tau(:), level(:)
+      real(wp) :: slope
+      integer :: c, n, j
+      moment = 0.0_wp
+      associate (chain => problem%ground%chain)
+         do c = 1, chain%n
+            if (chain%element(2, c) == 0 .or. state%segment(c) /= segment_unknown) cycle
+            call element_cuts(problem, state, c, n, tau, level)
+            if (n == 0) cycle
+            gap = told_gap(problem, state, c)
+            associate (e => chain%element(2, c))
+               associate (h => state%geometry%element(e)%length)
+                  do j = 1, n
+                     slope = (gap_value(problem, gap, tau(j) + beside) - gap_value(problem, gap, tau(j) - beside)) / &
+                        & (2.0_wp * beside * h)
+                     moment(e) = moment(e) + left_of_kink(problem%model%mesh%stages(e)) * h**4 * &
+                        & problem%ground%slope(chain%obstacle(c)) * abs(slope)
+                  end do
+               end associate
+            end associate
+         end do
+      end associate
+   end function kink_moments
+end module inner_kinks
