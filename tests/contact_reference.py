@@ -221,8 +221,8 @@ class Problem:
     def __init__(self, spans, names, conditions, force=1.0, elements=ELEMENTS, degree=DEGREE):
         self.spans, self.names, self.conditions = spans, list(names), conditions
         self.grid = Grid(elements, degree)
-        sizes = {6: np.array([1.0, 1.0, 1.0, 1.0, force, force]), 2: np.array([1.0, force])}
-        self.scale = np.concatenate([np.repeat(sizes[span.fields], self.grid.size) for span in spans]
+        self.sizes = {6: np.array([1.0, 1.0, 1.0, 1.0, force, force]), 2: np.array([1.0, force])}
+        self.scale = np.concatenate([np.repeat(self.sizes[span.fields], self.grid.size) for span in spans]
                                     + [np.array(list(names.values()), float)])
 
     def guess(self, fields, **unknowns) -> State:
@@ -245,69 +245,114 @@ class Problem:
             first = last
         return State(self, fields, dict(zip(self.names, vector[first:])))
 
-    def _changes(self, span, middle, g):
+    def _changes(self, span, middle, g, places):
         """What the rates let a span's fields change by, per length of the span; `middle`: fields at the collocation points."""
         a, b = (g[bound] if isinstance(bound, str) else bound for bound in (span.start, span.end))
-        return (b - a) * span.rates(a + (b - a) * self.grid.places, middle, g)
+        return (b - a) * span.rates(a + (b - a) * places, middle, g)
 
-    def _by_fields(self, span, middle, g, matrix):
-        """Derivatives of a span's residual by its fields, into their place in the matrix."""
-        rows, n, m = middle.shape[1], self.grid.size, span.fields
-        for field in range(m):
-            moved = middle.astype(complex)
-            moved[field] += 1j * STEP
-            by_field = self._changes(span, moved, g).imag / STEP
-            for k in range(m):
-                if k == field or np.any(by_field[k]):
-                    np.multiply(-by_field[k][:, None], self.grid.mean_rounded,
-                                out=matrix[k * rows:(k + 1) * rows, field * n:(field + 1) * n])
-            matrix[field * rows:(field + 1) * rows, field * n:(field + 1) * n] += self.grid.derivative_rounded
-
-    def _linear(self, vector, constraints):
-        """Residual and matrix, constraints last. Derivatives need no more than double precision."""
-        state = self._unpack(vector)
-        grid, columns = self.grid, len(vector)
-        middles = [u @ grid.mean.T for u in state.fields]
-        residual = [(u @ grid.derivative.T - self._changes(span, middle, state.unknowns)).ravel()
-                    for span, u, middle in zip(self.spans, state.fields, middles)]
-        tail = self._tail(state, constraints)
-        row = sum(part.size for part in residual)
-        matrix, ends, top, first = np.zeros((row + len(tail), columns)), [], 0, 0
-        rounded = [middle.astype(float) for middle in middles]
-        for span, u, middle in zip(self.spans, state.fields, rounded):
-            self._by_fields(span, middle, state.unknowns, matrix[top:top + middle.size, first:first + u.size])
-            ends += [first + field * grid.size + place for field in range(span.fields) for place in (0, grid.size - 1)]
-            top, first = top + middle.size, first + u.size
-        moved = vector.astype(complex)
-        for column in ends + list(range(first, columns)):
-            moved[column] += 1j * STEP
-            other = self._unpack(moved)
-            matrix[row:, column] = self._tail(other, constraints).imag / STEP
-            if column >= first:
-                matrix[:row, column] = np.concatenate([-self._changes(span, middle, other.unknowns).imag.ravel() / STEP
-                                                       for span, middle in zip(self.spans, rounded)])
-            moved[column] = moved[column].real
-        assert matrix.shape[0] == columns, f"{matrix.shape[0]} equations for {columns} unknowns"
-        return np.concatenate(residual + [tail]), matrix
+    def _residual(self, state, constraints):
+        """Of the rates, an array a span, and of the conditions and constraints."""
+        grid = self.grid
+        return ([u @ grid.derivative.T - self._changes(span, u @ grid.mean.T, state.unknowns, grid.places)
+                 for span, u in zip(self.spans, state.fields)], self._tail(state, constraints))
 
     def _tail(self, state, constraints):
         return np.array(list(self.conditions(state)) + [value_of(state, what) - value for what, value in constraints.items()])
 
-    def _solve(self, matrix, right):
-        """Scaled unknowns; the matrix is overwritten."""
-        matrix *= self.scale
-        size = np.maximum(np.max(matrix, axis=1), -np.min(matrix, axis=1))
-        matrix /= size[:, None]
-        return np.linalg.solve(matrix, right.astype(float) / size)
+    def _by_fields(self, span, middle, g):
+        """Derivatives of a span's residual: [element, equation, place, field, node of the element]."""
+        grid, m = self.grid, span.fields
+        moved = np.repeat(middle.astype(complex)[:, None, :], m, axis=1)
+        moved[range(m), range(m)] += 1j * STEP
+        by_field = self._changes(span, moved, g, grid.places_rounded).imag / STEP
+        by_field = by_field.reshape(m, m, grid.elements, grid.degree).transpose(2, 0, 3, 1)
+        blocks = -by_field[..., None] * grid.mean_rounded[:, None, :]
+        blocks[:, range(m), :, range(m), :] += grid.derivative_rounded
+        return blocks
+
+    def _by_unknowns(self, span, middle, g):
+        """Derivatives of a span's residual: [element, equation, place, unknown]."""
+        grid, count = self.grid, len(self.names)
+        moved = {name: np.full((count, 1), g[name], complex) for name in self.names}
+        for k, name in enumerate(self.names):
+            moved[name][k] += 1j * STEP
+        change = self._changes(span, np.repeat(middle[:, None, :], count, axis=1), moved, grid.places_rounded)
+        change = np.broadcast_to(change, (span.fields, count, len(grid.places))).imag / -STEP
+        return change.reshape(span.fields, count, grid.elements, grid.degree).transpose(2, 0, 3, 1)
+
+    def _tail_by_all(self, state, g, constraints):
+        """Derivatives of conditions and constraints by the fields at the starts of spans, at their ends, and by the unknowns."""
+        count, column, fields = 2 * sum(span.fields for span in self.spans) + len(self.names), 0, []
+        for span, u in zip(self.spans, state.fields):
+            moved = np.repeat(u[:, [0, -1]].astype(complex)[:, :, None], count, axis=2)
+            for side in (0, 1):
+                moved[range(span.fields), side, range(column, column + span.fields)] += 1j * STEP
+                column += span.fields
+            fields.append(moved)
+        unknowns = {name: np.full(count, g[name], complex) for name in self.names}
+        for k, name in enumerate(self.names):
+            unknowns[name][column + k] += 1j * STEP
+        other = State(self, fields, unknowns)
+        rows = list(self.conditions(other)) + [value_of(other, what) for what in constraints]
+        return np.array([np.broadcast_to(np.imag(row), count) for row in rows]) / STEP
+
+    def _newton(self, state, constraints, residual, tail):
+        """The scaled change that takes residual and tail away. Derivatives need no more than double precision.
+
+        In each element the places after its first one are eliminated; what is left are the places between elements.
+        """
+        grid, count = self.grid, len(self.names)
+        g = {name: float(value) for name, value in state.unknowns.items()}
+        by_all = self._tail_by_all(state, g, constraints)
+        unknown_scale, size = self.scale[len(self.scale) - count:], count + (grid.elements + 1) * sum(s.fields for s in self.spans)
+        columns = sum(span.fields for span in self.spans) * grid.size + count
+        equations = columns - count - sum(span.fields for span in self.spans) + len(tail)
+        assert equations == columns, f"{equations} equations for {columns} unknowns"
+        matrix, right = np.zeros((size, size)), np.zeros(size)
+        last, parts, first, column = size - len(tail), [], 0, 0
+        for span, u, missing in zip(self.spans, state.fields, residual):
+            m, n = span.fields, grid.degree * span.fields
+            middle = (u @ grid.mean.T).astype(float)
+            scale = self.sizes[m]
+            blocks = self._by_fields(span, middle, g) * scale[:, None]
+            missing = missing.astype(float).reshape(m, grid.elements, grid.degree).transpose(1, 0, 2).reshape(grid.elements, n, 1)
+            by_unknowns = (self._by_unknowns(span, middle, g) * unknown_scale).reshape(grid.elements, n, count)
+            others = np.concatenate([blocks[..., 0].reshape(grid.elements, n, m), by_unknowns, missing], axis=2)
+            part = -np.linalg.solve(blocks[..., 1:].reshape(grid.elements, n, n), others)
+            part = part.reshape(grid.elements, m, grid.degree, m + count + 1)
+            for k in range(grid.elements):
+                here, there = slice(first + k * m, first + (k + 1) * m), slice(first + (k + 1) * m, first + (k + 2) * m)
+                row = slice(first + k * m - column, first + (k + 1) * m - column)
+                matrix[row, there] = np.eye(m)
+                matrix[row, here] = -part[k, :, -1, :m]
+                matrix[row, size - count:] = -part[k, :, -1, m:m + count]
+                right[row] = part[k, :, -1, -1]
+            at = 2 * column
+            matrix[last:, first:first + m] = by_all[:, at:at + m] * scale
+            matrix[last:, first + grid.elements * m:first + (grid.elements + 1) * m] = by_all[:, at + m:at + 2 * m] * scale
+            parts.append((part, first))
+            first, column = first + (grid.elements + 1) * m, column + m
+        matrix[last:, size - count:] = by_all[:, 2 * column:] * unknown_scale
+        right[last:] = -tail
+        largest = np.max(np.abs(matrix), axis=1)
+        between = np.linalg.solve(matrix / largest[:, None], right / largest)
+        unknowns, pieces = between[size - count:], []
+        for part, first in parts:
+            m = part.shape[1]
+            starts = between[first:first + grid.elements * m].reshape(grid.elements, m)
+            along = np.concatenate([starts, np.tile(np.append(unknowns, 1.0), (grid.elements, 1))], axis=1)
+            inside = np.einsum("emda,ea->med", part, along).reshape(m, -1)
+            pieces.append(np.concatenate([starts[0][:, None], inside], axis=1).ravel())
+        return np.concatenate(pieces + [unknowns])
 
     def solve(self, state: State, *constraints: dict, iterations: int = 25) -> State:
         """Newton's method; raises ArithmeticError where it does not converge."""
         wanted = {what: value for part in constraints for what, value in part.items()}
         vector, before = self._pack(state).astype(np.longdouble), np.inf
         for _ in range(iterations):
-            residual, matrix = self._linear(vector, wanted)
+            now_at = self._unpack(vector)
             try:
-                change = self._solve(matrix, -residual)
+                change = self._newton(now_at, wanted, *self._residual(now_at, wanted))
             except np.linalg.LinAlgError as singular:
                 raise ArithmeticError("singular") from singular
             now = np.max(np.abs(change))
@@ -322,8 +367,10 @@ class Problem:
     def tangent(self, state: State, control, fixed: dict) -> State:
         """Derivatives by the control while the other constraints hold."""
         wanted = fixed | {control: value_of(state, control)}
-        _, matrix = self._linear(self._pack(state), wanted)
-        return self._unpack(self.scale * self._solve(matrix, np.eye(len(matrix))[-1]))
+        still = [np.zeros((span.fields, len(self.grid.places))) for span in self.spans]
+        tail = np.zeros(len(self._tail(state, wanted)))
+        tail[-1] = -1.0
+        return self._unpack(self.scale * self._newton(state, wanted, still, tail))
 
     def walk(self, state: State, control, to: float, fixed: dict, steps: int = 10):
         """Yields (state, tangent) up to the control's value; steps are halved where Newton's method fails."""
@@ -440,7 +487,10 @@ class Grid:
         self.places = np.concatenate([(k + gauss) / elements for k in range(elements)])
         self.mean = self.interpolation(self.places)
         self.derivative = self.interpolation(self.places, derivative=True)
-        self.mean_rounded, self.derivative_rounded = self.mean.astype(float), self.derivative.astype(float)
+# Of one element: all of them are alike.
+        self.places_rounded = self.places.astype(float)
+        self.mean_rounded = self.mean[:degree, :degree + 1].astype(float)
+        self.derivative_rounded = self.derivative[:degree, :degree + 1].astype(float)
 
     def _differentiation(self):
         difference = self.x[:, None] - self.x[None, :] + np.eye(self.degree + 1)

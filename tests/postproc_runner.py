@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import os
+import runpy
 import struct
 import subprocess
 import sys
+import tempfile
+import traceback
 import warnings
 from pathlib import Path
 
@@ -57,6 +60,44 @@ def command_line(folder, *arguments, **changes):
     return subprocess.run([sys.executable, "-B", "-m", "unilat", *map(str, arguments)], cwd=folder,
                           env={name: value for name, value in environment.items() if value is not None},
                           capture_output=True, text=True, check=False)
+
+
+def module_run(folder, module, *arguments, **changes):
+    """python3 -m MODULE in a folder, as a fork of this process: numpy, h5py and matplotlib, which take longer than most of what is
+    tested, are there already. Changes are of the environment."""
+    import matplotlib.pyplot    # noqa: F401
+    with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+        sys.stdout.flush()
+        child = os.fork()
+        if child == 0:
+            _run_and_leave(folder, module, [str(a) for a in arguments], changes, out.fileno(), err.fileno())
+        code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        out.seek(0)
+        err.seek(0)
+        return subprocess.CompletedProcess(arguments, code, out.read().decode(), err.read().decode())
+
+
+def _run_and_leave(folder, module, arguments, changes, out, err):
+    code = 1
+    try:
+        os.chdir(folder)
+        os.environ.update(changes)
+        for number, file in ((0, os.open(os.devnull, os.O_RDONLY)), (1, out), (2, err)):
+            os.dup2(file, number)
+        sys.stdin, sys.stdout, sys.stderr = open(0, closefd=False), open(1, "w", closefd=False), open(2, "w", closefd=False)
+        sys.argv = [module, *arguments]
+        runpy.run_module(module, run_name="__main__", alter_sys=True)
+        code = 0
+    except SystemExit as ended:
+        code = ended.code if isinstance(ended.code, int) else int(ended.code is not None)
+        if isinstance(ended.code, str):
+            print(ended.code, file=sys.stderr)
+    except BaseException:       # whatever it is, this process must not go on with the tests
+        traceback.print_exc()
+    finally:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)
 
 
 def png_size(name):

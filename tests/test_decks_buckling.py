@@ -187,6 +187,7 @@ def test_double_modes_are_independent():
     dr.assert_close(np.abs(third), np.abs(np.sin(3 * np.pi * x)), absolute=1e-4)
 
 
+@dr.release_only
 def test_long_rail():
     """2 root(k EI) where the ends are hinged, half of it where they are free: they buckle first, both at once."""
     k = 1e6
@@ -235,6 +236,7 @@ def test_rigid_prop():
     dr.assert_close(factors(deck(model.format(0.01), buckle(2))), [PI2, 4 * PI2], relative=1e-4)
 
 
+@dr.release_only
 def test_ring_in_its_cavity():
     """The limit point of the paper's ring from states on the path: the nearer, the better, and right in the limit."""
     estimates, loads = [], (70.0, 80.0, 81.5)

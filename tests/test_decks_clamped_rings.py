@@ -3,6 +3,7 @@
 The reference of the first is a rod of its own, integrated from the crown; of the second, that elements of two orders and the mirror
 image of the ring agree to their bars.
 """
+import functools
 import math
 
 import numpy as np
@@ -48,7 +49,8 @@ def ring(axial, load, stop, side=1, kind="GE8", count=", 3", first=0.1, largest=
                                    largest=largest, force=force, sense="CLOCKWISE" if side > 0 else "ANTICLOCKWISE"))
 
 
-def load_of_first_contact(axial, steps=2000):
+@functools.cache
+def load_of_first_contact(axial, steps=1000):
     """Weight per length at which the ring is as curved as the host beside its clamp. Half of it from the crown, where the force is
     (H, 0): F = (H, p s), M' = -r' x F, the tangent's angle turns by M - 1."""
     def bottom(unknown):

@@ -162,6 +162,7 @@ def test_a_mesh_that_is_finer_in_vain_is_given_back():
     assert counted(run, "elements at the most") < 300
 
 
+@dr.release_only
 def test_nodes_are_asked_once_at_a_place():
     """What they said was a point of its own at the same load, with the same contacts; there they were asked again."""
     run = dr.run_deck(PRESSED, code=None)
@@ -169,6 +170,7 @@ def test_nodes_are_asked_once_at_a_place():
     assert np.count_nonzero(np.diff(run.column("load_factor")) == 0.0) < 10
 
 
+@dr.release_only
 def test_meshes_that_are_doubled_point_after_point_are_given_back():
     """Where no errors can be told the mesh is doubled; the next points began with that, and doubled it again."""
     run = dr.run_deck(LYING.format(ea="4.8e5"), code=2)

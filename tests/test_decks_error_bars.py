@@ -103,6 +103,7 @@ def assert_bars(rows, least, under=0):
     assert 1.0 < np.median(bar[told] / size[told]) < 4.0, f"bar over error {np.sort(bar[told] / size[told])}"
 
 
+@dr.release_only
 @pytest.mark.parametrize("name, kinds, meshes, least", [
     pytest.param("lee-frame", ORDERS, (3, 5, 7, 11, 16), 18, marks=dr.release_only),
     ("arch-clamped-hinged", ORDERS[1:], (5, 7, 11, 16), 6),

@@ -192,17 +192,18 @@ def test_heated_column_buckles(kind, elements, error):
     dr.assert_close(run.results.buckling["MODES"].load_factor[0], exact, relative=error + 1.1 * linear)
 
 
-def shoot(amplitude, steps=2000):
+def shoot(amplitude, steps=400):
     """Heat strain, force and deflection of the buckled column of length 1 whose largest angle is `amplitude`.
 
     A quarter of it from the inflection (angle a, no moment) to the wall: (EI theta')' = -P (1 + e - P cos/EA) sin."""
-    def quarter(p, e):
+    def quarter(p, e):  # numbers, or many of them at once
         h = -0.25 / steps
-        y = np.array([amplitude, 0.0, 0.0, 0.0])        # theta, m, x, y
+        y = np.array([amplitude, 0.0, 0.0, 0.0])[:, None] + 0.0 * (p + e)       # theta, m, x, y
 
         def slope(v):
-            stretch = 1 + e - p * math.cos(v[0]) / EA
-            return np.array([v[1], -p * stretch * math.sin(v[0]), stretch * math.cos(v[0]), stretch * math.sin(v[0])])
+            c, s = np.cos(v[0]), np.sin(v[0])
+            stretch = 1 + e - p * c / EA
+            return np.array([v[1], -p * stretch * s, stretch * c, stretch * s])
         for _ in range(steps):
             a = slope(y)
             b = slope(y + 0.5 * h * a)
@@ -212,17 +213,14 @@ def shoot(amplitude, steps=2000):
         return y
     p, e = 4 * math.pi**2, 4 * math.pi**2 / EA + amplitude**2 / 4
     for _ in range(20):
-        def miss(q, f):
-            y = quarter(q, f)
-            return np.array([y[0], y[2] + 0.25])
-        r = miss(p, e)
-        j = np.column_stack([(miss(p + 1e-5, e) - miss(p - 1e-5, e)) / 2e-5,
-                             (miss(p, e + 1e-6) - miss(p, e - 1e-6)) / 2e-6])
+        y = quarter(p + 1e-5 * np.array([0, 1, -1, 0, 0]), e + 1e-6 * np.array([0, 0, 0, 1, -1]))
+        miss = np.array([y[0], y[2] + 0.25])
+        r, j = miss[:, 0], np.column_stack([(miss[:, 1] - miss[:, 2]) / 2e-5, (miss[:, 3] - miss[:, 4]) / 2e-6])
         dp, de = np.linalg.solve(j, -r)
         p, e = p + dp, e + de
         if abs(dp) < 1e-11 * p:
             break
-    return e, p, -2 * quarter(p, e)[3]
+    return e, p, -2 * quarter(p, e)[3, 0]
 
 
 @dr.release_only

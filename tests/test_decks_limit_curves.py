@@ -70,6 +70,7 @@ def test_points_of_the_ring_are_limit_points():
     assert np.all(values(curve, "load_rate") <= 1e-3)
 
 
+@dr.release_only
 @pytest.mark.parametrize("points, given, limit", [("ALONG", "GE8, 4, 24, 16", 1e-6), ("NODES", "GE4, 16, 128, 80", 1e-3)])
 def test_rigid_at_the_end(points, given, limit):
     """From 1e7 on, in contact spans or at nodes."""

@@ -114,14 +114,17 @@ def lifted(couple, force, density):
     m = math.sqrt(abs(couple) / density / (2.0 * math.sqrt(3.0) - 3.0))
     n = (2.0 - math.sqrt(3.0)) * m
     x = np.array([m, n, 0.268 * density * m, density * m])
-    for push in np.linspace(0.0, force, 201):
+    for push in np.linspace(0.0, force, 201) if force else [0.0]:
         for _ in range(30):
             slope = np.empty((4, 4))
             for k in range(4):
                 ahead = x.copy()
                 ahead[k] *= 1.0 + 1e-6
                 slope[:, k] = (misfit(ahead, push) - misfit(x, push)) / (1e-6 * x[k])
-            x = x - np.linalg.solve(slope, misfit(x, push))
+            change = np.linalg.solve(slope, misfit(x, push))
+            x = x - change
+            if np.max(np.abs(change / x)) < 1e-12:
+                break
     assert np.all(x > 0.0)
     return x[:2] if couple < 0.0 else x[1::-1]
 

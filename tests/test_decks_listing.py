@@ -77,7 +77,7 @@ LOAD, ABOVE, 0.4
 def test_progress_on_a_terminal_only():
     """A line that comes and goes where standard error is a terminal; nothing where it is not."""
     program = os.environ["UNILAT"]
-    text = dr.changed(dr.on_given_mesh("ring"), ("160, 6.", "800, 6."))
+    text = dr.changed(dr.on_given_mesh("ring"), ("160, 6.", "480, 6."))
     reader, terminal = pty.openpty()
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.Popen([program, "-o", "a.h5"], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=terminal,

@@ -159,6 +159,7 @@ def test_displacements_are_those_of_material_points(elements):
     assert error[2] <= 10.0 * bound + nodes, (error, bound)
 
 
+@dr.release_only
 def test_displacement_is_smooth_along_the_rod():
     """At every stored point of the shipped deck: along the rod a node leaves the cubic through its four neighbours by the fourth
     derivative over 24 times the product of the distances, where the displacement's fourth derivative is the curvature's change,

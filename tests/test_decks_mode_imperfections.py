@@ -53,6 +53,7 @@ def test_sign_of_the_amplitude():
     dr.assert_close(plus.column("rotation")[-1], -minus.column("rotation")[-1], relative=1e-6)
 
 
+@dr.release_only
 def test_koiter():
     """The drop grows with the power 2/3 of the amplitude; the straight line behind it fades."""
     amplitudes = 1e-3 * 0.5**np.arange(7)

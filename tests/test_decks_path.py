@@ -453,6 +453,7 @@ LOAD, BELOW, 1.9
     assert_forward(run)
 
 
+@dr.release_only
 @pytest.mark.parametrize("desired", [10, 15])
 def test_the_end_is_located_after_long_increments(desired):
     """k R^4/EI = 1E6, 160 GE4: the limit load is 77.6460 with the 240 of ring-stiffness, errors as on the rigid cavity 4E-6."""
@@ -555,6 +556,7 @@ def liner(gap, disturbance):
     return dr.changed(LINER, ("0., 0.004, 1.004", f"0., {gap}, {1.0 + gap!r}"), ("1, 2, -0.001", f"1, 2, -{disturbance}"))
 
 
+@dr.release_only
 def test_liner_with_a_gap():
     """The bottom point becomes two at p = 2.207, all below 94 degrees lies down at 7.0389, then comes the limit point."""
     run = dr.run_deck(LINER)

@@ -154,6 +154,7 @@ class Humps:
         return 0.015 * np.exp(-((x - 5.0) / 2.0)**2) + 0.012 * np.exp(-((x - 11.0) / 1.6)**2) - 0.004 * np.exp(-((x - 8.0) / 1.2)**2)
 
 
+@dr.release_only
 @pytest.mark.parametrize("q", [2e-3, 2e-2])
 def test_pipe_laid_on_humps(q):
     """Against a beam of small slopes on a fine grid: it errs by its squares, 1e-4, and its grid by the square of that."""

@@ -101,6 +101,7 @@ def test_limit_point_is_the_highest_of_the_path():
     assert np.max(run.column("load_factor")) <= run.load("LP") * (1.0 + LOCATE)
 
 
+@dr.release_only
 @pytest.mark.parametrize("load", [81.5, 81.55])
 def test_a_load_just_below_the_limit_is_met_on_both_sides(load):
     """However long the increments: that one passes it on the way up and on the way back."""
@@ -201,6 +202,7 @@ def places(run, point):
     return run.results.field("contact_point", point)
 
 
+@dr.release_only
 @pytest.mark.parametrize("run", [ring, full], ids=lambda run: run.__name__)
 def test_reactions_act_on_the_cavity(run):
     """What the nodes of the deck show of it: the force at the lift-off point, between two of them, goes to both by the lever rule,
@@ -312,6 +314,7 @@ def test_contact_slides_past_the_seam_of_a_ring():
 # ---- convergence ----
 
 
+@dr.release_only
 def test_ul2_converges_at_second_order():
     # 80 elements are 1 % off, and it says so
     errors = [critical(n, "UL2", "NODES", 2 if n == 80 else 0).load_factor - CRITICAL_LOAD for n in (80, 160, 320, 640)]
@@ -347,6 +350,7 @@ def test_higher_elements_have_their_own_order(element):
     dr.assert_close(errors[2:], np.zeros(2), absolute=2e-8 if element == "GE6" else 1e-10)
 
 
+@dr.release_only
 @pytest.mark.parametrize("element, elements", [("GE2", 640), ("GE6", 160), ("GE8", 160)])
 def test_other_orders_find_the_same_limit_point(element, elements):
     """Order 2: (pi/640)^2 h^2 in the buckled arc, about 2e-4; higher ones as the contact lets them."""

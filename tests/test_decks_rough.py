@@ -156,6 +156,7 @@ def rough_liner(seed, scale=5e-4, elements=24):
     return run
 
 
+@dr.release_only
 @pytest.mark.parametrize("seed, scale", [(1, 5e-4), (4, 5e-4), (15, 5e-4), (5026, 1e-3), (1013, 2e-3), (5020, 1e-3)])
 def test_rough_liners(seed, scale):
     """Eight waves against the host; in contact the pressure follows them, and balances the loads.

@@ -121,7 +121,7 @@ def test_bars_of_the_place_where_a_ring_lifts_off(kind):
 @pytest.mark.parametrize("slenderness", [100, 1000, 10000, 100000])
 def test_points_to_the_limit_point(slenderness):
     """Increments are as long as the path is straight, not as the elements are."""
-    points = [ring(slenderness, elements).only("LP").point for elements in (8, 16, 320)]
+    points = [ring(slenderness, elements).only("LP").point for elements in (8, 16, 320 if slenderness == 100 else 128)]
     assert max(points) <= 25 and max(points) - min(points) <= 2, points
 
 

@@ -62,6 +62,7 @@ def events(run):
     return [c.label for c in run.results.critical]
 
 
+@dr.release_only
 @pytest.mark.parametrize("ends, waves", [("clamped", "0.002, 1\n0.001, 2\n0.0005, 3"), ("clamped", "0.0001, 1\n0.001, 2"),
                                          ("hinged", "0.0014, 1\n-0.0004, 3")])
 def test_long_increments_find_the_same_events(ends, waves):
@@ -382,6 +383,7 @@ def test_a_line_vanishes_as_the_halves_beside_it_buckle():
     dr.assert_close(run.load("EP"), 4.068776678043, relative=1e-9)
 
 
+@dr.release_only
 @pytest.mark.parametrize("kind, count", [("GE4", 16), ("GE6", 10), ("GE8", 6)])
 @pytest.mark.parametrize("amplitude, gap, slenderness, arc", [(0.0035, 0.05, 200.0, 0.003), (0.0007, 0.01, 50.0, 0.01)])
 def test_halves_buckle_on_every_mesh(kind, count, amplitude, gap, slenderness, arc):

@@ -41,7 +41,7 @@ v, ABOVE, {stop}
 def ring(k, method="CYLINDRICAL", first=1.0, points="ALONG", element="GE4", code=0):
     foundation = "" if k is None else f", FOUNDATION=WINKLER, MODULUS={k!r}"
     return dr.run_deck(RING.format(foundation=foundation, points=points, method=method, first=first, element=element,
-                               stop=0.08 if k is None or k > 1e5 else 0.2), code=code)
+                               stop=0.04 if k is None or k > 1e5 else 0.2), code=code)
 
 
 @functools.cache

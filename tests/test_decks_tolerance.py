@@ -110,6 +110,7 @@ def test_an_error_that_rounding_does_not_allow_is_said():
     assert "the errors asked for are not reached" in run.stderr
 
 
+@dr.release_only
 @pytest.mark.parametrize("name", sorted(dr.MESHES))
 def test_shipped_decks_keep_what_they_ask_for(name):
     """Code 0, and every closed bar of a critical load within the tolerance of the largest load of its step so far. Whether the bar
@@ -124,6 +125,7 @@ def test_shipped_decks_keep_what_they_ask_for(name):
             assert c.error <= 1e-6 * largest[c.step] * (1.0 + 1e-9), c
 
 
+@dr.release_only
 def test_shipped_decks_are_right():
     """Exact values of the decks' comments, to the digits that are asked for."""
     for name, label, exact in (("ring", "LP", [RING_100]), ("lee-frame", "LP", [18.5567275376, -9.4144315556]),

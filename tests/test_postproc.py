@@ -17,7 +17,7 @@ POSTPROC = TESTS.parent / "postproc"
 sys.path[:0] = [str(TESTS), str(POSTPROC)]
 
 import make_result_file as make  # noqa: E402
-from postproc_runner import axes_of, command_line, draw, drawn_share, empty_axes, png_size  # noqa: E402,F401
+from postproc_runner import axes_of, command_line, draw, drawn_share, empty_axes, module_run, png_size  # noqa: E402,F401
 from unilat.plot import path_curves, style  # noqa: E402
 from unilat.plot.label_placing import place_labels  # noqa: E402
 from unilat.plot.obstacle_drawing import draw_obstacle  # noqa: E402
@@ -456,12 +456,12 @@ def test_wrong_input_is_one_line(files, monkeypatch, capsys, name, arguments, me
 @pytest.mark.parametrize("name", COMMANDS)
 def test_command_line(files, tmp_path, name):
     """By itself, with no display: help, a picture in the current folder, an error."""
-    helped = command_line(tmp_path, name, "--help")
+    helped = module_run(tmp_path, "unilat", name, "--help")
     assert helped.returncode == 0 and "examples:" in helped.stdout and f"unilat-plot {name} ring.h5" in helped.stdout
     drawn = command_line(tmp_path, name, files / "ring.h5")
     assert (drawn.returncode, drawn.stdout, drawn.stderr) == (0, f"wrote ring-{name}.png\n", "")
     assert png_size(tmp_path / f"ring-{name}.png")[0] > 1000
-    wrong = command_line(tmp_path, name, "none.h5")
+    wrong = module_run(tmp_path, "unilat", name, "none.h5")
     assert (wrong.returncode, wrong.stderr) == (2, f"unilat-plot {name}: error: none.h5: no such file\n")
 
 

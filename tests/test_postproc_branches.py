@@ -16,7 +16,7 @@ sys.path[:0] = [str(TESTS), str(POSTPROC)]
 
 import make_branch_file as make  # noqa: E402
 import make_result_file  # noqa: E402
-from postproc_runner import axes_of as pictures, command_line, draw  # noqa: E402,F401
+from postproc_runner import axes_of as pictures, command_line, draw, module_run  # noqa: E402,F401
 from unilat.plot import style  # noqa: E402
 from unilat.results import ResultsError, read_results  # noqa: E402
 
@@ -311,7 +311,7 @@ def test_wrong_input_is_one_line(rod, monkeypatch, capsys, name, arguments, mess
 
 @pytest.mark.parametrize("name", ["curve", "modes"])
 def test_command_line(rod, tmp_path, name):
-    helped = command_line(tmp_path, name, "--help")
+    helped = module_run(tmp_path, "unilat", name, "--help")
     assert helped.returncode == 0 and "examples:" in helped.stdout
     drawn = command_line(tmp_path, name, rod)
     assert (drawn.returncode, drawn.stdout, drawn.stderr) == (0, f"wrote rod-{name}.png\n", "")

@@ -18,7 +18,7 @@ TESTS = Path(__file__).resolve().parent
 ROOT = TESTS.parent
 sys.path[:0] = [str(TESTS), str(ROOT / "postproc")]
 
-from postproc_runner import drawn_share  # noqa: E402
+from postproc_runner import drawn_share, module_run  # noqa: E402
 from unilat.results import ResultsError  # noqa: E402
 from unilat.study import delivered, several_maps  # noqa: E402
 from unilat.study.effectivity import Case, is_effectivity, summary, told_to  # noqa: E402
@@ -81,9 +81,7 @@ def folder(tmp_path):
 
 
 def run(folder, what="map", file="column.toml"):
-    command = [sys.executable, "-B", "-m", "unilat.study", what, file, "-j", "2", "--program", os.environ["UNILAT"]]
-    return subprocess.run(command, cwd=folder, env={**os.environ, "PYTHONPATH": str(ROOT / "postproc")}, capture_output=True,
-                          text=True, timeout=120, check=False)
+    return module_run(folder, "unilat.study", what, file, "-j", "2", "--program", os.environ["UNILAT"])
 
 
 def table(folder):

@@ -22,7 +22,7 @@ import pytest
 TESTS = Path(__file__).resolve().parent
 sys.path[:0] = [str(TESTS), str(TESTS.parent / "postproc")]
 
-from postproc_runner import POSTPROC, drawn_share  # noqa: E402
+from postproc_runner import POSTPROC, drawn_share, module_run  # noqa: E402
 from unilat.results import ResultsError  # noqa: E402
 from unilat.sweep.pool import WIDTH, Progress  # noqa: E402
 from unilat.sweep.quantities import read_quantity  # noqa: E402
@@ -73,8 +73,12 @@ def folder(tmp_path):
     return tmp_path
 
 
+def options(arguments, program):
+    return [*map(str, arguments), "--program", str(program or os.environ["UNILAT"])]
+
+
 def command(folder, *arguments, program=None):
-    return [sys.executable, "-B", "-m", "unilat.sweep", *map(str, arguments), "--program", str(program or os.environ["UNILAT"])]
+    return [sys.executable, "-B", "-m", "unilat.sweep", *options(arguments, program)]
 
 
 def environment():
@@ -82,8 +86,7 @@ def environment():
 
 
 def sweep(folder, what="run", *arguments, code=0, program=None):
-    done = subprocess.run(command(folder, what, "strip.toml", *arguments, program=program), cwd=folder, env=environment(),
-                          capture_output=True, text=True, timeout=120, check=False)
+    done = module_run(folder, "unilat.sweep", *options([what, "strip.toml", *arguments], program))
     assert done.returncode == code, done.stdout + done.stderr
     return done
 
