@@ -1,5 +1,20 @@
-"""What all pytest runs of this folder share."""
+"""What all pytest runs of this folder share: which cases they run.
+
+With run-time checks (UNILAT_CHECKED=1) the first and the last of a test's parameters: the others run the same code on other numbers,
+which the optimised build sees. Not where every parameter is another deck (EVERY_PARAMETER), and nothing that is marked
+`release_only`. Where each case is to run in one build only (UNILAT_CASES=once) the first one is that of the checked build, and all
+others are the optimised one's."""
 import os
+
+import pytest
+
+CHECKED = os.environ.get("UNILAT_CHECKED") == "1"
+ONCE = os.environ.get("UNILAT_CASES") == "once"
+IN_BOTH_BUILDS = os.environ.get("UNILAT_LABEL") == "deck"
+
+
+def pytest_configure(config):
+    config.addinivalue_line("markers", "release_only: much of what smaller tests run, too long with run-time checks")
 
 
 def skipped(item):
@@ -7,15 +22,31 @@ def skipped(item):
     return marker is not None and bool(marker.args[0])
 
 
-def pytest_collection_modifyitems(config, items):
-    """With run-time checks the first and the last of a test's parameters: the others run the same code on other numbers, which the
-    optimised build sees. Not where every parameter is another deck (EVERY_PARAMETER)."""
-    if os.environ.get("UNILAT_CHECKED") != "1":
-        return
+def checked_cases(items):
+    """Those that run with run-time checks."""
     tests = {}
+    every = set()
     for item in items:
-        if not (skipped(item) or getattr(item.module, "EVERY_PARAMETER", False)):
+        if skipped(item) or item.get_closest_marker("release_only"):
+            continue
+        if getattr(item.module, "EVERY_PARAMETER", False):
+            every.add(id(item))
+        else:
             tests.setdefault((item.path, item.originalname), []).append(item)
-    left = {id(item) for same in tests.values() for item in same[1:-1]}
-    config.hook.pytest_deselected(items=[item for item in items if id(item) in left])
-    items[:] = [item for item in items if id(item) not in left]
+    last = 1 if ONCE else 2
+    return every | {id(item) for same in tests.values() for item in ([same[0], same[-1]][:last])}
+
+
+def pytest_collection_modifyitems(config, items):
+    if not CHECKED and not (ONCE and IN_BOTH_BUILDS):
+        return
+    checked = checked_cases(items)
+    here = [item for item in items if (id(item) in checked) == CHECKED]
+    config.hook.pytest_deselected(items=[item for item in items if item not in here])
+    items[:] = here
+
+
+def pytest_sessionfinish(session, exitstatus):
+    """All of a file's cases may be the other build's."""
+    if ONCE and exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED:
+        session.exitstatus = pytest.ExitCode.OK

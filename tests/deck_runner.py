@@ -24,7 +24,7 @@ from unilat.results import Results, read_results
 
 REFERENCE = pathlib.Path(__file__).parent / "reference"
 # Many runs, or large ones, of what smaller tests run too: the build with run-time checks would find nothing else in them.
-release_only = pytest.mark.skipif(os.environ.get("UNILAT_CHECKED") == "1", reason="much of what smaller tests run")
+release_only = pytest.mark.release_only
 
 
 @dataclass

@@ -36,7 +36,7 @@ module element_shares
       real(wp), allocatable :: sum(:)            !! (rows) linear estimate of the error: exact less computed
       real(wp), allocatable :: size(:)           !! (rows) sum of the sizes of all shares
       real(wp), allocatable :: rounding(:)       !! (rows) what rounding of displacements and resultants may do
-      real(wp), allocatable :: inside(:)         !! (rows) of the sum, what a monitor inside an element errs there, and what kinks may
+      real(wp), allocatable :: inside(:)         !! (rows) of the sum, what monitors inside elements err there, and what kinks may
       !! make of the number that elements of any order do not show
       real(wp), allocatable :: rest(:)           !! (rows) of the sum, what Newton's method has left
       real(wp), allocatable :: element(:, :)     !! (rows, elements) sizes of the shares
