@@ -22,6 +22,8 @@ module ground_mark
       integer :: stretch = 0
       integer :: contact = 0                 !! index into model%contact
       real(wp) :: at = 0.0_wp                !! coordinate along the stretch
+      logical :: at_end = .false.            !! it is next to an end of the stretch, where no mark can follow it, and counts as
+      !! there: elements beside it are to be as short as beside a mark
       real(wp) :: level = 0.0_wp             !! the gap
       integer :: segment(2) = segment_unknown !! of the law, before and after it
       real(wp) :: layer(2) = 0.0_wp          !! length over which a rod on the foundation as it is before and after forgets

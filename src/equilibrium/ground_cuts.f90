@@ -12,7 +12,7 @@ module ground_cuts
    use force_law, only: segment_unknown
    implicit none
    private
-   public :: find_cuts, marked, add_marks, graded
+   public :: find_cuts, inner_cuts, marked, add_marks, graded
 
    real(wp), parameter :: shortest = 1.0e-6_wp !! span between two cuts, over the size: shorter ones stay inside elements
    !> The same between two cuts at one level, over the length of a layer beside it, and what lies between a cut and a breakpoint.
@@ -72,11 +72,17 @@ contains
       type(state_t), intent(in) :: state
       type(cut_t), intent(in) :: cut(:)              !! of this state
       integer :: m
-      marked = size(cut) == size(problem%mark)
+      marked = inner_cuts(cut) == size(problem%mark)
       do m = 1, size(problem%mark)
          marked = marked .and. is_live(problem, state, m)
       end do
    end function marked
+
+   !> How many of them can have marks.
+   pure integer function inner_cuts(cut)
+      type(cut_t), intent(in) :: cut(:)
+      inner_cuts = count(.not. cut%at_end)
+   end function inner_cuts
 
    !> Orders cuts along the stretches.
    pure subroutine sort(cut)
@@ -93,7 +99,8 @@ contains
       end do
    end subroutine sort
 
-   !> Leaves out what no element has room between, what lies at a breakpoint, and waves of polynomials with the same on both sides.
+   !> Leaves out what no element has room between, and waves of polynomials with the same on both sides; what lies next to a
+   !> breakpoint goes there.
    subroutine thin(problem, cut)
       type(problem_t), intent(in) :: problem
       type(cut_t), allocatable, intent(inout) :: cut(:)
@@ -105,7 +112,8 @@ contains
       do i = 1, size(cut)
          associate (length => problem%layout%stretch(cut(i)%stretch)%length)
             beside = max(shortest * problem%size, shortest_of_layer * maxval(cut(i)%layer))
-            if (min(cut(i)%at, length - cut(i)%at) <= beside) kept(i) = .false.
+            cut(i)%at_end = min(cut(i)%at, length - cut(i)%at) <= beside
+            if (cut(i)%at_end) cut(i)%at = merge(0.0_wp, length, cut(i)%at < 0.5_wp * length)
             if (i == 1) cycle
             if (cut(i - 1)%stretch /= cut(i)%stretch) cycle
             apart = shortest * problem%size
@@ -152,6 +160,7 @@ contains
       deallocate (problem%mark)
       allocate (problem%mark(0))
       do i = 1, size(cut)
+         if (cut(i)%at_end) cycle
          associate (at => division(cut(i)%stretch)%at, first => problem%element_first(cut(i)%stretch))
             j = minloc(abs(at - cut(i)%at), 1)
             if (j == 1 .or. j == size(at)) cycle

@@ -224,17 +224,28 @@ contains
       subroutine divide_free(to)
          real(wp), intent(in) :: to
          integer :: i
-         layer = 0.0_wp
+         layer = [layer_at(from), 0.0_wp]
          do i = 1, size(cut)
             if (cut(i)%stretch /= stretch .or. cut(i)%at <= from .or. cut(i)%at >= to) cycle
             layer(2) = cut(i)%layer(1)
             call divide(cut(i)%at, 0)
             layer(1) = cut(i)%layer(2)
          end do
-         layer(2) = 0.0_wp
+         layer(2) = layer_at(to)
          call divide(to, 0)
          layer = 0.0_wp
       end subroutine divide_free
+
+      !> The layer of a foundation whose contact ends next to an end of the stretch.
+      pure real(wp) function layer_at(end)
+         real(wp), intent(in) :: end
+         integer :: i
+         layer_at = 0.0_wp
+         do i = 1, size(cut)
+            if (cut(i)%stretch == stretch .and. cut(i)%at_end .and. abs(cut(i)%at - end) <= 0.0_wp) &
+               & layer_at = max(layer_at, maxval(cut(i)%layer))
+         end do
+      end function layer_at
 
       !> Nodes up to the end of a span. Free spans share all elements of the deck; in contact there are as many as the deck has
       !> there, a quarter of them where the rod is perfect; but not less than a span needs, nor more than rounding allows. A mesh

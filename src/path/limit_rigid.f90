@@ -89,7 +89,7 @@ contains
       do contact = 1, size(problem%deck%contact)
          if (problem%deck%contact(contact)%obstacle /= curve%obstacle) cycle
          do stretch = 1, size(problem%layout%stretch)
-            at = [0.0_wp, pack(cut%at, cut%stretch == stretch .and. cut%contact == contact), &
+            at = [0.0_wp, pack(cut%at, cut%stretch == stretch .and. cut%contact == contact .and. .not. cut%at_end), &
                & problem%layout%stretch(stretch)%length]
             before = .false.
             do k = 1, size(at) - 1

@@ -19,7 +19,7 @@ module path_acceptance
    use step_control, only: stop_met
    use path_events, only: probe_t, event_t, new_probe, detect_events, value_events, event_stop, event_bifurcation, &
       & event_release, event_limit, event_value_reached, event_turning
-   use ground_cuts, only: find_cuts
+   use ground_cuts, only: find_cuts, inner_cuts
    use sightings, only: sighting_t
    use event_order, only: told_otherwise, one_sided, count_before, by_fraction, same_place
    use event_location, only: locate
@@ -251,8 +251,8 @@ contains
       type(state_t), intent(in) :: last
       type(sighting_t), intent(in) :: sighting
       passes_kinks = sighting%located .and. any(problem%layout%stretch%free)
-      if (passes_kinks) passes_kinks = size(find_cuts(problem, sighting%place)) > max(size(problem%mark), &
-         & size(find_cuts(problem, last)))
+      if (passes_kinks) passes_kinks = inner_cuts(find_cuts(problem, sighting%place)) > max(size(problem%mark), &
+         & inner_cuts(find_cuts(problem, last)))
    end function passes_kinks
 
    !> The run moves to a point whose probe is known.

@@ -189,17 +189,18 @@ contains
          end do
          associate (first => cut(nearest))
             way = sqrt(2.0_wp) * (1.0_wp - ratio) * (first%layer(2) - first%layer(1))
-            cut(i)%at = at(nearest) + way + ratio * (at(i) - at(nearest))
+            if (.not. cut(i)%at_end) cut(i)%at = at(nearest) + way + ratio * (at(i) - at(nearest))
          end associate
       end do
       ! Ends of one contact that would pass each other are too near for that.
       do i = 1, size(cut)
          associate (length => problem%layout%stretch(cut(i)%stretch)%length)
-            if (cut(i)%at <= 0.0_wp .or. cut(i)%at >= length) cut%at = at
+            if (.not. cut(i)%at_end .and. (cut(i)%at <= 0.0_wp .or. cut(i)%at >= length)) cut%at = at
          end associate
       end do
       do i = 2, size(cut)
-         if (cut(i)%stretch == cut(i - 1)%stretch .and. cut(i)%at <= cut(i - 1)%at) cut%at = at
+         if (cut(i)%stretch == cut(i - 1)%stretch .and. cut(i)%at <= cut(i - 1)%at .and. .not. (cut(i)%at_end .or. &
+            & cut(i - 1)%at_end)) cut%at = at
       end do
       do side = 1, 2
          cut%layer(side) = ratio * cut%layer(side)
