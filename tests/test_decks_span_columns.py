@@ -84,8 +84,8 @@ def test_a_span_that_is_born_short_grows_at_once():
     divides, _, splits = (c for c in run.labelled("C-")[:3])
     assert divides.error < 1e-6 and splits.error < 1e-6
     loads, contact = run.column("load_factor"), run.results.contact
-    for born, first in ((divides, 0), (splits, 0)):
-        row = born.point
+    # The first point behind a split is where the increment would have ended.
+    for born, row, first in ((divides, divides.point, 0), (splits, splits.point + 1, 0)):
         assert contact.count[row] == 2
         assert loads[row] > 1.03 * born.load_factor
         assert contact.start[row, first + 1] - contact.end[row, first] > 0.01

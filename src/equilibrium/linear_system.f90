@@ -7,7 +7,7 @@ module linear_system
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t, candidate_gap, closing_rate, may_react
-   use conforming_span, only: rolled_t, rolled
+   use conforming_span, only: rolled_t, rolled, touchdown_spring
    use node_loads, only: node_push_t, dead_node_load, node_pushes
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
@@ -66,6 +66,9 @@ contains
          if (problem%candidates%rolls(c)) then
             roll = rolled(problem, state, c)
             system%gap(c) = system%gap(c) - roll%rise
+            ! Beyond where the point is as curved as its obstacle: the stiffness has come there through infinity, not through zero.
+            if (state%reaction(c) > 0.0_wp .and. touchdown_spring(problem, state, c) < 0.0_wp .and. &
+               & .not. problem%candidates%follows(c)) system%hinges = system%hinges + 1
          end if
          if (system%soft(c)) call set_foundation(problem, state, c, system)
          system%closing(c) = closing_rate(problem, problem%candidates, c)

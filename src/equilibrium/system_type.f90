@@ -59,7 +59,7 @@ module system_type
       integer :: negative_pivots = 0            !! of the tangent on the null space of the active constraints, without those of
       !! the hinges
       integer :: hinges = 0                     !! clamps that are hinges in the tangent, each with a negative pivot of its own
-      !! (neutral_spans)
+      !! (neutral_spans), and points more curved than their obstacles, which have one, too
       ! A rod that may roll (rolling_rods).
       integer :: roll_at = 0                    !! unknown that a spring holds, 0: none
       real(wp) :: roll_rate = 0.0_wp            !! of that unknown, per unit of material length that the rod rolls

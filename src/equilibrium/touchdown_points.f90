@@ -211,11 +211,18 @@ contains
       type(state_t), intent(in) :: before, state
       real(wp), dimension(problem%candidates%n) :: error, slope, now
       logical, dimension(problem%candidates%n) :: told
+      integer :: c
       told = told_by_moment(problem, before)
       call measure_errors(problem, before, told, error, slope)
       call measure_errors(problem, state, told, error, now)
       where (problem%candidates%held(:size(error))) error = 0.0_wp
       where (told .and. abs(now) > abs(slope)) slope = now
+      ! A line's end that is pulled has yet to let go further: the other way a free span beside it would become none, which is in
+      ! balance, too, and no force tells from it.
+      do c = 1, size(error)
+         if (.not. (told(c) .and. problem%candidates%follows(c))) cycle
+         slope(c) = sign(slope(c), track_sense(problem, state, c, node_track(problem, state, c)))
+      end do
       error = quotient(error, slope)
    end function touchdown_steps
 

@@ -35,12 +35,16 @@ contains
       type(sighting_t), intent(inout) :: sighting  !! its event is given
       type(timers_t), intent(inout) :: timers
       type(division_t) :: division
+      real(wp) :: before
       division = new_division(problem, run, trial, ahead, sighting%event%load_tells)
       sighting%place = trial
       sighting%heading = ahead
       sighting%fraction = 1.0_wp
-      if (passed_by_mesh(sighting%event)) then
+      if (passed_by_mesh(run, sighting%event)) then
+         before = sighting%event%before
+         if (sighting%event%kind == event_limit) sighting%event%before = run%heading%load
          call look_behind(problem, step, run, trial, ahead, division, sighting, timers)
+         sighting%event%before = before
          if (sighting%located) return
          ! Not where the last point was brought to this mesh without an equilibrium.
          call linearise(problem, run%state, run%state, run%system, timers)
@@ -68,11 +72,14 @@ contains
       end if
    end subroutine locate
 
-   !> True where contact with a foundation began or ended as the last point got another mesh: there it is, but for what the mesh
-   !> errs by, which its bar tells.
-   pure logical function passed_by_mesh(event) result(passed)
-      type(event_t), intent(in) :: event
+   !> True where contact with a foundation began or ended, or the load turned, as the last point got another mesh: there it is, but
+   !> for what the mesh errs by, which its bar tells.
+   pure logical function passed_by_mesh(run, event) result(passed)
+      type(run_t), intent(in) :: run
+      type(event_t), intent(in) :: event           !! of the load: its rate before is that on the mesh before
       real(wp) :: there                            ! positive: on the side where contact is
+      passed = event%kind == event_limit .and. event%before * run%heading%load < 0.0_wp
+      if (passed) return
       passed = event%kind == event_contact .and. event%ground%contact > 0
       if (.not. passed) return
       there = merge(1.0_wp, -1.0_wp, event%label == 'C+')

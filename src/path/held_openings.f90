@@ -9,14 +9,15 @@ module held_openings
    use path_control, only: control_t
    use corrector, only: increment_t, correct
    use path_run, only: run_t
-   use touchdown_points, only: with_held, opening_misfit, point_force
+   use touchdown_points, only: with_held, opening_misfit, point_force, touchdown_steps
    use span_problem, only: touch_place
    use held_touchdown, only: solve_held
    use conforming_span, only: flat_excess, excess_curvature, track_sense, node_track
    use timing, only: timers_t
    implicit none
    private
-   public :: open_span, rest_held, spread_ahead, find_flat_point, held_load, small_load, spreading_rate, first_length
+   public :: open_span, rest_held, find_fastest, stay_in_place, spread_ahead, find_flat_point, held_load, &
+      & small_load, spreading_rate, first_length
 
    real(wp), parameter :: first_length = 4.0e-3_wp !! of a stretch: what opens from nothing begins with that
 
@@ -85,6 +86,42 @@ contains
       if (report%converged) run%state = state
       call linearise(problem, run%state, run%state, run%system, timers)
    end subroutine rest_held
+
+   !> The touchdown point that goes furthest with the load.
+   subroutine find_fastest(problem, run, fastest, rate)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run             !! its system factored
+      integer, intent(out) :: fastest            !! candidate, 0: none moves
+      real(wp), intent(out) :: rate              !! along the rod, per unit of load factor
+      real(wp) :: rates(problem%candidates%n), step
+      type(state_t) :: ahead, here
+      fastest = 0
+      rate = 0.0_wp
+      associate (moves => problem%candidates%moves(:size(rates)))
+         if (.not. any(moves)) return
+         step = small_load(problem, run)
+         here = run%state
+         ahead = run%state
+         call apply_increment(problem, run%system, 0.0_wp * run%system%tangent, 0.0_wp, here)
+         call apply_increment(problem, run%system, step * run%system%tangent, step, ahead)
+         rates = abs(touchdown_steps(problem, run%state, ahead) - touchdown_steps(problem, run%state, here)) / step
+         fastest = maxloc(rates, 1, moves)
+      end associate
+      rate = rates(fastest)
+   end subroutine find_fastest
+
+   !> Equilibrium with a touchdown point where it is.
+   subroutine stay_in_place(problem, run, fastest, state, found, timers)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(inout) :: run          !! its system is factored at the state where that is found
+      integer, intent(in) :: fastest             !! candidate
+      type(state_t), intent(inout) :: state      !! a guess on entry
+      logical, intent(out) :: found
+      type(timers_t), intent(inout) :: timers
+      call solve_held(problem, [fastest, 0], run%system, .false., held_steps(problem, run), opening_misfit, state, found, timers)
+      if (found) call linearise(problem, state, state, run%system, timers)
+      found = found .and. run%system%ok
+   end subroutine stay_in_place
 
    !> Brings a line that is about to open, at rest with its ends held, to the equilibrium further on where it has the length that it
    !> begins with, by the rate at which it grows. With its ends held there may be none: spans on straight walls that next to nothing

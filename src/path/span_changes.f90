@@ -7,7 +7,7 @@ module span_changes
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use span_regions, only: find_span_regions
-   use span_tests, only: span_test_t, test_words, test_curvature, test_length, shortest
+   use span_tests, only: span_test_t, test_words, test_curvature, test_length, shortest, spans_hold
    use lying_ahead, only: reach_of
    use span_change, only: leg_t, change_t, new_leg, change_none, change_missed, change_by_rule, &
       & change_opening, change_vanishing, place_here, place_ahead
@@ -89,13 +89,51 @@ contains
       end if
       if (finished .or. allocated(outcome%why)) return
       if (change%kind == change_by_rule) then
-         call take_set(problem, run, change%tests(change%which), change%begins, answer, line_reach(problem, leg, change%which), &
-            & timers)
+         call take_answer(problem, run, leg, change, answer, timers)
       else
          call come_nearer(problem, step, run, leg, change, timers)
          call take_next(problem, step, run, change%next, recorder, finished, outcome, timers)
       end if
    end subroutine pass_change
+
+   !> Goes on with the set of the answer. Where a point lies down, and another does so before the line of the first has the length
+   !> that it begins with, as its image at a mirror that the mesh does not know, there is none with that alone: both at once.
+   subroutine take_answer(problem, run, leg, change, answer, timers)
+      type(problem_t), intent(inout) :: problem
+      type(run_t), intent(inout) :: run          !! at the change's place
+      type(leg_t), intent(in) :: leg
+      type(change_t), intent(in) :: change       !! by a rule
+      type(answer_t), intent(in) :: answer
+      type(timers_t), intent(inout) :: timers
+      type(problem_t) :: next
+      type(run_t) :: on
+      type(answer_t) :: larger
+      integer :: more, lines
+      logical :: grows
+      next = problem
+      on = run
+      larger = answer
+      more = 0
+      do
+         call take_set(next, on, change%tests(change%which), change%begins, larger, line_reach(problem, leg, change%which), grows, &
+            & timers)
+         if (grows .and. more > 0) grows = spans_hold(next, on%state, on%system%force_scale)
+         if (grows) exit
+         more = more + 1
+         lines = count(larger%touch%line)
+         larger = answer_to(problem, change%place, change%tests, change%which, leg%before%value - leg%after%value, run%touches, &
+            & more)
+         next = problem
+         on = run
+         if (count(larger%touch%line) > lines) cycle
+         ! Perhaps the next increment finds it.
+         call take_set(next, on, change%tests(change%which), change%begins, answer, line_reach(problem, leg, change%which), grows, &
+            & timers)
+         exit
+      end do
+      problem = next
+      run = on
+   end subroutine take_answer
 
    !> How far along the path the zero of a line's length may be from where the line is taken for none: as far as the increment's
    !> chord tells, and as far as paths are followed as straight. 0: the test is another one.

@@ -62,13 +62,14 @@ contains
    end subroutine find_change
 
    !> A point that rolls to the end of a rod is held there as soon as the span beyond is as short as none: until it really is there
-   !> the rod still turns in, from a slope just below zero.
+   !> the rod still turns in, from a slope just below zero. What a line has shrunk to is as curved as the obstacle at first; on
+   !> another mesh it may be a little more.
    pure subroutine let_arrive(leg)
       type(leg_t), intent(inout) :: leg
       integer :: k
       do k = 1, size(leg%after)
          associate (before => leg%before(k), after => leg%after(k))
-            if (after%kind == test_slope .and. before%value < 0.0_wp .and. after%value > before%value) &
+            if (any(after%kind == [test_slope, test_curvature]) .and. before%value < 0.0_wp .and. after%value > before%value) &
                & after%value = max(after%value, 0.0_wp)
          end associate
       end do

@@ -15,7 +15,8 @@ module span_mesh
    use ground_cuts, only: find_cuts, marked
    use ground_segments, only: tell_segments
    use state_transfer, only: carried, carried_field
-   use path_control, only: control_t
+   use path_control, only: control_t, is_arc_length, metric
+   use held_openings, only: find_fastest, stay_in_place
    use path_continuity, only: heading_t, heading_at, normal_plane
    use path_events, only: probe_t, new_probe
    use path_run, only: run_t, footing_t, forget_mesh, rest_of_mesh
@@ -261,8 +262,7 @@ contains
          hold = normal_plane(problem, run%state, run%heading)
          if (any(run%control%method == [method_load, method_displacement])) hold = run%control
          hold%increment = 0.0_wp
-         call correct(problem, run%state, hold, .true., better, run%system, report, timers)
-         done = run%system%ok .and. report%converged
+         call bring_to_balance()
          ! No mesh that anything was found on errs by more than all that has moved: that is another equilibrium.
          if (done) done = stays_within(problem, run%state, better, run%motion)
       end if
@@ -279,6 +279,27 @@ contains
       if (.not. run%fresh) probe%negative_pivots = run%probe%negative_pivots
       if (.not. run%fresh .and. probe%load_rate * run%probe%load_rate < 0.0_wp) probe%load_rate = run%probe%load_rate
       run%probe = probe
+
+   contains
+
+      !> Held by what changes most there: next to a limit point the end of a line may go far while all else hardly moves, there and
+      !> back, and what lies across the path is nowhere on a mesh that has that point at less load.
+      subroutine bring_to_balance()
+         integer :: fastest
+         real(wp) :: rate
+         fastest = 0
+         if (is_arc_length(run%control%method)) call find_fastest(problem, run, fastest, rate)
+         done = .false.
+         ! A change by all of the size counts as one by all of the displacement.
+         if (fastest > 0) then
+            if (rate * abs(hold%tangent_load) * sqrt(metric(problem, run%state%u, run%state%u)) > problem%size) &
+               & call stay_in_place(problem, run, fastest, better, done, timers)
+         end if
+         if (done) return
+         better = run%state
+         call correct(problem, run%state, hold, .true., better, run%system, report, timers)
+         done = run%system%ok .and. report%converged
+      end subroutine bring_to_balance
    end subroutine settle
 
    !> The run on the mesh of another set of touches.

@@ -35,18 +35,22 @@ module span_rules
 contains
 
    !> The answer to a test that is zero.
-   function answer_to(problem, state, tests, which, fall, last) result(answer)
+   function answer_to(problem, state, tests, which, fall, last, more) result(answer)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: tests(:)   !! of this state
       integer, intent(in) :: which                !! the one that is zero
       real(wp), intent(in) :: fall(:)             !! (tests) by how much each falls along the path
       integer, intent(in) :: last                 !! number given last to a touch
+      integer, intent(in), optional :: more       !! points that lie down with that of the test, of those that come to it next
       type(answer_t) :: answer
       type(span_test_t) :: test
       logical :: passed, meets, pressed
+      logical :: too(problem%candidates%n)
       integer :: k, c
       test = tests(which)
+      too = .false.
+      if (present(more)) too = flat_next(problem, tests, which, fall, more)
       answer%touch = present_touches(problem, state)
       allocate (answer%crosses(2, 0))
       select case (test%kind)
@@ -64,7 +68,7 @@ contains
          ! Against a straight wall a uniform rod lies without pressure.
          pressed = would_press(problem, state, test%candidate, test%sense)
          if (pressed) then
-            call lay_down_points(problem, state, test, answer)
+            call lay_down_points(problem, state, test, too, answer)
          else
             call divide_point(problem, state, test, answer)
             ! At the end of a rod one point comes of it.
@@ -178,16 +182,18 @@ contains
 
    !> The point of a test, and others that lie down at the same place of the path, lines. Their ends have forces, so Newton's method
    !> finds their places from any nearby.
-   subroutine lay_down_points(problem, state, test, answer)
+   subroutine lay_down_points(problem, state, test, too, answer)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: test
+      logical, intent(in) :: too(:)                !! (candidates) others that do
       type(answer_t), intent(inout) :: answer
       integer :: c, point, beside(2)
       real(wp) :: whole
       logical :: flat(2)
       do c = 1, problem%candidates%n
          flat = flat_sides(problem, state, c, test, .true.)
+         if (too(c)) flat = would_press(problem, state, c, 0.0_wp)
          if (.not. any(flat)) cycle
          if (problem%candidates%moves(c)) then
             point = problem%candidates%touch(c)
@@ -200,6 +206,29 @@ contains
          if (c == test%candidate) answer%opens = beside(merge(1, 2, beside(1) > 0 .and. test%sense <= 0.0_wp))
       end do
    end subroutine lay_down_points
+
+   !> Of the other points that become less curved along the path those that straight lines have as curved as the obstacle first.
+   pure function flat_next(problem, tests, which, fall, more) result(next)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: tests(:)
+      integer, intent(in) :: which                 !! index of the test of the point that is
+      real(wp), intent(in) :: fall(:)              !! (tests)
+      integer, intent(in) :: more                  !! so many, if there are
+      logical :: next(problem%candidates%n)
+      logical :: comes(size(tests))
+      integer :: k
+      next = .false.
+      comes = .false.
+      do k = 1, size(tests)
+         if (tests(k)%kind /= test_curvature .or. k == which .or. .not. fall(k) > 0.0_wp) cycle
+         comes(k) = problem%candidates%moves(tests(k)%candidate) .and. .not. problem%touch(tests(k)%touch)%line
+      end do
+      do while (count(next) < more .and. any(comes))
+         k = minloc(tests%value / merge(fall, 1.0_wp, comes), 1, comes)
+         comes(k) = .false.
+         next(tests(k)%candidate) = .true.
+      end do
+   end function flat_next
 
    !> On which sides of a touched node the rod is as curved as the obstacle: at the place of a test, and where else it is so, too,
    !> at that place of the path, and would be pressed, or pulled, as well: held as a point it would be neutral.

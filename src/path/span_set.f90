@@ -29,13 +29,14 @@ module span_set
 contains
 
    !> Goes on with the set that a test's rule tells, in the sense in which what is new grows.
-   subroutine take_set(problem, run, test, begins, answer, reach, timers)
+   subroutine take_set(problem, run, test, begins, answer, reach, grows, timers)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run          !! at the place where the test is zero; stuck where there is no way on
       type(span_test_t), intent(in) :: test      !! there
       type(span_test_t), intent(in) :: begins(:) !! gaps that are closed there, its own last; where it is no gap none
       type(answer_t), intent(in) :: answer       !! to it
       real(wp), intent(in) :: reach              !! along the path, that the equilibrium with the new set may be away
+      logical, intent(out) :: grows              !! false: what has lain down was not found with a length
       type(timers_t), intent(inout) :: timers
       type(problem_t) :: next
       type(run_t) :: on
@@ -43,6 +44,7 @@ contains
       real(wp) :: rate
       logical :: ok, parts, flat
       before = present_touches(problem, run%state)
+      grows = .true.
       if (allocated(answer%why)) then
          run%stuck = answer%why
          return
@@ -81,6 +83,7 @@ contains
                call rest_held(next, on, answer%opens, timers)
                call spread_ahead(next, on, answer%opens, ok, timers)
             end if
+            grows = ok
          end if
          call head_for(next, on, spreading_rate(next, on, answer%opens))
       case (test_slope)

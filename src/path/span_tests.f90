@@ -76,8 +76,23 @@ contains
       real(wp), intent(in) :: scale         !! of forces
       type(span_test_t), allocatable :: tests(:)
       type(span_test_t), allocatable :: points(:)
+      integer :: k, i
       points = point_tests(problem, state, scale)
       tests = [gap_tests(problem, state, points), points, length_tests(problem, state), pressure_tests(problem, state, scale)]
+      do k = 1, size(tests)
+         if (tests(k)%kind /= test_curvature) cycle
+         if (any([(is_closed(tests(i)) .and. any(tests(i)%beside == tests(k)%touch), i=1, size(tests))])) &
+            & tests(k)%value = max(tests(k)%value, 0.0_wp)
+      end do
+
+   contains
+
+      !> True for a free span with next to no gap, as where it has just opened: what curvature there is at its ends is what an
+      !> iteration leaves.
+      pure logical function is_closed(test)
+         type(span_test_t), intent(in) :: test
+         is_closed = test%kind == test_flat .and. abs(test%value) * problem%size <= rounding_gap(problem)
+      end function is_closed
    end function run_span_tests
 
    !> Points, and ends of lines at breakpoints: are they pushed, are points less curved than the obstacle?
