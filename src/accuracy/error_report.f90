@@ -38,7 +38,7 @@ contains
 
    !> Bars of an event of the path that was located between the run's last point and a trial. Where lines let go their shares are
    !> those of elements without these lines.
-   subroutine bars_at_event(problem, step, run, trial, event, place, heading, bars, timers)
+   subroutine bars_at_event(problem, step, run, trial, event, place, heading, bars, timers, as_it_is)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the place
@@ -48,6 +48,7 @@ contains
       type(heading_t), intent(in) :: heading     !! tangent there
       type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck does not want them
       type(timers_t), intent(inout) :: timers
+      logical, intent(in), optional :: as_it_is  !! no other mesh will be made for their sake
       type(timers_t) :: own                      ! the work is not the path's
       type(zero_t) :: zero
       if (.not. step%error_bars) return
@@ -59,11 +60,11 @@ contains
          bars = no_error_bars(size(problem%model%monitor), at_nodes)
       else if (event%held) then
          call point_errors(problem, run%finer, place, run%system, holding_value(event%monitor, 0.0_wp), heading, bars, own, &
-            & places=.true.)
+            & places=.true., as_it_is=as_it_is)
       else
          call new_zero(problem, event, place, run%system, zero, own)
          call event_errors(problem, run%finer, place, run%system, zero, heading, path_length(problem, run%state, trial), &
-            & trial%load_factor - run%state%load_factor, bars, own)
+            & trial%load_factor - run%state%load_factor, bars, own, as_it_is)
          ! On stiff ground a given mesh makes small changes of contact of its own.
          if (event%kind == event_contact .and. bars%load%told .and. .not. bars%load%bounded .and. &
             & .not. any(problem%layout%stretch%placed)) bars = no_error_bars(size(problem%model%monitor), waves)
@@ -102,7 +103,8 @@ contains
    end subroutine bars_at_event
 
    !> Bars of an accepted point: of one where a test of contact spans is zero, or of any, which the control holds.
-   subroutine bars_at_point(problem, step, run, place, heading, label, finished, test, bars, timers, wanted, changing)
+   subroutine bars_at_point(problem, step, run, place, heading, label, finished, test, bars, timers, wanted, changing, &
+      & as_it_is)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored there; its state is the last point
@@ -115,6 +117,7 @@ contains
       type(timers_t), intent(inout) :: timers
       logical, intent(in), optional :: wanted    !! at every point
       logical, intent(in), optional :: changing(:) !! (candidates) whose contact at a node begins or ends there
+      logical, intent(in), optional :: as_it_is  !! no other mesh will be made for their sake
       type(timers_t) :: own                      ! the work is not the path's
       type(zero_t) :: zero
       logical :: everywhere
@@ -142,7 +145,7 @@ contains
             & place%load_factor - run%state%load_factor, bars, own)
       else
          call point_errors(problem, run%finer, place, run%system, run%control, heading, bars, own, &
-            & places=label /= '' .or. finished .or. step%bars_everywhere)
+            & places=label /= '' .or. finished .or. step%bars_everywhere, as_it_is=as_it_is)
       end if
       call timing_stop(timers, phase_accuracy)
    end subroutine bars_at_point

@@ -54,7 +54,7 @@ module path_errors
 contains
 
    !> Errors at a point of the path, held by its control: at the given load, at the given monitor, or normal to the path.
-   subroutine point_errors(problem, finer, state, system, control, heading, bars, timers, places)
+   subroutine point_errors(problem, finer, state, system, control, heading, bars, timers, places, as_it_is)
       type(problem_t), intent(in) :: problem
       type(finer_problem_t), intent(inout), target :: finer !! of the problem; made here where it is not known
       type(state_t), intent(in) :: state         !! converged
@@ -64,13 +64,14 @@ contains
       type(error_bars_t), intent(out) :: bars
       type(timers_t), intent(inout) :: timers
       logical, intent(in), optional :: places    !! those of touchdown points, too
+      logical, intent(in), optional :: as_it_is  !! see why_not_told
       type(finer_path_t) :: path
       type(finer_point_t) :: point
       type(shares_t) :: shares
       type(error_bar_t) :: given
       real(wp), allocatable :: value(:), unseen(:)
       integer, allocatable :: ends(:)
-      bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state))
+      bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state, as_it_is))
       if (bars%why /= '') return
       ends = [integer ::]
       if (present(places)) then
@@ -99,7 +100,7 @@ contains
 
    !> Errors of a located event. The finer problem has it further along its path by what its function is at this point, over the
    !> function's slope.
-   subroutine event_errors(problem, finer, state, system, zero, heading, length, rise, bars, timers)
+   subroutine event_errors(problem, finer, state, system, zero, heading, length, rise, bars, timers, as_it_is)
       type(problem_t), intent(in) :: problem
       type(finer_problem_t), intent(inout), target :: finer !! of the problem; made here where it is not known
       type(state_t), intent(in) :: state         !! where it was located
@@ -109,6 +110,7 @@ contains
       real(wp), intent(in) :: length, rise       !! arc length and change of the load factor of the increment around it
       type(error_bars_t), intent(out) :: bars
       type(timers_t), intent(inout) :: timers
+      logical, intent(in), optional :: as_it_is  !! see why_not_told
       type(control_t) :: control
       type(finer_path_t) :: path
       type(finer_point_t) :: first
@@ -119,7 +121,8 @@ contains
       real(wp) :: reach, local, most, doubt, noise
       integer, allocatable :: ends(:)
       integer :: e
-      bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state, located_gap(problem, zero, state)))
+      bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state, as_it_is, &
+         & located_gap(problem, zero, state)))
       if (bars%why /= '') return
       allocate (modes(size(system%residual), 0))
       if (allocated(zero%modes)) modes = zero%modes

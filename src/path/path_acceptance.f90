@@ -76,7 +76,7 @@ contains
       type(error_bars_t), allocatable :: shown_bars, contact_bars
       character(:), allocatable :: note
       integer :: i, unseen, told_times
-      logical :: splits, set_changes, stops, comes_home, ends, exact
+      logical :: splits, set_changes, stops, comes_home, ends, exact, as_it_is
 
       finished = .false.
       shorter = .false.
@@ -102,6 +102,10 @@ contains
       stops = stop_met(step, run%probe, probe)
       if (allocated(run%wanted)) deallocate (run%wanted)
       run%unsettled = .false.
+      ! A given mesh stays as it is; of another one a second will not have the nodes that the first has not. (A point between has
+      ! them at once: the next increment's mesh begins there.)
+      as_it_is = .not. any(problem%layout%stretch%placed)
+      if (present(tries)) as_it_is = as_it_is .or. tries > 0
       do i = 1, size(seen)
          if (told(i) .or. .not. seen(i)%located) cycle
          call linearise(problem, seen(i)%place, seen(i)%place, run%system, timers)
@@ -111,7 +115,8 @@ contains
          if (allocated(seen(i)%bars)) cycle
          shorter = can_cut .and. seen(i)%event%kind == event_stop .and. hides_release(problem, run, seen, told, seen(i), timers)
          if (shorter) return
-         call bars_at_event(problem, step, run, trial, seen(i)%event, seen(i)%place, seen(i)%heading, seen(i)%bars, timers)
+         call bars_at_event(problem, step, run, trial, seen(i)%event, seen(i)%place, seen(i)%heading, seen(i)%bars, timers, &
+            & as_it_is)
          ! Bars may know of more rounding.
          told(i) = turns_by_rounding(problem, step, run, probe, seen(i))
          if (told(i)) cycle
@@ -129,7 +134,8 @@ contains
       ends = any(seen%located .and. seen%event%kind == event_stop .and. .not. told)
       if (.not. (allocated(shown_bars) .or. ends)) &
          & call bars_at_point(problem, step, run, trial, ahead, merge(label, '  ', exact), stops, 0, shown_bars, timers, &
-         & wanted=step%asked_of_path > 0.0_wp .and. any(problem%layout%stretch%placed), changing=changing)
+         & wanted=step%asked_of_path > 0.0_wp .and. any(problem%layout%stretch%placed), changing=changing, &
+         & as_it_is=as_it_is .and. (label /= '' .or. stops))
       if (allocated(shown_bars) .and. .not. ends) then
          if (present(tries)) call ask_for_mesh(problem, step, run, trial, shown_bars, label /= '' .or. stops, tries, outcome)
          if (wants_another(run)) return

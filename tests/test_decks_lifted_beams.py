@@ -1,0 +1,181 @@
+"""Beams with free ends on tensionless Winkler ground that loads away from each other lift off: openings inside the contact, ends that
+come up, one after the other. Small deflections, so that beams on elastic foundations tell everything: in contact w'''' + k w = -q,
+where it has lifted off w'''' = -q, in between w = 0. EI = 1."""
+import numpy as np
+import pytest
+
+import deck_runner as dr
+
+WEIGHT = 0.05
+SMALL = 1e-6  # times all loads
+
+
+class Beam:
+    def __init__(self, length, modulus, places, forces):
+        """places: of two loads; forces: per unit of the load factor, upwards."""
+        self.length, self.modulus, self.places, self.forces = length, modulus, places, forces
+
+    def deck(self, accuracy, kind="GE8", count=""):
+        a, b = self.places
+        return f"""*HEADING
+A beam lifted off its ground
+*NODE
+1, 0., 0.
+2, {a!r}, 0.
+3, {b!r}, 0.
+4, {self.length!r}, 0.
+*LINE, ELSET=BEAM, NSET=BEAM, TYPE={kind}
+1, 2{count}
+2, 3{count}
+3, 4{count}
+*BEAM SECTION, ELSET=BEAM, SECTION=STIFFNESS
+1e4, 1.
+*BOUNDARY
+2, 1
+*OBSTACLE, NAME=GROUND, TYPE=LINE, FOUNDATION=WINKLER, MODULUS={self.modulus!r}
+0., 0., 1., 0.
+*CONTACT, OBSTACLE=GROUND, NSET=BEAM
+*MONITOR, NAME=v
+2, U2
+*STEP
+*ACCURACY, {accuracy}
+*STATIC, METHOD=LOAD
+1.
+*DLOAD
+BEAM, PY, {-WEIGHT * SMALL!r}
+*END STEP
+*STEP
+*ACCURACY, {accuracy}
+*STATIC, METHOD=LOAD
+0.1, 1E-10, 0.1
+*CLOAD
+2, 2, {self.forces[0] * SMALL!r}
+3, 2, {self.forces[1] * SMALL!r}
+*STOP
+LOAD, ABOVE, 1.
+*END STEP
+"""
+
+    def _basis(self, s, touches):
+        """(4 derivatives, 4 solutions) and what the weight adds, at a distance s into a part."""
+        if not touches:
+            rows = [[s**j / np.prod(range(1, j + 1)) if j >= 0 else 0.0 for j in (0 - d, 1 - d, 2 - d, 3 - d)] for d in range(4)]
+            return np.array(rows), -WEIGHT * np.array([s**4 / 24, s**3 / 6, s**2 / 2, s])
+        beta = (self.modulus / 4.0) ** 0.25
+        columns = []
+        for root in (-1 + 1j, 1 + 1j):  # from either end: both stay small
+            shift = s if root.real < 0 else s - self._part
+            terms = [(beta * root) ** d * np.exp(beta * root * shift) for d in range(4)]
+            columns += [[t.real for t in terms], [t.imag for t in terms]]
+        return np.array(columns).T, np.array([-WEIGHT / self.modulus, 0.0, 0.0, 0.0])
+
+    def solve(self, load, ends):
+        """Displacement and its derivatives as a function of the place, with contact between these ends (rising, in pairs)."""
+        cuts = np.array(sorted({0.0, self.length, *self.places, *(e for e in ends if 0.0 < e < self.length)}))
+        n = len(cuts) - 1
+        touch = [any(ends[i] <= 0.5 * (cuts[k] + cuts[k + 1]) <= ends[i + 1] for i in range(0, len(ends), 2)) for k in range(n)]
+        matrix, right = np.zeros((4 * n, 4 * n)), np.zeros(4 * n)
+        parts = []
+        for k in range(n):
+            self._part = cuts[k + 1] - cuts[k]
+            parts.append((self._basis(0.0, touch[k]), self._basis(self._part, touch[k])))
+        row = 0
+        for k, end in ((0, 0), (n - 1, 1)):
+            basis, extra = parts[k][end]
+            matrix[row:row + 2, 4 * k:4 * k + 4] = basis[2:]
+            right[row:row + 2] = -extra[2:]
+            row += 2
+        for k in range(1, n):
+            before, after = parts[k - 1][1], parts[k][0]
+            matrix[row:row + 4, 4 * k - 4:4 * k] = -before[0]
+            matrix[row:row + 4, 4 * k:4 * k + 4] = after[0]
+            right[row:row + 4] = before[1] - after[1]
+            for place, force in zip(self.places, self.forces):
+                if abs(cuts[k] - place) < 1e-12:
+                    right[row + 3] += load * force  # the shear force -w''' jumps by the load
+            row += 4
+        c = np.linalg.solve(matrix, right)
+
+        def w(x):
+            k = min(max(np.searchsorted(cuts, x) - 1, 0), n - 1)
+            self._part = cuts[k + 1] - cuts[k]
+            basis, extra = self._basis(x - cuts[k], touch[k])
+            return basis @ c[4 * k:4 * k + 4] + extra
+
+        return w
+
+    def settled(self, load, ends):
+        """The same with the ends where w = 0; those of the beam itself stay."""
+        ends = np.array(ends, float)
+        free = [i for i, e in enumerate(ends) if 1e-9 < e < self.length - 1e-9]
+        for _ in range(30):
+            w = self.solve(load, ends)
+            here = np.array([w(ends[i])[0] for i in free])
+            if not free or max(abs(here)) < 1e-13 * WEIGHT / self.modulus:
+                break
+            slope = np.empty((len(free), len(free)))
+            for j, i in enumerate(free):
+                moved = ends.copy()
+                moved[i] += 1e-6
+                other = self.solve(load, moved)
+                slope[:, j] = [(other(moved[m])[0] - here[q]) / 1e-6 for q, m in enumerate(free)]
+            ends[free] -= np.clip(np.linalg.solve(slope, here), -0.05, 0.05)
+        return self.solve(load, ends), ends
+
+    def opening(self, load, ends, near):
+        """The largest w beside a place in contact, and where."""
+        w, ends = self.settled(load, ends)
+        x = near
+        for _ in range(30):
+            value = w(x)
+            x -= np.clip(value[1] / value[2], -0.05, 0.05)
+        return w(x)[0]
+
+    def peaks(self, load, ends):
+        """Where w is largest inside the contact."""
+        w, ends = self.settled(load, ends)
+        x = np.linspace(0.0, self.length, 2000)
+        touch = np.any([(x > ends[i]) & (x < ends[i + 1]) for i in range(0, len(ends), 2)], axis=0)
+        value = np.array([w(one)[0] for one in x])
+        return [x[i] for i in range(1, len(x) - 1) if touch[i - 1:i + 2].all() and value[i] > max(value[i - 1], value[i + 1])]
+
+    def opens(self, guess, ends):
+        """The load next to a guess at which one of these is zero."""
+        found = []
+        for near in self.peaks(guess, ends):
+            loads = [guess, guess * 1.001]
+            values = [self.opening(one, ends, near) for one in loads]
+            for _ in range(20):
+                if abs(values[1] - values[0]) <= 0.0 or abs(loads[1] - guess) > guess:
+                    break
+                loads = [loads[1], loads[1] - values[1] * (loads[1] - loads[0]) / (values[1] - values[0])]
+                values = [values[1], self.opening(loads[1], ends, near)]
+            found.append(loads[1])
+        return min(found, key=lambda load: abs(load - guess))
+
+
+BEAMS = [Beam(15.0, 6.74, (2.4, 13.1), (-1.0, 0.3)), Beam(14.2, 150.0, (3.27, 11.6), (-1.0, 0.2)),
+         Beam(17.2, 0.72, (2.75, 12.0), (-1.0, 0.3)), Beam(23.8, 6.8, (8.8, 16.8), (-0.4, 0.5)),
+         Beam(10.4, 1.3, (3.1, 7.4), (-1.0, 0.25)), Beam(9.0, 10.0, (3.7, 6.3), (0.2, -0.7))]
+
+
+def contact(run, point):
+    """Ends of all regions at a point, the last one with -1."""
+    one = run.results.contact
+    return [e for k in range(one.count[point]) for e in (one.start[point, k], one.end[point, k])]
+
+
+@pytest.mark.parametrize("accuracy", ["TOLERANCE=1E-4", "TOLERANCE=1E-6"])
+@pytest.mark.parametrize("number", range(len(BEAMS)))
+def test_splits_and_the_end_are_those_of_the_exact_beam(number, accuracy):
+    beam, asked = BEAMS[number], float(accuracy.split("=")[1])
+    run = dr.run_deck(beam.deck(accuracy))
+    splits = [one for one in run.labelled("C-") if "splits" in one.note]
+    assert splits
+    for one in splits:
+        exact = beam.opens(one.load_factor, contact(run, one.point - 1))
+        assert abs(one.load_factor - exact) <= one.error + 1e-9 * exact
+    w, ends = beam.settled(1.0, contact(run, -1))
+    motion = max(abs(w(x)[0]) for x in np.linspace(0.0, beam.length, 200))
+    dr.assert_close(run.column("v")[-1] / SMALL, w(beam.places[0])[0], absolute=asked * motion)
+    dr.assert_close(contact(run, -1), ends, absolute=asked * beam.length)
