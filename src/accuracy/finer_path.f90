@@ -44,7 +44,7 @@ module finer_path
    !> takes away rounding, too, which displacements at limit points feel.
    integer, parameter :: steps = 2
 
-   real(wp), parameter :: left = 0.1_wp       !! of an estimate: a quarter of what its bar adds to it
+   real(wp), parameter :: left = 0.01_wp      !! of an estimate: far less than its bar adds to it
    real(wp), parameter :: straight = 0.1_wp * left !! [rad] a step leaves one to ten times what it turns nodes by of that
    real(wp), parameter :: near = 1.0e-7_wp    !! of a span that its ends go by: thrust of stiff rods feels a hundred times more
 

@@ -195,7 +195,7 @@ contains
       ratio = 0.0_wp
       unsettled = .false.
       bounded = .true.
-      known = .not. (bars%too_coarse .or. bars%unsure .or. bars%may_open) .and. bars%missed == 0
+      known = .not. bars%too_coarse .and. bars%missed == 0 .and. .not. bars%unsure
       if (.not. known .or. .not. allocated(bars%share)) return
       do k = 1, size(counted)
          associate (bar => bars%load)
