@@ -44,8 +44,8 @@ module finer_path
    !> takes away rounding, too, which displacements at limit points feel.
    integer, parameter :: steps = 2
 
-   real(wp), parameter :: left = 0.01_wp      !! of an estimate: far less than its bar adds to it
-   real(wp), parameter :: straight = 0.1_wp * left !! [rad] a step leaves one to ten times what it turns nodes by of that
+   real(wp), parameter :: left = 0.01_wp      !! of what is out of balance: a hundredth of an estimate, far less than its bar
+   real(wp), parameter :: straight = 1.0e-3_wp !! [rad] a step leaves one to ten times what it turns nodes by of that
    real(wp), parameter :: near = 1.0e-7_wp    !! of a span that its ends go by: thrust of stiff rods feels a hundred times more
 
 contains
@@ -82,26 +82,21 @@ contains
    end subroutine start_point
 
    !> From a point, or the start, to the one at the control's increment.
-   subroutine next_point(path, increment, point, timers, for_slope)
+   subroutine next_point(path, increment, point, timers)
       type(finer_path_t), intent(in) :: path
       real(wp), intent(in) :: increment
       type(finer_point_t), intent(inout) :: point
       type(timers_t), intent(inout) :: timers
-      logical, intent(in), optional :: for_slope !! by as much as is to be seen above rounding: a short step is enough
       type(contact_step_t) :: step
-      logical :: once, short
       integer :: k
-      once = .false.
-      if (present(for_slope)) once = for_slope
       associate (problem => path%problem)
          do k = 1, steps
             if (.not. point%ok) return
             call solve_step(path, increment, point, step, timers)
             if (.not. point%ok) return
-            call go(path, step, point, short)
+            call go(path, step, point)
             call linearise(problem, point%state, point%state, point%system, timers)
             point%ok = point%system%ok
-            if (once .and. short) exit
          end do
          if (.not. point%ok) return
          point%value = values_at(path, point)
@@ -236,20 +231,16 @@ contains
    end subroutine solve_step
 
    !> Goes there; the equations are still those of the point before.
-   subroutine go(path, step, point, short)
+   subroutine go(path, step, point)
       type(finer_path_t), intent(in) :: path
       type(contact_step_t), intent(in) :: step
       type(finer_point_t), intent(inout) :: point
-      logical, intent(out), optional :: short    !! a second step would find next to nothing to do
       type(state_t) :: before
-      real(wp) :: travelled
-      travelled = 0.0_wp
       associate (problem => path%problem)
          if (problem%moves_nodes()) before = point%state
          call apply_increment(problem, point%system, step%x, step%y, point%state)
          point%state%reaction = step%reaction
-         if (problem%moves_nodes()) call move_touchdown_points(problem, before, point%state, travelled)
-         if (present(short)) short = turns_little(problem, point%system, step) .and. travelled <= near
+         if (problem%moves_nodes()) call move_touchdown_points(problem, before, point%state)
       end associate
    end subroutine go
 

@@ -260,7 +260,7 @@ contains
          part = small_part
          do
             ahead = first
-            call next_point(path, part * reach, ahead, timers, for_slope=.true.)
+            call next_point(path, part * reach, ahead, timers)
             if (.not. ahead%ok) then
                crossing%why = no_convergence
                return
