@@ -179,3 +179,52 @@ def test_splits_and_the_end_are_those_of_the_exact_beam(number, accuracy):
     motion = max(abs(w(x)[0]) for x in np.linspace(0.0, beam.length, 200))
     dr.assert_close(run.column("v")[-1] / SMALL, w(beam.places[0])[0], absolute=asked * motion)
     dr.assert_close(contact(run, -1), ends, absolute=asked * beam.length)
+
+
+LIFTED_FAR = """*HEADING
+A beam torn off its ground, its contact's end passes a loaded node
+*NODE
+1, 0., 0.
+2, 3.269757998085277, 0.
+3, 11.606767891727793, 0.
+4, 14.222574290196015, 0.
+*LINE, ELSET=B, NSET=B, TYPE=GE8
+1, 2
+2, 3
+3, 4
+*BEAM SECTION, ELSET=B, SECTION=STIFFNESS
+1014.6544398270232, 1.
+*BOUNDARY
+2, 1
+*OBSTACLE, NAME=G, TYPE=LINE, FOUNDATION=WINKLER, MODULUS=147.22456798522722
+0., 0., 1., 0.
+*CONTACT, OBSTACLE=G, NSET=B
+*MONITOR, NAME=v
+2, U2, -1.
+*STEP
+*ACCURACY, TOLERANCE=1E-6
+*STATIC, METHOD=LOAD
+1.
+*DLOAD
+B, PY, -0.05
+*END STEP
+*STEP
+*ACCURACY, TOLERANCE=1E-6
+*STATIC, METHOD=CYLINDRICAL
+0.1, 1E-10, 0.1
+*CLOAD
+2, 2, -1.
+3, 2, 0.48292218719437385
+*STOP
+LOAD, ABOVE, 3.
+*END STEP
+"""
+
+
+def test_an_end_of_contact_passes_a_loaded_node():
+    """The free elements beyond the node are some layers long, but where contact ends next to it: else no mesh without a mark there has
+    an equilibrium, and the mark comes nearer to the node by half in every step."""
+    run = dr.run_deck(LIFTED_FAR)
+    assert [one.label for one in run.results.critical] == ["EP", "C-", "C-", "C-", "EP"]
+    before = [k for k, load in enumerate(run.column("load_factor")) if load > 1.0 and contact(run, k)[-1] > 3.2698]
+    assert before and contact(run, -1)[-1] < 3.2697
