@@ -354,6 +354,11 @@ contains
             & 'next to zero there; give more elements or a higher order'
          return
       end if
+      if (allocated(bars%may_open)) then
+         accuracy%bar_words = 'the mesh is too coarse to tell whether contact with a foundation goes on inside its elements'// &
+            & there//'; give more elements or a higher order'
+         return
+      end if
       if (.not. (bars%load%told .or. any(bars%monitor%told))) then
          ! What has no estimate on any mesh is said in the table; changes of contact that have no function are no values of their
          ! own, but on foundations they are.

@@ -45,9 +45,40 @@ module mesh_request
 
 contains
 
-   !> The elements wanted where bars are wider than allowed. Not allocated: they are not, or no mesh of the program's makes them
-   !> narrower (rounding, elements that the deck has given, no estimate).
+   !> The elements wanted where bars are wider than allowed, or contact may have opened unseen. Not allocated: they are not, or no
+   !> mesh of the program's makes them narrower (rounding, elements that the deck has given, no estimate).
    subroutine request_mesh(problem, state, bars, sizes, counted, asked, critical, tries, can_settle, last, unsettled, &
+      & demand)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state         !! the point that the bars are of
+      type(error_bars_t), intent(in) :: bars
+      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) what errors are measured against
+      integer, intent(in) :: counted(:)          !! monitors, 0: the load factor
+      real(wp), intent(in) :: asked              !! relative error
+      logical, intent(in) :: critical            !! a bar without bounds does not do, however narrow
+      integer, intent(in) :: tries               !! requests for the same point that did not suffice
+      type(refinement_t), intent(inout) :: last  !! what these were worth
+      logical, intent(in) :: can_settle          !! the iteration can go on
+      logical, intent(out) :: unsettled          !! the iteration has left more than its part: it is to go on first
+      type(demand_t), allocatable, intent(out) :: demand(:) !! (stretches)
+      integer :: k
+      call mesh_for_bars(problem, state, bars, sizes, counted, asked, critical, tries, can_settle, last, unsettled, demand)
+      if (unsettled .or. .not. allocated(bars%may_open)) return
+      if (.not. any(bars%may_open .and. problem%layout%stretch(problem%stretch)%placed)) return
+      last%in_vain = tries > most_unknown
+      if (last%in_vain) return
+      ! What tells whether they open are halves of them.
+      if (.not. allocated(demand)) demand = present_demand(problem, state)
+      do k = 1, size(demand)
+         if (.not. problem%layout%stretch(k)%placed) cycle
+         where (bars%may_open(problem%along(problem%element_first(k):problem%element_last(k)))) &
+            & demand(k)%elements = max(demand(k)%elements, 2.0_wp)
+      end do
+      demand = laid_out(problem, demand)
+   end subroutine request_mesh
+
+   !> The elements wanted where bars are wider than allowed.
+   subroutine mesh_for_bars(problem, state, bars, sizes, counted, asked, critical, tries, can_settle, last, unsettled, &
       & demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! the point that the bars are of
@@ -135,7 +166,7 @@ contains
          g = g / sum(g)
       end if
       demand = demand_of(problem, state, wanted, g)
-   end subroutine request_mesh
+   end subroutine mesh_for_bars
 
    !> True where the error, on as it fell from one mesh to a finer one, is what is allowed before rounding, which grows as the
    !> fourth power of the number of elements of a rod, is all that there is. Kinks inside elements let it fall as a low power.
@@ -195,7 +226,7 @@ contains
       ratio = 0.0_wp
       unsettled = .false.
       bounded = .true.
-      known = .not. bars%too_coarse .and. bars%missed == 0 .and. .not. bars%unsure
+      known = .not. (bars%too_coarse .or. bars%unsure) .and. bars%missed == 0
       if (.not. known .or. .not. allocated(bars%share)) return
       do k = 1, size(counted)
          associate (bar => bars%load)
@@ -275,11 +306,20 @@ contains
          if (.not. problem%layout%stretch(k)%placed) cycle
          demand(k)%elements = wanted * g(problem%along(problem%element_first(k):problem%element_last(k)))
       end do
-      demand = as_mirrored(demand, share_known**(1.0_wp / (2 * minval(problem%model%mesh%stages) + 1)))
+      demand = laid_out(problem, demand)
+   end function demand_of
+
+   !> The same as meshes are made by it: symmetric and smooth.
+   function laid_out(problem, wanted) result(demand)
+      type(problem_t), intent(in) :: problem
+      type(demand_t), intent(in) :: wanted(:)    !! (stretches)
+      type(demand_t) :: demand(size(wanted))
+      integer :: k
+      demand = as_mirrored(wanted, share_known**(1.0_wp / (2 * minval(problem%model%mesh%stages) + 1)))
       do k = 1, size(demand)
          if (problem%layout%stretch(k)%placed) demand(k) = in_whole_parts(with_smooth_density(demand(k)))
       end do
-   end function demand_of
+   end function laid_out
 
    !> The largest displacement and rotation of a state.
    pure function motion_sizes(problem, state) result(sizes)

@@ -22,6 +22,7 @@ module path_errors
    use touch_places, only: moving_ends, places_at, named_place
    use mesh_request, only: value_sizes, motion_sizes
    use missed_modes, only: unstable_difference, sign_in_doubt
+   use hidden_openings, only: may_be_open
    use located_zero, only: zero_t, zero_value, left_of_zero, watched_gap, between_nodes, located_gap, mode_rounding
    use timing, only: timers_t
    implicit none
@@ -69,6 +70,7 @@ contains
       type(shares_t) :: shares
       type(error_bar_t) :: given
       real(wp), allocatable :: value(:), unseen(:)
+      logical :: unseen_open(problem%model%mesh%n_elements)
       integer, allocatable :: ends(:)
       bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state, as_it_is))
       if (bars%why /= '') return
@@ -79,6 +81,8 @@ contains
       call begin(problem, finer, state, system, holding(problem, state, control, heading), heading, ends, no_modes, path, point, &
          & shares, value, timers)
       if (point%ok) bars%missed = unstable_difference(problem, state, system, path, point, 0, timers)
+      unseen_open = may_be_open(problem, state)
+      if (any(unseen_open)) bars%may_open = unseen_open
       if (point%ok .and. present(places)) then
          if (places) bars%unsure = sign_in_doubt(problem, state, system, path, point, timers)
       end if

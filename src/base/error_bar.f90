@@ -42,6 +42,8 @@ module error_bar
       logical :: too_coarse = .false.         !! nothing is told because the mesh is far from fine enough
       integer :: missed = 0                   !! unstable directions that finer elements have more, or fewer
       logical :: unsure = .false.             !! the mesh errs by all of an eigenvalue: its sign may be the wrong one
+      logical, allocatable :: may_open(:)     !! (elements) contact with a foundation may have opened inside it without its notice;
+      !! not allocated: nowhere
       real(wp) :: unfolding = 0.0_wp          !! bifurcation: force on its null vectors beyond what it may err by; a true one has
       !! none, and no path goes through where there is one
       character(:), allocatable :: why        !! some are not told: the reason

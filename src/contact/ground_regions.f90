@@ -21,8 +21,8 @@ module ground_regions
    use path_record, only: region_t
    implicit none
    private
-   public :: find_ground_regions, smallest_ground_gap, inner_opening, ground_pressure, ground_reaction, deck_ground_reaction, &
-      & foundation_totals, foundation_total_rates, taken_along
+   public :: find_ground_regions, smallest_ground_gap, inner_opening, part_of_stretch, rounds, ground_pressure, ground_reaction, &
+      & deck_ground_reaction, foundation_totals, foundation_total_rates, taken_along
 
 contains
 

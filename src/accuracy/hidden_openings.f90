@@ -1,0 +1,69 @@
+!> Where a mesh is too coarse to say that contact with a foundation goes on between places where it is beyond doubt.
+!>
+!> An element on a foundation may be some layers long; what lifts off inside of it is seen by its gap between the nodes, as well as
+!> its polynomial tells that. Where that is not known to a sign contact may have opened without anybody's notice, and a shorter
+!> element tells. (Elements that are too long to follow their foundation tell nothing of it between their nodes.)
+module hidden_openings
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use path_record, only: region_t
+   use element_gap, only: element_gap_t, gap_value, gap_extreme
+   use rod_profile, only: profile_error
+   use ground_regions, only: find_ground_regions, part_of_stretch, rounds
+   use ground_segments, only: gap_uncertainty, follows, told_gap
+   implicit none
+   private
+   public :: may_be_open
+
+contains
+
+   !> The elements inside of which contact may have opened. What is known to be open, to its sign or by rounding, is not hidden.
+   function may_be_open(problem, state) result(doubtful)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state         !! converged
+      logical :: doubtful(problem%model%mesh%n_elements)
+      logical :: waiting(problem%model%mesh%n_elements) ! for contact beyond doubt behind them
+      type(region_t), allocatable :: regions(:)
+      type(element_gap_t) :: gap
+      real(wp) :: range(2), known, peak, at, place
+      integer :: k, c, j, e, round
+      logical :: certain                         ! contact has been, before here
+      doubtful = .false.
+      if (.not. any(problem%ground%founded)) return
+      regions = find_ground_regions(problem, state)
+      do k = 1, size(regions)
+         certain = .false.
+         waiting = .false.
+         do round = 0, rounds(problem, regions(k)%contact)
+            do c = 1, problem%ground%chain%n
+               if (.not. part_of_stretch(problem, state, regions(k)%contact, c, round, regions(k)%start, regions(k)%end, range)) &
+                  & cycle
+               if (problem%ground%chain%bilateral(c) .or. .not. follows(problem, state, c)) cycle
+               e = problem%ground%chain%element(2, c)
+               gap = told_gap(problem, state, c)
+               known = gap_uncertainty(problem, state, c)
+               call gap_extreme(problem, gap, .true., range(1), range(2), peak, at)
+               do j = 0, gap%samples
+                  place = range(1) + (range(2) - range(1)) * j / gap%samples
+                  if (j > 0 .and. at > range(1) + (range(2) - range(1)) * (j - 1) / gap%samples .and. at < place) call look(peak)
+                  call look(gap_value(problem, gap, place))
+               end do
+            end do
+         end do
+      end do
+
+   contains
+
+      subroutine look(value)
+         real(wp), intent(in) :: value           !! gap
+         if (value < -known) then
+            doubtful = doubtful .or. waiting
+            waiting = .false.
+            certain = .true.
+         else if (certain .and. 2.0_wp * profile_error(gap%profile) > known) then
+            waiting(e) = .true.                  ! else it is rounding that hides it
+         end if
+      end subroutine look
+   end function may_be_open
+end module hidden_openings
