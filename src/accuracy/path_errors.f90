@@ -70,9 +70,11 @@ contains
       type(shares_t) :: shares
       type(error_bar_t) :: given
       real(wp), allocatable :: value(:), unseen(:)
-      logical :: unseen_open(problem%model%mesh%n_elements)
+      logical :: hidden(problem%model%mesh%n_elements)
       integer, allocatable :: ends(:)
       bars = no_error_bars(size(problem%model%monitor), why_not_told(problem, state, as_it_is))
+      hidden = may_be_open(problem, state)
+      if (any(hidden)) bars%may_open = hidden
       if (bars%why /= '') return
       ends = [integer ::]
       if (present(places)) then
@@ -81,8 +83,6 @@ contains
       call begin(problem, finer, state, system, holding(problem, state, control, heading), heading, ends, no_modes, path, point, &
          & shares, value, timers)
       if (point%ok) bars%missed = unstable_difference(problem, state, system, path, point, 0, timers)
-      unseen_open = may_be_open(problem, state)
-      if (any(unseen_open)) bars%may_open = unseen_open
       if (point%ok .and. present(places)) then
          if (places) bars%unsure = sign_in_doubt(problem, state, system, path, point, timers)
       end if

@@ -8,7 +8,7 @@ module ground_segments
    use problem, only: problem_t
    use rod_state, only: state_t
    use force_law, only: law_segment, segment_slope, carries, segment_open, segment_unknown
-   use element_gap, only: element_gap_t, ground_gap, gap_value, gap_crossings, most_crossings
+   use element_gap, only: element_gap_t, ground_gap, gap_value, gap_extreme, gap_crossings, most_crossings
    use rod_profile, only: mend_ends, profile_error
    use element_families, only: collocates
    use state_transfer, only: find_point
@@ -373,8 +373,7 @@ contains
             do j = 1, size(problem%mark)
                marked = marked .or. problem%mark(j)%candidate([2, 1]) == c
             end do
-            value = [(gap_value(problem, gap, real(j, wp) / gap%samples), j=merge(1, 0, marked(1)), &
-               & gap%samples - merge(1, 0, marked(2)))]
+            value = with_extremes(gap, merge(1, 0, marked(1)), gap%samples - merge(1, 0, marked(2)))
          else if (carried) then
             cycle
          else
@@ -384,6 +383,28 @@ contains
          hold = .false.
          state%segment(c) = segment_unknown
       end do
+
+   contains
+
+      !> Gaps at samples, and the extreme ones between them where these may leave what the segment allows.
+      function with_extremes(gap, first, last) result(value)
+         type(element_gap_t), intent(in) :: gap
+         integer, intent(in) :: first, last      !! samples
+         real(wp), allocatable :: value(:)
+         real(wp) :: waves, extreme, at
+         integer :: j, n
+         value = [(gap_value(problem, gap, real(j, wp) / gap%samples), j=first, last)]
+         n = size(value)
+         waves = maxval(abs(value(:n - 2) - 2.0_wp * value(2:n - 1) + value(3:)))
+         if (maxval(value) > high - waves) then
+            call gap_extreme(problem, gap, .true., real(first, wp) / gap%samples, real(last, wp) / gap%samples, extreme, at)
+            value = [value, extreme]
+         end if
+         if (minval(value) < low + waves) then
+            call gap_extreme(problem, gap, .false., real(first, wp) / gap%samples, real(last, wp) / gap%samples, extreme, at)
+            value = [value, extreme]
+         end if
+      end function with_extremes
    end subroutine segments_hold
 
    !> The gaps of a segment.

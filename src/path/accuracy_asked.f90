@@ -80,8 +80,9 @@ contains
          & critical, tries, can_settle, run%refinement, run%unsettled, run%wanted)
       ! Else such points would make the mesh finer one after the other.
       if (run%refinement%in_vain) run%spare = run%refinement%demand
+      ! What opens unseen opens between the last point and this one.
       if (allocated(run%wanted) .and. .not. run%from_point) &
-         & run%from_point = marked(problem, place, find_cuts(problem, place))
+         & run%from_point = allocated(bars%may_open) .or. marked(problem, place, find_cuts(problem, place))
    end subroutine ask_for_mesh
 
    !> Asks for a coarser mesh where that of a point is much better than it has to be.
