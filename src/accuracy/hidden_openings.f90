@@ -2,7 +2,8 @@
 !>
 !> An element on a foundation may be some layers long; what lifts off inside of it is seen by its gap between the nodes, as well as
 !> its polynomial tells that. Where that is not known to a sign contact may have opened without anybody's notice, and a shorter
-!> element tells. (Elements that are too long to follow their foundation tell nothing of it between their nodes.)
+!> element tells. Elements that are too long to follow their foundation tell nothing of it between their nodes; but waves decay
+!> there from these on, about the mean.
 module hidden_openings
    use kinds, only: wp
    use problem, only: problem_t
@@ -11,7 +12,7 @@ module hidden_openings
    use element_gap, only: element_gap_t, gap_value, gap_extreme
    use rod_profile, only: profile_error
    use ground_regions, only: find_ground_regions, part_of_stretch, rounds
-   use ground_segments, only: gap_uncertainty, follows, told_gap
+   use ground_segments, only: gap_uncertainty, follows, told_gap, settled_gap
    implicit none
    private
    public :: may_be_open
@@ -26,9 +27,10 @@ contains
       logical :: waiting(problem%model%mesh%n_elements) ! for contact beyond doubt behind them
       type(region_t), allocatable :: regions(:)
       type(element_gap_t) :: gap
-      real(wp) :: range(2), known, peak, at, place
+      real(wp) :: range(2), known, settled, peak, at, place
       integer :: k, c, j, e, round
       logical :: certain                         ! contact has been, before here
+      logical :: rounds_off                      ! it is rounding that hides what is not known
       doubtful = .false.
       if (.not. any(problem%ground%founded)) return
       regions = find_ground_regions(problem, state)
@@ -39,10 +41,17 @@ contains
             do c = 1, problem%ground%chain%n
                if (.not. part_of_stretch(problem, state, regions(k)%contact, c, round, regions(k)%start, regions(k)%end, range)) &
                   & cycle
-               if (problem%ground%chain%bilateral(c) .or. .not. follows(problem, state, c)) cycle
+               if (problem%ground%chain%bilateral(c)) cycle
                e = problem%ground%chain%element(2, c)
+               if (.not. follows(problem, state, c)) then
+                  call settled_gap(problem, state, c, settled, known)
+                  rounds_off = .false.
+                  call look(settled)
+                  cycle
+               end if
                gap = told_gap(problem, state, c)
                known = gap_uncertainty(problem, state, c)
+               rounds_off = 2.0_wp * profile_error(gap%profile) < known
                call gap_extreme(problem, gap, .true., range(1), range(2), peak, at)
                do j = 0, gap%samples
                   place = range(1) + (range(2) - range(1)) * j / gap%samples
@@ -61,8 +70,8 @@ contains
             doubtful = doubtful .or. waiting
             waiting = .false.
             certain = .true.
-         else if (certain .and. 2.0_wp * profile_error(gap%profile) > known) then
-            waiting(e) = .true.                  ! else it is rounding that hides it
+         else if (certain .and. .not. rounds_off) then
+            waiting(e) = .true.
          end if
       end subroutine look
    end function may_be_open

@@ -61,6 +61,7 @@ contains
       logical, intent(in) :: can_settle          !! the iteration can go on
       logical, intent(out) :: unsettled          !! the iteration has left more than its part: it is to go on first
       type(demand_t), allocatable, intent(out) :: demand(:) !! (stretches)
+      type(demand_t) :: here(size(problem%layout%stretch))
       integer :: k
       call mesh_for_bars(problem, state, bars, sizes, counted, asked, critical, tries, can_settle, last, unsettled, demand)
       if (unsettled .or. .not. allocated(bars%may_open)) return
@@ -68,9 +69,11 @@ contains
       last%in_vain = tries > most_unknown
       if (last%in_vain) return
       ! What tells whether they open are halves of them.
-      if (.not. allocated(demand)) demand = present_demand(problem, state)
+      here = present_demand(problem, state)
+      if (.not. allocated(demand)) demand = here
       do k = 1, size(demand)
          if (.not. problem%layout%stretch(k)%placed) cycle
+         if (size(demand(k)%elements) /= size(here(k)%elements)) demand(k) = here(k)
          where (bars%may_open(problem%along(problem%element_first(k):problem%element_last(k)))) &
             & demand(k)%elements = max(demand(k)%elements, 2.0_wp)
       end do

@@ -8,15 +8,15 @@ module ground_segments
    use problem, only: problem_t
    use rod_state, only: state_t
    use force_law, only: law_segment, segment_slope, carries, segment_open, segment_unknown
-   use element_gap, only: element_gap_t, ground_gap, gap_value, gap_extreme, gap_crossings, most_crossings
-   use rod_profile, only: mend_ends, profile_error
+   use element_gap, only: element_gap_t, ground_gap, gap_look, gap_value, gap_extreme, gap_crossings, most_crossings
+   use rod_profile, only: mend_ends, profile_error, profile_angle
    use element_families, only: collocates
    use state_transfer, only: find_point
    use gauss_tableau, only: max_stages
    implicit none
    private
    public :: has_kinks, follows, tell_segments, settle_found, segments_hold, element_cuts, crosses_at, segment_at
-   public :: segment_stiffness, is_cut, gap_uncertainty, followed_length, followed_part, stiffest, told_gap
+   public :: segment_stiffness, is_cut, gap_uncertainty, followed_length, followed_part, stiffest, told_gap, settled_gap
 
    real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! of what moves: the rounding of gaps, and what Newton leaves
    real(wp), parameter :: at_mark = 0.1_wp !! of an element: a crossing as near as that to a mark is its own, which Newton goes to
@@ -81,6 +81,31 @@ contains
       end associate
       if (follows(problem, state, candidate)) call mend_ends(problem, state, gap%profile, 3)
    end function told_gap
+
+   !> The mean gap of the element after a candidate, one that is too long to follow its foundation, and the amplitude of the waves
+   !> that decay into it from its nodes: (A cos b s + B sin b s) / exp(b s), 4 b^4 = k/EI, for the gap and its slope there.
+   subroutine settled_gap(problem, state, candidate, mean, waves)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      real(wp), intent(out) :: mean, waves      !! the latter >= 0
+      type(element_gap_t) :: gap
+      real(wp) :: x(2), value, normal(2), bend, theta, rate, slope
+      integer :: i
+      gap = told_gap(problem, state, candidate)
+      mean = mean_gap(problem, candidate, gap)
+      waves = 0.0_wp
+      associate (mesh => problem%model%mesh, e => problem%ground%chain%element(2, candidate))
+         rate = (problem%ground%slope(problem%ground%chain%obstacle(candidate)) / &
+            & (4.0_wp * problem%model%section(mesh%section(e))%ei))**0.25_wp
+         do i = 1, 2
+            call gap_look(problem, gap, real(i - 1, wp), x, value, normal, bend)
+            theta = profile_angle(problem, state, gap%profile, real(i - 1, wp))
+            slope = dot_product(normal, [cos(theta), sin(theta)]) * merge(1.0_wp, -1.0_wp, i == 1)
+            waves = max(waves, norm2([value - mean, value - mean + slope / rate]))
+         end do
+      end associate
+   end subroutine settled_gap
 
    !> The mean gap of an element that is too long to follow its foundation: of what acts on it only the sum means something.
    pure real(wp) function mean_gap(problem, candidate, gap)
