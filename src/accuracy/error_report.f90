@@ -354,7 +354,7 @@ contains
             & 'next to zero there; give more elements or a higher order'
          return
       end if
-      if (allocated(bars%may_open)) then
+      if (allocated(bars%may_open) .and. .not. any(label == ['UZ', 'TP'])) then
          accuracy%bar_words = 'the mesh is too coarse to tell whether contact with a foundation goes on inside its elements'// &
             & there//'; give more elements or a higher order'
          return

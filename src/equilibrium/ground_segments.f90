@@ -83,7 +83,8 @@ contains
    end function told_gap
 
    !> The mean gap of the element after a candidate, one that is too long to follow its foundation, and the amplitude of the waves
-   !> that decay into it from its nodes: (A cos b s + B sin b s) / exp(b s), 4 b^4 = k/EI, for the gap and its slope there.
+   !> that decay into it from its nodes: (A cos b s + B sin b s) / exp(b s), 4 b^4 = k/EI, for the gap and its slope there. Only
+   !> elements that follow the foundation tell these, on the node's other side.
    subroutine settled_gap(problem, state, candidate, mean, waves)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -91,7 +92,7 @@ contains
       real(wp), intent(out) :: mean, waves      !! the latter >= 0
       type(element_gap_t) :: gap
       real(wp) :: x(2), value, normal(2), bend, theta, rate, slope
-      integer :: i
+      integer :: i, beside
       gap = told_gap(problem, state, candidate)
       mean = mean_gap(problem, candidate, gap)
       waves = 0.0_wp
@@ -99,6 +100,13 @@ contains
          rate = (problem%ground%slope(problem%ground%chain%obstacle(candidate)) / &
             & (4.0_wp * problem%model%section(mesh%section(e))%ei))**0.25_wp
          do i = 1, 2
+            ! The candidate that the element beside comes after.
+            beside = problem%ground%chain%neighbour(i, candidate)
+            if (i == 2 .and. beside > 0) then
+               if (problem%ground%chain%element(2, beside) == 0) beside = 0
+            end if
+            if (beside == 0) cycle
+            if (.not. follows(problem, state, beside)) cycle
             call gap_look(problem, gap, real(i - 1, wp), x, value, normal, bend)
             theta = profile_angle(problem, state, gap%profile, real(i - 1, wp))
             slope = dot_product(normal, [cos(theta), sin(theta)]) * merge(1.0_wp, -1.0_wp, i == 1)
