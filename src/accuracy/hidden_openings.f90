@@ -10,7 +10,7 @@ module hidden_openings
    use rod_state, only: state_t
    use path_record, only: region_t
    use element_gap, only: element_gap_t, gap_value, gap_extreme
-   use rod_profile, only: profile_error
+   use rod_profile, only: profile_error, profile_doubt
    use ground_regions, only: find_ground_regions, part_of_stretch, rounds
    use ground_segments, only: gap_uncertainty, follows, told_gap, settled_gap
    implicit none
@@ -27,7 +27,7 @@ contains
       logical :: waiting(problem%model%mesh%n_elements) ! for contact beyond doubt behind them
       type(region_t), allocatable :: regions(:)
       type(element_gap_t) :: gap
-      real(wp) :: range(2), known, settled, peak, at, place
+      real(wp) :: range(2), known, settled, waves, peak, at, place
       integer :: k, c, j, e, round
       logical :: certain                         ! contact has been, before here
       logical :: rounds_off                      ! it is rounding that hides what is not known
@@ -44,9 +44,9 @@ contains
                if (problem%ground%chain%bilateral(c)) cycle
                e = problem%ground%chain%element(2, c)
                if (.not. follows(problem, state, c)) then
-                  call settled_gap(problem, state, c, settled, known)
+                  call settled_gap(problem, state, c, settled, waves)
                   rounds_off = .false.
-                  call look(settled)
+                  call look(settled, waves)
                   cycle
                end if
                gap = told_gap(problem, state, c)
@@ -55,8 +55,9 @@ contains
                call gap_extreme(problem, gap, .true., range(1), range(2), peak, at)
                do j = 0, gap%samples
                   place = range(1) + (range(2) - range(1)) * j / gap%samples
-                  if (j > 0 .and. at > range(1) + (range(2) - range(1)) * (j - 1) / gap%samples .and. at < place) call look(peak)
-                  call look(gap_value(problem, gap, place))
+                  if (j > 0 .and. at > range(1) + (range(2) - range(1)) * (j - 1) / gap%samples .and. at < place) &
+                     & call look(peak, max(known, profile_doubt(gap%profile, at)))
+                  call look(gap_value(problem, gap, place), max(known, profile_doubt(gap%profile, place)))
                end do
             end do
          end do
@@ -64,9 +65,10 @@ contains
 
    contains
 
-      subroutine look(value)
+      subroutine look(value, doubt)
          real(wp), intent(in) :: value           !! gap
-         if (value < -known) then
+         real(wp), intent(in) :: doubt           !! what is not known of it
+         if (value < -doubt) then
             doubtful = doubtful .or. waiting
             waiting = .false.
             certain = .true.
