@@ -10,9 +10,9 @@ module hidden_openings
    use rod_state, only: state_t
    use path_record, only: region_t
    use element_gap, only: element_gap_t, gap_value, gap_extreme
-   use rod_profile, only: profile_error, profile_doubt
+   use rod_profile, only: profile_doubt
    use ground_regions, only: find_ground_regions, part_of_stretch, rounds
-   use ground_segments, only: gap_uncertainty, follows, told_gap, settled_gap
+   use ground_segments, only: gap_uncertainty, follows, told_gap, settled_gap, gap_rounding
    implicit none
    private
    public :: may_be_open
@@ -27,7 +27,7 @@ contains
       logical :: waiting(problem%model%mesh%n_elements) ! for contact beyond doubt behind them
       type(region_t), allocatable :: regions(:)
       type(element_gap_t) :: gap
-      real(wp) :: range(2), known, settled, waves, peak, at, place
+      real(wp) :: range(2), known, settled, waves(2), peak, at, place
       integer :: k, c, j, e, round
       logical :: certain                         ! contact has been, before here
       logical :: rounds_off                      ! it is rounding that hides what is not known
@@ -46,12 +46,14 @@ contains
                if (.not. follows(problem, state, c)) then
                   call settled_gap(problem, state, c, settled, waves)
                   rounds_off = .false.
-                  call look(settled, waves)
+                  call look(settled, waves(1))
+                  call look(settled, gap_rounding(state))
+                  call look(settled, waves(2))
                   cycle
                end if
                gap = told_gap(problem, state, c)
                known = gap_uncertainty(problem, state, c)
-               rounds_off = 2.0_wp * profile_error(gap%profile) < known
+               rounds_off = known < 2.0_wp * gap_rounding(state)
                call gap_extreme(problem, gap, .true., range(1), range(2), peak, at)
                do j = 0, gap%samples
                   place = range(1) + (range(2) - range(1)) * j / gap%samples

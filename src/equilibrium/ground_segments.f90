@@ -16,7 +16,8 @@ module ground_segments
    implicit none
    private
    public :: has_kinks, follows, tell_segments, settle_found, segments_hold, element_cuts, crosses_at, segment_at
-   public :: segment_stiffness, is_cut, gap_uncertainty, followed_length, followed_part, stiffest, told_gap, settled_gap
+   public :: segment_stiffness, is_cut, gap_uncertainty, followed_length, followed_part, stiffest, told_gap
+   public :: settled_gap, gap_rounding
 
    real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! of what moves: the rounding of gaps, and what Newton leaves
    real(wp), parameter :: at_mark = 0.1_wp !! of an element: a crossing as near as that to a mark is its own, which Newton goes to
@@ -82,14 +83,14 @@ contains
       if (follows(problem, state, candidate)) call mend_ends(problem, state, gap%profile, 3)
    end function told_gap
 
-   !> The mean gap of the element after a candidate, one that is too long to follow its foundation, and the amplitude of the waves
+   !> The mean gap of the element after a candidate, one that is too long to follow its foundation, and the amplitudes of the waves
    !> that decay into it from its nodes: (A cos b s + B sin b s) / exp(b s), 4 b^4 = k/EI, for the gap and its slope there. Only
    !> elements that follow the foundation tell these, on the node's other side.
    subroutine settled_gap(problem, state, candidate, mean, waves)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      real(wp), intent(out) :: mean, waves      !! the latter >= 0
+      real(wp), intent(out) :: mean, waves(2)   !! the latter >= 0
       type(element_gap_t) :: gap
       real(wp) :: x(2), value, normal(2), bend, theta, rate, slope
       integer :: i, beside
@@ -110,7 +111,7 @@ contains
             call gap_look(problem, gap, real(i - 1, wp), x, value, normal, bend)
             theta = profile_angle(problem, state, gap%profile, real(i - 1, wp))
             slope = dot_product(normal, [cos(theta), sin(theta)]) * merge(1.0_wp, -1.0_wp, i == 1)
-            waves = max(waves, norm2([value - mean, value - mean + slope / rate]))
+            waves(i) = norm2([value - mean, value - mean + slope / rate])
          end do
       end associate
    end subroutine settled_gap
@@ -208,8 +209,14 @@ contains
    real(wp) function uncertainty(state, gap)
       type(state_t), intent(in) :: state
       type(element_gap_t), intent(in) :: gap
-      uncertainty = profile_error(gap%profile) + noise * maxval(abs(state%u(1:2, :)))
+      uncertainty = profile_error(gap%profile) + gap_rounding(state)
    end function uncertainty
+
+   !> What rounding of displacements, and what Newton leaves of them, may make of any gap.
+   pure real(wp) function gap_rounding(state)
+      type(state_t), intent(in) :: state
+      gap_rounding = noise * maxval(abs(state%u(1:2, :)))
+   end function gap_rounding
 
    !> The same on the element after a candidate.
    real(wp) function gap_uncertainty(problem, state, candidate)
@@ -238,7 +245,7 @@ contains
       if (.not. has_kinks(problem, candidate)) return
       gap = told_gap(problem, state, candidate)
       levels = kink_levels(problem, candidate)
-      least = noise * maxval(abs(state%u(1:2, :)))
+      least = gap_rounding(state)
       wave = uncertainty(state, gap)
       if (present(smallest)) wave = max(wave, smallest)
       do k = 1, size(levels)
