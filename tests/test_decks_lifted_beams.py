@@ -159,6 +159,13 @@ BEAMS = [Beam(15.0, 6.74, (2.4, 13.1), (-1.0, 0.3)), Beam(14.2, 150.0, (3.27, 11
          Beam(10.4, 1.3, (3.1, 7.4), (-1.0, 0.25)), Beam(9.0, 10.0, (3.7, 6.3), (0.2, -0.7))]
 
 
+# These open where meshes that do for the displacement of the loaded node are long.
+FAR_AWAY = [Beam(11.263182303606017, 154.66968413095594, (1.7763912166553861, 7.497160594595536), (-1.0, 0.23704445511457448)),
+            Beam(8.356242053908451, 117.97944709353467, (1.9666676238077403, 7.368072551015882), (-1.0, 0.10146298414035831)),
+            Beam(8.4341645205765, 378.64819081210055, (2.6684162304877574, 6.256671789573047), (-1.0, 0.15978144158399457)),
+            Beam(12.55200100265624, 995.4635266374788, (1.68415655372228, 9.452499668952047), (-1.0, 0.2930780026391636))]
+
+
 def contact(run, point):
     """Ends of all regions at a point, the last one with -1."""
     one = run.results.contact
@@ -179,6 +186,24 @@ def test_splits_and_the_end_are_those_of_the_exact_beam(number, accuracy):
     motion = max(abs(w(x)[0]) for x in np.linspace(0.0, beam.length, 200))
     dr.assert_close(run.column("v")[-1] / SMALL, w(beam.places[0])[0], absolute=asked * motion)
     dr.assert_close(contact(run, -1), ends, absolute=asked * beam.length)
+
+
+@pytest.mark.parametrize("accuracy", ["1E-3", "1E-4", "1E-5", "1E-6"])
+@pytest.mark.parametrize("number", range(len(FAR_AWAY)))
+def test_no_opening_is_missed(number, accuracy):
+    """With the ends of contact that the run found the exact beam is nowhere open between them, and all that opened did so within its
+    bar of the exact load."""
+    beam = FAR_AWAY[number]
+    run = dr.run_deck(beam.deck(f"TOLERANCE={accuracy}"))
+    ends = contact(run, -1)
+    w, _ = beam.settled(1.0, ends)
+    touches = [x for x in np.linspace(0.0, beam.length, 1600) if any(ends[i] < x < ends[i + 1] for i in range(0, len(ends), 2))]
+    assert max(w(x)[0] for x in touches) < 1e-3 * WEIGHT / beam.modulus     # but for where the ends are
+    splits = [one for one in run.labelled("C-") if "splits" in one.note]
+    assert len(splits) >= 2
+    for one in splits:
+        exact = beam.opens(one.load_factor, contact(run, one.point - 1))
+        assert abs(one.load_factor - exact) <= one.error + 1e-9 * exact
 
 
 LIFTED_FAR = """*HEADING
