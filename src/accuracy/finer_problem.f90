@@ -5,7 +5,7 @@
 !> touchdown points at its ends, the profile that tells gaps and monitors between nodes.
 module finer_problem
    use kinds, only: wp
-   use problem, only: problem_t
+   use problem, only: problem_t, copy_problem
    use element_families, only: collocates
    use rod_state, only: state_t
    use rod_geometry, only: geometry_t, new_geometry, with_other_stages
@@ -52,7 +52,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(problem_t), intent(out) :: finer
       integer :: e
-      finer = problem
+      call copy_problem(problem, finer)
       where (collocates(finer%model%mesh%family)) finer%model%mesh%stages = finer%model%mesh%stages + 1
       if (any(problem%ground%founded)) then
          finer%ground = new_ground(finer%model, finer%tableau, new_geometry(finer%model, finer%tableau))

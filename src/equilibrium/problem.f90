@@ -24,7 +24,7 @@ module problem
    use ground_coupling, only: coupling_t, new_coupling
    implicit none
    private
-   public :: problem_t, new_problem, remeshed_problem, derive_problem, rounding_gap, dof
+   public :: problem_t, new_problem, remeshed_problem, derive_problem, rounding_gap, dof, copy_problem
    public :: mesh_sampled, mesh_of_marks, mesh_of_spans
 
    ! What the nodes of a mesh go with.
@@ -102,6 +102,13 @@ contains
       class(problem_t), intent(in) :: problem
       is_sampled = problem%mesh_kind == mesh_sampled
    end function is_sampled
+
+   !> An assignment, written once: the compiler spells out the copying of all components wherever one stands.
+   pure subroutine copy_problem(from, to)
+      type(problem_t), intent(in) :: from
+      type(problem_t), intent(inout) :: to
+      to = from
+   end subroutine copy_problem
 
    !> The problem of a checked model on its own mesh.
    function new_problem(model) result(problem)

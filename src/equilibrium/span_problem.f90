@@ -3,7 +3,7 @@
 module span_problem
    use kinds, only: wp, pi
    use model, only: obstacle_line
-   use problem, only: problem_t, remeshed_problem, mesh_sampled, mesh_of_marks, mesh_of_spans
+   use problem, only: problem_t, copy_problem, remeshed_problem, mesh_sampled, mesh_of_marks, mesh_of_spans
    use reference_curve, only: curve_point
    use rod_layout, only: stretch_element
    use rod_state, only: state_t
@@ -177,7 +177,7 @@ contains
       type(problem_t), intent(in) :: base
       logical, intent(in) :: spans
       type(problem_t) :: problem
-      problem = base
+      call copy_problem(base, problem)
       problem%deck%contact%spans = problem%deck%contact%along .and. spans
    end function with_spans
 

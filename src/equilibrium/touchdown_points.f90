@@ -6,7 +6,7 @@
 !> the path; between Newton's iterations the points go to where the iterate has them.
 module touchdown_points
    use kinds, only: wp
-   use problem, only: problem_t
+   use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
    use section_forces, only: end_forces
    use conforming_span, only: conforming_forces, track_rotation, track_sense, node_track, excess_curvature, rod_angle
@@ -99,7 +99,7 @@ contains
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: points(:)      !! candidates, 0: none
       type(problem_t) :: frozen
-      frozen = problem
+      call copy_problem(problem, frozen)
       frozen%candidates%held(pack(points, points > 0)) = .true.
    end function with_held
 

@@ -2,7 +2,7 @@
 module begin_of_set
    use kinds, only: wp
    use span_tests, only: span_test_t, any_fails
-   use next_spans, only: next_t, go_to_load
+   use next_spans, only: next_t, copy_next, go_to_load
    use timing, only: timers_t
    implicit none
    private
@@ -22,12 +22,12 @@ contains
       real(wp) :: fails, since, whole              ! load factors at which it fails, and holds
       integer :: try
       logical :: holds, beyond
-      nearer = next
+      call copy_next(next, nearer)
       since = next%state%load_factor
       whole = since - to
       call look_at(to)
       beyond = holds
-      if (beyond) next = nearer
+      if (beyond) call copy_next(nearer, next)
       do try = most_halvings, -most_halvings, -1
          if (.not. holds) exit
          call look_at(to - 0.5_wp**try * whole)
@@ -35,7 +35,7 @@ contains
       if (holds) return
       do try = 1, most_halvings
          call look_at(0.5_wp * (fails + since))
-         if (holds .and. .not. beyond) next = nearer
+         if (holds .and. .not. beyond) call copy_next(nearer, next)
       end do
 
    contains
@@ -45,11 +45,11 @@ contains
          real(wp), intent(in) :: load
          type(span_test_t), allocatable :: tests(:)
          type(next_t) :: there
-         there = nearer
+         call copy_next(nearer, there)
          call go_to_load(there, load, tests, timers)
          holds = allocated(tests)
          if (holds) holds = .not. any_fails(tests)
-         if (holds) nearer = there
+         if (holds) call copy_next(there, nearer)
          if (holds) since = load
          if (.not. holds) fails = load
       end subroutine look_at

@@ -4,7 +4,7 @@ module branches
    use text, only: to_text
    use errors, only: error_t
    use model, only: step_t, branch_t
-   use problem, only: problem_t
+   use problem, only: problem_t, copy_problem
    use linear_system, only: new_system
    use bordered_system, only: linearise
    use path_control, only: is_arc_length
@@ -100,7 +100,7 @@ contains
             & ' null vector(s), not '//to_text(branch%mode))
          return
       end if
-      problem = home%list(at)%problem
+      call copy_problem(home%list(at)%problem, problem)
       start%branch = number
       start%name = branch%name
       start%step = problem%step

@@ -14,7 +14,7 @@ module event_location
       & event_value_reached, event_stop
    use sightings, only: sighting_t
    use smooth_zero, only: locate_smooth, zero_eigenvalue
-   use path_run, only: run_t, heading_of, probe_at
+   use path_run, only: run_t, copy_run, heading_of, probe_at
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    use force_law, only: segment_open, segment_unknown
    use timing, only: timers_t
@@ -107,7 +107,7 @@ contains
       ! Twice as far, to have it between.
       fraction = 2.0_wp * sighting%event%before / fall
       if (-fraction * division%length > run%arc_length - run%left_at) return
-      behind = run
+      call copy_run(run, behind)
       call forget_opening(problem, sighting%event, behind%state)
       part = division
       call point_within(problem, behind, trial, ahead, part, fraction, .true., .false., place, found%report, timers)

@@ -2,7 +2,7 @@
 !> With the points held, load and place are found at which they are where they belong (held_touchdown).
 module held_openings
    use kinds, only: wp
-   use problem, only: problem_t, dof
+   use problem, only: problem_t, copy_problem, dof
    use rod_state, only: state_t
    use bordered_system, only: linearise, apply_increment
    use model, only: method_load
@@ -39,7 +39,7 @@ contains
       integer :: ends(2), k, c
       ends = opening_ends(problem, opened)
       state = run%state
-      frozen = problem
+      call copy_problem(problem, frozen)
       if (present(others)) then
          do k = 1, size(others, 2)
             frozen = with_held(frozen, opening_ends(problem, others(:, k)))
@@ -49,7 +49,7 @@ contains
       if (.not. ok) then
          ! At this load what begins at the same place has no length: held, too, it comes to a load at which it has one.
          state = run%state
-         frozen = problem
+         call copy_problem(problem, frozen)
          call solve_held(problem, [maxval(ends), 0], run%system, .false., held_steps(problem, run), opening_misfit, state, ok, &
             & timers, [(c, c=1, problem%candidates%n)])
          if (.not. ok) return
@@ -174,7 +174,7 @@ contains
       logical, intent(out) :: ok
       type(timers_t), intent(inout) :: timers
       type(problem_t) :: turning
-      turning = problem
+      call copy_problem(problem, turning)
       turning%candidates%follows(candidate) = problem%candidates%rolls(candidate)
       call solve_held(turning, [candidate, 0], run%system, problem%candidates%moves(candidate), held_steps(problem, run), &
          & flatness, place, ok, timers)

@@ -36,16 +36,25 @@ module landmarks
 
 contains
 
+   !> A landmark, copied out of line as copy_problem does.
+   pure subroutine copy_landmark(from, to)
+      type(landmark_t), intent(in) :: from
+      type(landmark_t), intent(inout) :: to
+      to = from
+   end subroutine copy_landmark
+
    !> Adds the one found last.
    subroutine keep(self, landmark)
       class(landmarks_t), intent(inout) :: self
       type(landmark_t), intent(in) :: landmark
       type(landmark_t), allocatable :: longer(:)
-      integer :: n
+      integer :: i, n
       n = size(self%list)
       allocate (longer(n + 1))
-      longer(:n) = self%list
-      longer(n + 1) = landmark
+      do i = 1, n
+         call copy_landmark(self%list(i), longer(i))
+      end do
+      call copy_landmark(landmark, longer(n + 1))
       call move_alloc(longer, self%list)
    end subroutine keep
 end module landmarks

@@ -5,6 +5,7 @@
 !> p, the parameter. The limit points are the zeros of h(a, p), the rate of the load along the path: a plane curve,
 !> which is followed by steps along it and a search normal to them, so that it may turn back in the parameter.
 module limit_curves
+   use problem, only: copy_problem
    use kinds, only: wp
    use text, only: to_text
    use errors, only: error_t
@@ -81,10 +82,10 @@ contains
             trouble = 'the path has '//to_text(passed)//' limit point(s), not '//to_text(curve%limit_point)
             return
          end if
-         follower%base = own%list(i)%problem
+         call copy_problem(own%list(i)%problem, follower%base)
          follower%state = own%list(i)%state
          direction = own%list(i)%direction
-         follower%problem = follower%base
+         call copy_problem(follower%base, follower%problem)
          follower%curve = curve
          follower%system = new_system(follower%base)
          follower%coordinate = as_coordinate(curve, present_value(follower%base, curve))
@@ -173,7 +174,7 @@ contains
          if (.not. curve%to_rigid) return
          direction = follower%control%tangent
          call make_rigid(curve, follower%problem, follower%state, direction, ok, timers)
-         follower%base = follower%problem
+         call copy_problem(follower%problem, follower%base)
          follower%system = new_system(follower%problem)
          if (ok) call stand_here(follower, direction, 0.0_wp, timers)
          if (.not. ok) then
@@ -247,7 +248,7 @@ contains
          type(trial_t), intent(in) :: to
          real(wp) :: unit
          direction = follower%control%tangent
-         follower%problem = to%problem
+         call copy_problem(to%problem, follower%problem)
          follower%state = to%state
          call renew_marks(follower%base, follower%problem, follower%state, direction, follower%system%ok, timers)
          if (.not. follower%system%ok) return

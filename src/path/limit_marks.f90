@@ -3,7 +3,7 @@
 module limit_marks
    use kinds, only: wp
    use model, only: method_linearised
-   use problem, only: problem_t
+   use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
    use span_problem, only: new_span_problem, same_spans, present_touches, outgrown
@@ -67,7 +67,7 @@ contains
       hold%method = method_linearised
       hold%tangent = direction
       hold%increment = 0.0_wp
-      problem = next
+      call copy_problem(next, problem)
       there = state
       call correct(problem, there, hold, .true., state, system, report, timers)
       ok = report%converged

@@ -1,5 +1,6 @@
 !> The last limit point of a limit curve on another mesh: where its load errs by more than what is asked, as points of paths do.
 module limit_mesh
+   use problem, only: copy_problem
    use kinds, only: wp
    use model, only: step_t
    use linear_system, only: new_system
@@ -8,7 +9,7 @@ module limit_mesh
    use ground_segments, only: tell_segments
    use state_transfer, only: carried, carried_field
    use second_parameter, only: problem_at
-   use limit_search, only: follower_t, trial_t, stand_here, search, as_value, small_drop
+   use limit_search, only: follower_t, copy_follower, trial_t, stand_here, search, as_value, small_drop
    use path_continuity, only: heading_at
    use error_report, only: bars_on_curve
    use error_bar, only: error_bars_t
@@ -54,16 +55,16 @@ contains
          call request_mesh(follower%problem, follower%state, bars, sizes, [0], step%asked, .true., tries, .false., last, &
             & unsettled, demand)
          if (.not. allocated(demand)) return
-         kept = follower
+         call copy_follower(follower, kept)
          call take_mesh(follower, demand, timers)
          place = 0.0_wp
          if (follower%system%ok) call search(follower, step, place, [1.0_wp, 0.0_wp], trial, searches, timers)
          if (.not. (follower%system%ok .and. trial%report%converged)) then
-            follower = kept
+            call copy_follower(kept, follower)
             return
          end if
          call count_up(timers, counter_remeshed)
-         follower%problem = trial%problem
+         call copy_problem(trial%problem, follower%problem)
          follower%state = trial%state
          call stand_here(follower, follower%control%tangent, 0.0_wp, timers)
       end do
@@ -75,7 +76,7 @@ contains
       type(demand_t), intent(in) :: demand(:)
       type(timers_t), intent(inout) :: timers
       type(follower_t) :: next
-      next = follower
+      call copy_follower(follower, next)
       next%base%demand = demand
       next%base = new_span_problem(next%base, present_touches(follower%problem, follower%state), follower%state, &
          & find_cuts(follower%problem, follower%state))
@@ -86,6 +87,6 @@ contains
       if (allocated(next%control%previous)) deallocate (next%control%previous)
       next%system = new_system(next%problem)
       call stand_here(next, next%control%tangent, 0.0_wp, timers)
-      follower = next
+      call copy_follower(next, follower)
    end subroutine take_mesh
 end module limit_mesh

@@ -3,7 +3,7 @@
 module limit_rigid
    use kinds, only: wp
    use model, only: model_t, limit_curve_t
-   use problem, only: problem_t, new_problem
+   use problem, only: problem_t, copy_problem, new_problem
    use rod_state, only: state_t
    use contact_touch, only: touch_t, choose_spans
    use span_problem, only: new_span_problem, present_touches, place_spans
@@ -49,7 +49,7 @@ contains
          type(problem_t) :: next
          next = rigid_problem(problem, curve)
          state = carry_state(problem, next, state)
-         problem = next
+         call copy_problem(next, problem)
       end subroutine stand_at_nodes
    end subroutine make_rigid
 
@@ -64,7 +64,7 @@ contains
       type(timers_t), intent(inout) :: timers
       type(problem_t) :: base
       type(touch_t), allocatable :: touch(:)
-      base = problem
+      call copy_problem(problem, base)
       base%deck = deck
       call place_spans(new_problem(deck), base)
       touch = present_touches(problem, state)

@@ -4,7 +4,7 @@ module limit_search
    use kinds, only: wp
    use model, only: step_t, limit_curve_t, method_linearised, method_cylindrical, parameter_modulus, parameter_ea, &
       & parameter_ei
-   use problem, only: problem_t
+   use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
@@ -14,7 +14,7 @@ module limit_search
    use timing, only: timers_t
    implicit none
    private
-   public :: follower_t, trial_t, stand_here, scale_rate, evaluate, search, as_coordinate, as_value, small_drop
+   public :: follower_t, copy_follower, trial_t, stand_here, scale_rate, evaluate, search, as_coordinate, as_value, small_drop
 
    integer, parameter :: max_searches = 40          !! evaluations of h for one limit point
    real(wp), parameter :: small_drop = 0.01_wp      !! of the load, over one unit of arc length from the limit point
@@ -43,6 +43,13 @@ module limit_search
    end type trial_t
 
 contains
+
+   !> A follower, copied out of line as copy_problem does.
+   pure subroutine copy_follower(from, to)
+      type(follower_t), intent(in) :: from
+      type(follower_t), intent(inout) :: to
+      to = from
+   end subroutine copy_follower
 
    !> Takes the tangent of the path at the follower's state; it keeps its sense.
    subroutine stand_here(follower, direction, direction_load, timers)
@@ -85,7 +92,7 @@ contains
          trial%problem = problem_at(follower%base, follower%curve, &
             & as_value(follower%curve, follower%coordinate + place(2) * follower%unit(2)))
       else
-         trial%problem = follower%problem
+         call copy_problem(follower%problem, trial%problem)
       end if
       if (present_value(trial%problem, follower%curve) <= 0.0_wp .and. must_be_positive(follower%curve)) then
          trial%report%message = 'the parameter would no longer be positive'

@@ -17,7 +17,7 @@ module next_spans
    use timing, only: timers_t
    implicit none
    private
-   public :: next_t, new_next, settle, go_to_load, tests_of, holds
+   public :: next_t, copy_next, new_next, settle, go_to_load, tests_of, holds
 
    !> The equilibrium with another set, known before the run goes there: its next point.
    type :: next_t
@@ -36,6 +36,13 @@ module next_spans
    end type next_t
 
 contains
+
+   !> What is ahead, copied out of line as copy_problem does.
+   pure subroutine copy_next(from, to)
+      type(next_t), intent(in) :: from
+      type(next_t), intent(inout) :: to
+      to = from
+   end subroutine copy_next
 
    !> Another set of touches, not in equilibrium yet.
    function new_next(problem, state, touch) result(next)

@@ -10,7 +10,7 @@ module nodes_to_spans
    use span_tests, only: span_test_t, test_slack, test_flat
    use nodal_touches, only: touches_at_nodes
    use bordered_system, only: linearise
-   use next_spans, only: next_t, new_next, settle, tests_of, holds
+   use next_spans, only: next_t, copy_next, new_next, settle, tests_of, holds
    use lying_ahead, only: leads_to_next
    use path_control, only: set_tangent
    use path_continuity, only: heading_t, relation_t, relate, same_path, too_far
@@ -108,7 +108,7 @@ contains
          k = 1
          do while (k <= size(tests))
             if (tests(k)%kind == test_flat .and. abs(tests(k)%value) <= test_slack(test_flat)) then
-               kept = next
+               call copy_next(next, kept)
                touch = laid_down(present_touches(next%problem, next%state), tests(k)%beside, tests(k)%ends)
                call take_these()
                if (found) then
@@ -116,7 +116,7 @@ contains
                   k = 0
                else
                   found = .true.
-                  next = kept
+                  call copy_next(kept, next)
                end if
             end if
             k = k + 1

@@ -14,7 +14,7 @@ module path_acceptance
    use path_control, only: path_length
    use path_continuity, only: heading_t, largest_turn
    use corrector, only: increment_t
-   use path_run, only: run_t, probe_at, keep_landmark, leave_trail
+   use path_run, only: run_t, copy_run, probe_at, keep_landmark, leave_trail
    use homecoming, only: is_home, see_home
    use step_control, only: stop_met
    use path_events, only: probe_t, event_t, new_probe, detect_events, value_events, event_stop, event_bifurcation, &
@@ -323,7 +323,7 @@ contains
       part = seen(limit)%fraction
       call look(run, seen(limit)%place, seen(limit)%heading, events)
       seen(n + 1:)%fraction = part * seen(n + 1:)%fraction
-      beyond = run
+      call copy_run(run, beyond)
       beyond%state = seen(limit)%place
       beyond%heading = seen(limit)%heading
       beyond%probe = top

@@ -2,13 +2,13 @@
 module path_follower
    use kinds, only: wp
    use model, only: step_t, method_load
-   use problem, only: problem_t
+   use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use path_control, only: is_arc_length, set_tangent
    use path_continuity, only: heading_t, relation_t, relate, same_path, too_far, at_corner
    use corrector, only: increment_t, take_increment
-   use path_run, only: run_t, heading_of, turned_round
+   use path_run, only: run_t, copy_run, heading_of, turned_round
    use step_control, only: begin_arc_length, next_increment, smallest, shorten_to_stop
    use path_events, only: new_probe
    use path_acceptance, only: accept
@@ -82,8 +82,8 @@ contains
          begins = .false.
          if (.not. taken) then
             if (problem%is_sampled()) then
-               sampled = problem
-               unbegun = run
+               call copy_problem(problem, sampled)
+               call copy_run(run, unbegun)
                call begin_spans(problem, run, trial, report, timers)
                begins = report%converged
             else if (is_stiff_start(problem, run)) then
@@ -98,8 +98,8 @@ contains
          taken = .false.
          if (astray .and. begins) then
             ! Before it other points and lines may hold.
-            problem = sampled
-            run = unbegun
+            call copy_problem(sampled, problem)
+            call copy_run(unbegun, run)
          end if
          if (astray .or. .not. report%converged) then
             call try_otherwise()

@@ -4,7 +4,7 @@ module path_loop
    use text, only: to_text
    use errors, only: error_t
    use model, only: model_t, mesh_t, step_t, mode_offset_t, method_displacement
-   use problem, only: problem_t, new_problem
+   use problem, only: problem_t, copy_problem, new_problem
    use imperfect_mesh, only: add_mode_offsets
    use initial_overlap, only: overlap_of_modes
    use rod_state, only: state_t, new_state
@@ -210,7 +210,7 @@ contains
       fresh%step = problem%step
       fresh%coordinates = problem%coordinates
       call prepare_mesh(fresh)
-      problem = fresh
+      call copy_problem(fresh, problem)
       run%state = new_state(problem)
       run%touches = size(problem%touch)
       run%system = new_system(problem)

@@ -2,7 +2,7 @@
 module path_run
    use kinds, only: wp
    use model, only: method_load, method_displacement
-   use problem, only: problem_t
+   use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
    use linear_system, only: system_t
    use state_transfer, only: carried_field
@@ -18,7 +18,7 @@ module path_run
    use path_events, only: probe_t, new_probe
    implicit none
    private
-   public :: run_t, footing_t, heading_of, probe_at, keep_landmark, leave_trail, turned_round, forget_mesh, rest_of_mesh
+   public :: run_t, copy_run, footing_t, heading_of, probe_at, keep_landmark, leave_trail, turned_round, forget_mesh, rest_of_mesh
 
    integer, parameter :: rest_of_mesh = 10       !! points after one that took a finer mesh, for which no coarser one is tried
 
@@ -76,6 +76,13 @@ module path_run
    end type run_t
 
 contains
+
+   !> A run, copied out of line as copy_problem does.
+   subroutine copy_run(from, to)
+      type(run_t), intent(in) :: from
+      type(run_t), intent(inout) :: to
+      to = from
+   end subroutine copy_run
 
    !> Tangent at a converged state at which the system is factored, pointing the way the run goes: that of the chord from the
    !> last accepted point, or what the strategy prescribes, for increments of load or displacement must be of their sign.
@@ -167,7 +174,7 @@ contains
       type(state_t), intent(in), optional :: released !! and the state there without them
       type(landmark_t) :: landmark
       landmark%label = label
-      landmark%problem = problem
+      call copy_problem(problem, landmark%problem)
       landmark%state = state
       landmark%point = run%points
       landmark%pivots = pivots
@@ -182,7 +189,7 @@ contains
       if (present(free)) then
          landmark%direction = carried_field(problem, state, landmark%direction, free, released)
          landmark%drift = carried_field(problem, state, landmark%drift, free, released)
-         landmark%problem = free
+         call copy_problem(free, landmark%problem)
          landmark%state = released
       end if
       call run%landmarks%keep(landmark)

@@ -6,7 +6,7 @@ module second_parameter
    use text, only: same_name
    use rod_layout, only: new_layout
    use imperfect_mesh, only: move_to_curves
-   use problem, only: problem_t, new_problem, derive_problem
+   use problem, only: problem_t, copy_problem, new_problem, derive_problem
    use span_problem, only: same_spans, place_spans
    use state_transfer, only: move_nodes
    use candidates, only: candidates_t
@@ -49,7 +49,7 @@ contains
       real(wp), intent(in) :: value
       type(problem_t) :: problem
       integer :: k
-      problem = base
+      call copy_problem(base, problem)
       if (curve%parameter == parameter_constant_load) then
          problem%constant = base%constant%scaled(value)
          return
@@ -102,7 +102,7 @@ contains
       type(problem_t), intent(in) :: base
       type(limit_curve_t), intent(in) :: curve
       type(problem_t) :: problem
-      problem = base
+      call copy_problem(base, problem)
       problem%deck%obstacle(curve%obstacle)%rigid = .true.
       problem%model%obstacle(curve%obstacle)%rigid = .true.
       where (problem%deck%contact%obstacle == curve%obstacle) problem%deck%contact%distributed = .false.

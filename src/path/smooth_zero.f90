@@ -10,7 +10,7 @@ module smooth_zero
    use kinds, only: wp
    use errors, only: error_t
    use model, only: step_t
-   use problem, only: problem_t
+   use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
@@ -266,7 +266,7 @@ contains
       if (event%kind == event_release) then
          call release_lines(problem, state, run%system, free, at, any_weak)
          if (.not. any_weak) then
-            free = problem
+            call copy_problem(problem, free)
             at = state
          end if
          other = new_system(free)

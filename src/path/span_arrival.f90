@@ -2,16 +2,16 @@
 module span_arrival
    use kinds, only: wp
    use model, only: step_t, method_load
-   use problem, only: problem_t
+   use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
    use span_change, only: leg_t, change_t
-   use next_spans, only: next_t
+   use next_spans, only: next_t, copy_next
    use span_opening, only: open_line
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t, displacement_between
    use path_continuity, only: heading_at, between
    use path_events, only: event_t, new_probe, detect_events
-   use path_run, only: run_t, heading_of, forget_mesh
+   use path_run, only: run_t, copy_run, heading_of, forget_mesh
    use path_acceptance, only: accept
    use error_bar, only: error_bars_t
    use error_report, only: bars_at_point
@@ -38,7 +38,7 @@ contains
       type(error_bars_t), allocatable :: bars
       logical :: shorter, known
       run = bound_for(problem, run, next)
-      problem = next%problem
+      call copy_problem(next%problem, problem)
       known = allocated(next%heading%u)
       if (.not. known) then
          next%heading = run%heading
@@ -92,7 +92,7 @@ contains
             & found, timers)
          if (.not. found) return
          nearer%report = report
-         change%next = nearer
+         call copy_next(nearer, change%next)
       end do
    end subroutine come_nearer
 
@@ -103,7 +103,7 @@ contains
       type(next_t), intent(in) :: next
       type(run_t) :: on
       real(wp) :: rise
-      on = run
+      call copy_run(run, on)
       on%touches = max(run%touches, maxval(next%problem%touch%number))
       on%state = carried(problem, run%state, next%problem)
       on%system = next%system

@@ -3,7 +3,7 @@
 module span_beyond
    use kinds, only: wp
    use model, only: step_t, method_load
-   use problem, only: problem_t
+   use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
    use state_transfer, only: find_point
    use bordered_system, only: linearise
@@ -15,7 +15,7 @@ module span_beyond
    use span_set, only: begin_touches, touched_at
    use path_control, only: control_t, path_length
    use path_continuity, only: largest_distance
-   use path_run, only: run_t, heading_of
+   use path_run, only: run_t, copy_run, heading_of
    use corrector, only: increment_t, correct
    use error_report, only: bars_at_touch
    use timing, only: timers_t
@@ -69,10 +69,10 @@ contains
       type(control_t) :: control
       type(increment_t) :: anew
       logical :: found
-      touched = run
+      call copy_run(run, touched)
       touched%state = change%place
       touched%heading = change%heading
-      next = problem
+      call copy_problem(problem, next)
       call begin_touches(next, touched, change%begins, found, timers)
       if (.not. found) return
       control%method = method_load

@@ -3,7 +3,7 @@
 module span_changes
    use kinds, only: wp
    use model, only: step_t, method_load
-   use problem, only: problem_t
+   use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use span_regions, only: find_span_regions
@@ -20,7 +20,7 @@ module span_changes
    use contact_in_doubt, only: ask_nodes
    use path_continuity, only: heading_t
    use path_control, only: path_length
-   use path_run, only: run_t
+   use path_run, only: run_t, copy_run
    use path_acceptance, only: accept
    use accuracy_asked, only: wants_another
    use path_outcome, only: outcome_t
@@ -110,8 +110,8 @@ contains
       type(answer_t) :: larger
       integer :: more, lines
       logical :: grows
-      next = problem
-      on = run
+      call copy_problem(problem, next)
+      call copy_run(run, on)
       larger = answer
       more = 0
       do
@@ -123,16 +123,16 @@ contains
          lines = count(larger%touch%line)
          larger = answer_to(problem, change%place, change%tests, change%which, leg%before%value - leg%after%value, run%touches, &
             & more)
-         next = problem
-         on = run
+         call copy_problem(problem, next)
+         call copy_run(run, on)
          if (count(larger%touch%line) > lines) cycle
          ! Perhaps the next increment finds it.
          call take_set(next, on, change%tests(change%which), change%begins, answer, line_reach(problem, leg, change%which), grows, &
             & timers)
          exit
       end do
-      problem = next
-      run = on
+      call copy_problem(next, problem)
+      call copy_run(on, run)
    end subroutine take_answer
 
    !> How far along the path the zero of a line's length may be from where the line is taken for none: as far as the increment's

@@ -8,7 +8,7 @@ module span_events
       & test_slope, test_length
    use span_change, only: leg_t, change_t, change_none, change_missed, change_by_rule, change_vanishing, place_here, &
       & place_ahead
-   use next_spans, only: next_t
+   use next_spans, only: next_t, copy_next
    use span_location, only: locate, locate_flat_point
    use lying_ahead, only: turns, reach_of
    use vanishing_span, only: locate_vanishing, locate_lost_line
@@ -104,7 +104,7 @@ contains
       if (k > size(leg%after)) return
       change%kind = change_vanishing
       change%which = k
-      change%next = next
+      call copy_next(next, change%next)
    end subroutine find_vanishing
 
    !> A point contact that is about to become as curved as its obstacle: no increment may get there.

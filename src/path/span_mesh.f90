@@ -2,7 +2,7 @@
 module span_mesh
    use kinds, only: wp
    use model, only: method_load, method_displacement
-   use problem, only: problem_t
+   use problem, only: problem_t, copy_problem
    use rod_state, only: state_t, is_stress_free
    use linear_system, only: new_system
    use bordered_system, only: linearise
@@ -75,10 +75,10 @@ contains
       taken = .false.
       done = .false.
       call move_alloc(run%footing, finer)
-      asked = problem
+      call copy_problem(problem, asked)
       asked%demand = run%wanted
       deallocate (run%wanted)
-      here = asked
+      call copy_problem(asked, here)
       here%demand = taken_along(problem, run%state, asked%demand)
       cut = find_cuts(problem, trial)
       ! Without a load nothing says where contact will end.
@@ -142,7 +142,7 @@ contains
       type(heading_t) :: heading
       type(probe_t) :: probe
       logical :: fresh, settled
-      before = problem
+      call copy_problem(problem, before)
       start = run%state
       heading = run%heading
       probe = run%probe
@@ -176,7 +176,7 @@ contains
       type(problem_t) :: asked
       type(footing_t), allocatable :: before
       logical :: done
-      asked = problem
+      call copy_problem(problem, asked)
       asked%demand = run%spare
       deallocate (run%spare)
       asked = new_span_problem(asked, present_touches(problem, run%state), run%state, find_cuts(problem, run%state))
@@ -198,7 +198,7 @@ contains
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
       type(timers_t), intent(inout) :: timers
-      problem = finer%problem
+      call copy_problem(finer%problem, problem)
       run%state = finer%state
       run%heading = finer%heading
       run%probe = finer%probe
@@ -232,13 +232,13 @@ contains
       type(problem_t) :: kept
       type(state_t) :: place
       type(heading_t) :: heading
-      kept = problem
+      call copy_problem(problem, kept)
       place = run%state
       heading = run%heading
       call take_problem(next, problem, run, timers)
       call settle(problem, run, done, timers)
       if (done) return
-      problem = kept
+      call copy_problem(kept, problem)
       run%state = place
       run%heading = heading
       run%system = new_system(problem)
@@ -319,7 +319,7 @@ contains
       type(timers_t), intent(inout) :: timers
       call carry_over(problem, next, run%state, run%heading%u)
       call forget_mesh(run)
-      problem = next
+      call copy_problem(next, problem)
       run%system = new_system(problem)
       call linearise(problem, run%state, run%state, run%system, timers)
    end subroutine take_problem

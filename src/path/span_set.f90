@@ -2,7 +2,7 @@
 module span_set
    use kinds, only: wp
    use model, only: method_load
-   use problem, only: problem_t
+   use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
    use bordered_system, only: linearise, apply_increment
    use contact_response, only: reaction_rate
@@ -18,7 +18,7 @@ module span_set
    use path_control, only: control_t, is_arc_length
    use path_continuity, only: heading_at
    use path_events, only: new_probe
-   use path_run, only: run_t, heading_of
+   use path_run, only: run_t, copy_run, heading_of
    use corrector, only: increment_t, correct
    use touchdown_points, only: point_force
    use timing, only: timers_t
@@ -49,8 +49,8 @@ contains
          run%stuck = answer%why
          return
       end if
-      next = problem
-      on = run
+      call copy_problem(problem, next)
+      call copy_run(run, on)
       parts = answer%opens(1) /= answer%opens(2)
       if (test%kind == test_gap) then
          call begin_touches(next, on, begins, ok, timers)
@@ -106,8 +106,8 @@ contains
       ! A point that a line has shrunk to may leave a span neutral there; the line's pivots are definite.
       on%shrunk = test%kind == test_length
       if (on%shrunk) on%probe%negative_pivots = run%probe%negative_pivots
-      problem = next
-      run = on
+      call copy_problem(next, problem)
+      call copy_run(on, run)
    end subroutine take_set
 
    !> The run in the sense in which something grows.

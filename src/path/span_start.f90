@@ -1,7 +1,7 @@
 !> The start of a path with contact spans: nodes find out what touches.
 module span_start
    use kinds, only: wp
-   use problem, only: problem_t, new_problem
+   use problem, only: problem_t, copy_problem, new_problem
    use bordered_system, only: linearise
    use rod_state, only: state_t, candidate_gap, may_react
    use contact_touch, only: touch_t
@@ -13,7 +13,7 @@ module span_start
    use nodes_to_spans, only: find_spans_ahead
    use begin_of_set, only: go_back
    use corrector, only: increment_t
-   use path_run, only: run_t
+   use path_run, only: run_t, copy_run
    use rod_layout, only: stretch_element
    use rod_geometry, only: geometry_t, new_geometry
    use obstacle_geometry, only: obstacle_gap
@@ -209,7 +209,7 @@ contains
       integer :: try
       small = .false.
       do try = 1, most_parts
-         on = run
+         call copy_run(run, on)
          call find_spans_ahead(problem, run, problem, on, next, first, found, report, why, timers)
          if (.not. found) then
             ! Further on than the first increment nodes have been asked; perhaps it went too far.
@@ -235,7 +235,7 @@ contains
       end if
       next%problem%touch%number = run%touches + next%problem%touch%number
       run = bound_for(problem, run, next)
-      problem = next%problem
+      call copy_problem(next%problem, problem)
       trial = next%state
    end subroutine begin_spans
 end module span_start

@@ -5,7 +5,7 @@
 !> foundation to a rigid one that place goes a finite way, as the fourth root of the softness.
 module stiff_start
    use kinds, only: wp
-   use problem, only: problem_t
+   use problem, only: problem_t, copy_problem
    use rod_state, only: state_t, new_state
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
@@ -38,6 +38,13 @@ module stiff_start
    end type rung_t
 
 contains
+
+   !> A rung, copied out of line as copy_problem does.
+   pure subroutine copy_rung(from, to)
+      type(rung_t), intent(in) :: from
+      type(rung_t), intent(inout) :: to
+      to = from
+   end subroutine copy_rung
 
    !> True where the run leaves a start that lies on such foundations.
    logical function is_stiff_start(problem, run)
@@ -103,7 +110,7 @@ contains
          here%part = here%part / first_growth
       end do
       if (.not. report%converged) return
-      sound = here
+      call copy_rung(here, sound)
       growth = first_growth
       tries = 0
       do
@@ -112,7 +119,7 @@ contains
          if (marked(here%problem, here%state, cut) .or. tries > most_tries) then
             if (here%part >= 1.0_wp) exit
             if (here%part > sound%part) growth = growth**2
-            sound = here
+            call copy_rung(here, sound)
             tries = 0
             next%part = min(1.0_wp, here%part * growth)
             call stiffen(problem, cut, (here%part / next%part)**0.25_wp)
@@ -122,9 +129,9 @@ contains
             & present_touches(here%problem, here%state), here%state, cut)
          call stand_there(run%control, here, next, system, report, timers)
          if (report%converged) then
-            here = next
+            call copy_rung(next, here)
          else
-            here = sound
+            call copy_rung(sound, here)
             if (here%part >= 1.0_wp) exit
             growth = sqrt(growth)
             tries = 0
@@ -136,7 +143,7 @@ contains
       call tell_segments(here%problem, run%state, carried=.true.)
       run%heading%u = carried_field(problem, start, run%heading%u, here%problem, run%state)
       call forget_mesh(run)
-      problem = here%problem
+      call copy_problem(here%problem, problem)
       trial = here%state
       run%system = new_system(problem)
       call linearise(problem, trial, trial, run%system, timers)
@@ -215,7 +222,7 @@ contains
       real(wp), intent(in) :: part
       type(problem_t) :: soft                      !! its deck: meshes have yet to be made of it
       integer :: o
-      soft = problem
+      call copy_problem(problem, soft)
       soft%deck%obstacle = whole%deck%obstacle
       if (part >= 1.0_wp) return
       do o = 1, size(whole%deck%obstacle)

@@ -27,7 +27,7 @@ module vanishing_span
    use state_transfer, only: carried
    use path_control, only: path_length
    use path_continuity, only: largest_distance
-   use path_run, only: run_t
+   use path_run, only: run_t, copy_run
    use timing, only: timers_t
    implicit none
    private
@@ -188,7 +188,7 @@ contains
          next = new_next(problem, leg%to, merged(present_touches(problem, leg%to), beside(1), beside(2)))
          k = findloc(next%problem%touch%number, problem%touch(beside(1))%number, 1)
       end associate
-      on = run
+      call copy_run(run, on)
       on%system = next%system
       call find_flat_point(next%problem, on, next%problem%touch(k)%candidate(1), next%state, found, timers)
       if (.not. found) return
