@@ -45,10 +45,9 @@ contains
                e = problem%ground%chain%element(2, c)
                if (.not. follows(problem, state, c)) then
                   call settled_gap(problem, state, c, settled, waves)
-                  rounds_off = .false.
-                  call look(settled, waves(1))
-                  call look(settled, gap_rounding(state))
-                  call look(settled, waves(2))
+                  call look_at_settled(waves(1))
+                  call look_at_settled(0.0_wp)
+                  call look_at_settled(waves(2))
                   cycle
                end if
                gap = told_gap(problem, state, c)
@@ -66,6 +65,13 @@ contains
       end do
 
    contains
+
+      !> At one end of a long element, and in its middle, where no wave is.
+      subroutine look_at_settled(wave)
+         real(wp), intent(in) :: wave            !! its amplitude
+         rounds_off = wave < 2.0_wp * gap_rounding(state)
+         call look(settled, max(wave, gap_rounding(state)))
+      end subroutine look_at_settled
 
       subroutine look(value, doubt)
          real(wp), intent(in) :: value           !! gap
