@@ -51,7 +51,7 @@ contains
       heading%load = 1.0_wp
       call new_finer_path(problem, better, state, control, heading, [integer ::], path)
       allocate (path%modes(size(problem%weight) * 3, 0))
-      call start_point(path, point, own)
+      call start_point(path, better, point, own)
       if (point%ok) call next_point(path, 0.0_wp, point, own)
       if (point%ok) call buckle(path%problem, point%state, point%system, size(buckling%load_factor), finer, error, own)
       call timing_stop(timers, phase_accuracy)

@@ -162,6 +162,7 @@ contains
       subroutine list_numbers()
          real(wp), dimension(system%n, size(ends)) :: by_unknown
          real(wp) :: by_load(size(ends))
+         integer :: last
          number(1)%known = .true.
          number(1)%by_unknown = unknowns_of(problem, system, row)
          do m = 1, size(problem%model%monitor)
@@ -182,11 +183,13 @@ contains
             if (allocated(watched)) number(n + 1)%by_unknown = unknowns_of(problem, system, watched)
          end if
          answers = 0.0_wp
-         do m = 1, size(number)
+         last = n
+         if (number(n + 1)%known) last = n + 1
+         do m = 1, last
             if (number(m)%known) answers(:, m) = free_force(number(m)%by_unknown)
          end do
-         call solve_all_effective(system, answers, timers)
-         do m = 1, size(number)
+         call solve_all_effective(system, answers(:, :last), timers)
+         do m = 1, last
             call leave_out(problem, modes, direction, answers(:, m))
          end do
       end subroutine list_numbers
@@ -367,20 +370,20 @@ contains
          integer, intent(in) :: held, moved      !! rows before those of the end
          real(wp), intent(out) :: forces(6)
          logical, intent(out) :: singular
-         real(wp) :: stiffness(3, 3), gap(3, 1), h
+         real(wp) :: stiffness(3, 3), gap(1, 3), weight(3)
          integer :: j
-         stiffness = finer%ek(held + 1:held + 3, moved + 1:moved + 3, e)
-         gap(:, 1) = difference(held + 1:held + 3)
-         h = problem%size
-         call solve_small(3, stiffness, gap, singular, [h, h, 1.0_wp])
+         stiffness = transpose(finer%ek(held + 1:held + 3, moved + 1:moved + 3, e))
+         gap(1, :) = difference(held + 1:held + 3)
+         weight = [problem%size, problem%size, 1.0_wp]
+         call solve_small(3, stiffness, gap, singular, weight)
          if (singular) return
          forces(held + 1:held + 3) = 0.0_wp
          forces(moved + 1:moved + 3) = difference(moved + 1:moved + 3)
          do j = 1, 3
             associate (mine => system%ek(:, moved + j, e), its => finer%ek(:, moved + j, e))
-               forces(held + 1:held + 3) = forces(held + 1:held + 3) + mine(held + 1:held + 3) * gap(j, 1)
+               forces(held + 1:held + 3) = forces(held + 1:held + 3) + mine(held + 1:held + 3) * gap(1, j)
                forces(moved + 1:moved + 3) = forces(moved + 1:moved + 3) + &
-                  & (mine(moved + 1:moved + 3) - its(moved + 1:moved + 3)) * gap(j, 1)
+                  & (mine(moved + 1:moved + 3) - its(moved + 1:moved + 3)) * gap(1, j)
             end associate
          end do
       end subroutine by_displacement

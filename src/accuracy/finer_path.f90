@@ -34,7 +34,7 @@ module finer_path
 
    type :: finer_point_t
       type(state_t) :: state
-      type(system_t) :: system                   !! factored there
+      type(system_t), allocatable :: system      !! factored there
       type(heading_t) :: heading
       real(wp), allocatable :: value(:)          !! load factor, monitors, places
       logical :: ok = .false.                    !! false: Newton's method does not get there; nothing else means anything
@@ -71,12 +71,14 @@ contains
    end subroutine new_finer_path
 
    !> The finer problem linearised at the problem's own point: where Newton's method starts.
-   subroutine start_point(path, point, timers)
+   subroutine start_point(path, finer, point, timers)
       type(finer_path_t), intent(in) :: path
+      type(finer_problem_t), intent(inout) :: finer !! that of the path: its storage for equations becomes the point's
       type(finer_point_t), intent(out) :: point
       type(timers_t), intent(inout) :: timers
       point%state = path%base
-      point%system = new_system(path%problem)
+      call move_alloc(finer%system, point%system)
+      if (.not. allocated(point%system)) point%system = new_system(path%problem)
       call linearise(path%problem, point%state, point%state, point%system, timers)
       point%ok = point%system%ok
    end subroutine start_point

@@ -14,6 +14,7 @@ module finer_problem
    use ge_element, only: ge_compliance, forbid_stretch, ge_size
    use conforming_element, only: conforming_size
    use ground, only: new_ground
+   use system_type, only: system_t
    implicit none
    private
    public :: finer_problem_t, provide_finer_problem, new_finer_problem, new_finer_state
@@ -22,6 +23,7 @@ module finer_problem
    type :: finer_problem_t
       type(problem_t), allocatable :: problem    !! not allocated: the problem has changed since
       type(geometry_t) :: geometry               !! of its last state
+      type(system_t), allocatable :: system      !! storage for its equations, while no point of it has that
    contains
       procedure :: forget
    end type finer_problem_t
@@ -45,6 +47,7 @@ contains
       class(finer_problem_t), intent(inout) :: finer
       if (allocated(finer%problem)) deallocate (finer%problem)
       if (allocated(finer%geometry%element)) deallocate (finer%geometry%element)
+      if (allocated(finer%system)) deallocate (finer%system)
    end subroutine forget
 
    !> The finer problem. UL2 elements stay as they are.

@@ -37,19 +37,19 @@ contains
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: modes(:, :), direction(:, :) !! (unknowns, any number) of the null vectors, see above
       real(wp), intent(inout) :: x(:)            !! (unknowns) node axes
-      real(wp) :: a(size(modes, 2), size(modes, 2)), b(size(modes, 2), 1)
+      real(wp) :: a(size(modes, 2), size(modes, 2)), b(1, size(modes, 2))
       logical :: singular
       integer :: i, j
       if (size(modes, 2) == 0) return
       do i = 1, size(modes, 2)
          do j = 1, size(modes, 2)
-            a(i, j) = likeness(problem, modes(:, i), direction(:, j))
+            a(j, i) = likeness(problem, modes(:, i), direction(:, j))
          end do
-         b(i, 1) = likeness(problem, modes(:, i), x)
+         b(1, i) = likeness(problem, modes(:, i), x)
       end do
       call solve_small(size(modes, 2), a, b, singular)
       if (singular) return
-      x = x - matmul(direction, b(:, 1))
+      x = x - matmul(direction, b(1, :))
    end subroutine leave_out
 
    !> Forces less M v times their work on every null vector v: a solution has the same part across these directions, and no other

@@ -98,6 +98,7 @@ contains
       given = new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
       if (path%control%method == method_load) bars%load = given
       if (path%control%method == method_displacement) bars%monitor(path%control%monitor) = given
+      call move_alloc(point%system, finer%system)
    end subroutine point_errors
 
    !> Errors of a located event. The finer problem has it further along its path by what its function is at this point, over the
@@ -173,6 +174,7 @@ contains
          & most, doubt, timers)
       call share_way()
       call set_bars(problem, state, system, ends, shares, value, final - value, unseen, sizes, rounding, bars)
+      call move_alloc(first%system, finer%system)
 
    contains
 
@@ -339,7 +341,7 @@ contains
       type(finer_point_t) :: point
       call new_finer_path(path%problem, finest, first%state, path%control, path%heading, path%ends, next)
       next%modes = path%modes
-      call start_point(next, point, timers)
+      call start_point(next, finest, point, timers)
       call next_point(next, 0.0_wp, point, timers)
       if (.not. point%ok) then
          crossing%why = no_convergence
@@ -380,7 +382,7 @@ contains
       real(wp), allocatable, intent(in), optional :: watched(:, :) !! (3, nodes) a displacement that the event hangs on
       call new_finer_path(problem, finer, state, control, heading, ends, path)
       path%modes = modes
-      call start_point(path, point, timers)
+      call start_point(path, finer, point, timers)
       value = [state%load_factor, monitor_values(problem, state, system), places_at(problem, state, ends)]
       call find_shares(problem, state, system, path%problem, point%state, point%system, control, ends, modes, shares, timers, &
          & watched)

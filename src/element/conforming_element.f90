@@ -77,7 +77,8 @@ contains
       logical, intent(out) :: ok               !! false: the internal system is singular or 1 + e <= 0; outputs undefined
       type(section_t) :: section(max_stages)
       type(track_t) :: near
-      real(wp) :: system(2 * max_stages, 2 * max_stages), rhs(2 * max_stages, n_by), weight(2 * max_stages)
+      real(wp) :: system(2 * max_stages, 2 * max_stages), rhs(n_by, 2 * max_stages), weight(2 * max_stages) ! equations are
+      ! columns, see solve_small
       real(wp) :: dend(n_by), dtail(n_by), dsigma(n_by), dp(n_by), ends(conforming_columns)
       real(wp) :: residual_sigma, residual_p, end_defect, tail
       logical :: singular
@@ -97,32 +98,32 @@ contains
       do i = 1, s
          system(i, i) = 1.0_wp
          system(s + i, s + i) = 1.0_wp
-         rhs(s + i, by_p) = 1.0_wp
+         rhs(by_p, s + i) = 1.0_wp
          residual_sigma = z(1 + s + i)
          residual_p = z(1 + i) - z(1)
          do j = 1, s
             associate (at => section(j), w => h * tab%a(i, j))
                residual_sigma = residual_sigma - w * (sense * at%stretch)
                residual_p = residual_p - w * at%pull
-               system(i, j) = system(i, j) - w * at%run_by_sigma
-               system(i, s + j) = -w * at%run_by_p
-               system(s + i, j) = -w * at%pull_by_sigma
-               system(s + i, s + j) = system(s + i, s + j) + w * at%run_by_sigma
-               rhs(i, by_sigma) = rhs(i, by_sigma) + w * at%run_by_sigma
-               rhs(s + i, by_sigma) = rhs(s + i, by_sigma) + w * at%pull_by_sigma
-               rhs(i, by_load) = rhs(i, by_load) + w * at%run_by_load
-               rhs(s + i, by_load) = rhs(s + i, by_load) + w * at%pull_by_load
+               system(j, i) = system(j, i) - w * at%run_by_sigma
+               system(s + j, i) = -w * at%run_by_p
+               system(j, s + i) = -w * at%pull_by_sigma
+               system(s + j, s + i) = system(s + j, s + i) + w * at%run_by_sigma
+               rhs(by_sigma, i) = rhs(by_sigma, i) + w * at%run_by_sigma
+               rhs(by_sigma, s + i) = rhs(by_sigma, s + i) + w * at%pull_by_sigma
+               rhs(by_load, i) = rhs(by_load, i) + w * at%run_by_load
+               rhs(by_load, s + i) = rhs(by_load, s + i) + w * at%pull_by_load
             end associate
          end do
-         rhs(i, by_residual) = -residual_sigma
-         rhs(s + i, by_residual) = -residual_p
+         rhs(by_residual, i) = -residual_sigma
+         rhs(by_residual, s + i) = -residual_p
          defect(1) = max(defect(1), abs(residual_p))
          defect(2) = max(defect(2), abs(residual_sigma))
       end do
       ! Forces beside lengths: by the flexibility of the element.
       weight(:s) = 1.0_wp
       weight(s + 1:) = abs(h) * compliance%axial + abs(h)**3 * compliance%bending
-      call solve_small(2 * s, system, rhs(:2 * s, :), singular, weight)
+      call solve_small(2 * s, system, rhs, singular, weight)
 
       ! Increments of the end values less those of the first end, as functions of (sigma 1, P at the first end, 1, load factor).
       dend = 0.0_wp
@@ -134,9 +135,9 @@ contains
          associate (at => section(i), w => h * tab%b(i))
             end_defect = end_defect - w * (sense * at%stretch)
             tail = tail + w * at%pull
-            dsigma = rhs(i, :)
+            dsigma = rhs(:, i)
             dsigma(by_sigma) = dsigma(by_sigma) + 1.0_wp
-            dp = rhs(s + i, :)
+            dp = rhs(:, s + i)
             dend = dend + w * (at%run_by_sigma * dsigma + at%run_by_p * dp)
             dtail = dtail + w * (at%pull_by_sigma * dsigma - at%run_by_sigma * dp)
             dend(by_load) = dend(by_load) + w * at%run_by_load
@@ -154,13 +155,13 @@ contains
       ends = [-1.0_wp - dend(by_sigma), 1.0_wp, end_defect - dend(by_residual), -dend(by_load)] / dend(by_p)
       op(1, :) = ends
       do j = 1, conforming_columns
-         op(2:1 + s, j) = rhs(s + 1:2 * s, by_p) * ends(j)
-         op(2 + s:1 + 2 * s, j) = rhs(:s, by_p) * ends(j)
+         op(2:1 + s, j) = rhs(by_p, s + 1:2 * s) * ends(j)
+         op(2 + s:1 + 2 * s, j) = rhs(by_p, :s) * ends(j)
       end do
-      op(2:1 + s, 1) = op(2:1 + s, 1) + rhs(s + 1:2 * s, by_sigma)
-      op(2 + s:1 + 2 * s, 1) = op(2 + s:1 + 2 * s, 1) + rhs(:s, by_sigma)
-      op(2:1 + s, 3:4) = op(2:1 + s, 3:4) + rhs(s + 1:2 * s, by_residual:by_load)
-      op(2 + s:1 + 2 * s, 3:4) = op(2 + s:1 + 2 * s, 3:4) + rhs(:s, by_residual:by_load)
+      op(2:1 + s, 1) = op(2:1 + s, 1) + rhs(by_sigma, s + 1:2 * s)
+      op(2 + s:1 + 2 * s, 1) = op(2 + s:1 + 2 * s, 1) + rhs(by_sigma, :s)
+      op(2:1 + s, 3:4) = op(2:1 + s, 3:4) + transpose(rhs(by_residual:by_load, s + 1:2 * s))
+      op(2 + s:1 + 2 * s, 3:4) = op(2 + s:1 + 2 * s, 3:4) + transpose(rhs(by_residual:by_load, :s))
 
       k(1, :) = -sense * ends(1:2)
       k(2, :) = sense * (dtail(by_p) * ends(1:2))

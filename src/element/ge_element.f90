@@ -107,14 +107,16 @@ contains
 
       real(wp) :: phi(max_stages), m(max_stages), nn(2, max_stages), rho(2, max_stages), g(max_stages)
       real(wp) :: g_phi(max_stages), d(2, max_stages), bnn(3, max_stages), position(2, max_stages)
-      real(wp), allocatable :: system(:, :), rhs(:, :), row_weight(:)
-      real(wp) :: moved(2, n_by)
-      real(wp) :: dphi(n_by, max_stages), dn(2, n_by), dend(3, n_by), dtail(3, n_by), flexibility(3, 3), &
-         & ends(3, ge_columns + 2)
-      real(wp) :: t(2), nu(2), axial, shear, beta, end_defect(3), tail(3), hc, he, residual_m, span(2), more(2), along, across
+      real(wp), allocatable :: system(:, :), rhs(:, :), row_weight(:) ! equations are columns, see solve_small
+      real(wp) :: turn(max_stages, max_stages) ! (j, i) of the section at stage i by m at stage j
+      real(wp), dimension(n_by, 2) :: moved, dn
+      real(wp) :: slope(n_by, max_stages) ! m'/C at the stages: by the columns, and itself as residual
+      real(wp) :: dphi(n_by, max_stages), dend(n_by, 3), dtail(n_by, 3), flexibility(3, 3), end_weight(3)
+      real(wp), dimension(ge_columns + 2, 3) :: ends, tails
+      real(wp) :: t(2), nu(2), axial, shear, beta, end_defect(3), tail(3), hc, he, span(2), more(2), along, across
       real(wp) :: free, heat(2, max_stages), g_heat(max_stages), half
       real(wp) :: moved_direction(2, max_stages) ! rho less that of the stress-free element
-      integer :: s, i, j, l, q, stored_by, unknowns, nb
+      integer :: s, i, j, l, q, stored_by, unknowns
       logical :: stored, founded, singular
 
       s = tab%stages
@@ -125,7 +127,7 @@ contains
       stored = size(z) > 3 + s
       founded = .false.
       if (present(inner)) founded = inner%n > 0
-      nb = merge(by_y, by_load, founded)
+      turn(:s, :s) = he * transpose(tab%a(:s, :s))
 
       ! Stage values.
       m(:s) = z(4:3 + s)
@@ -160,6 +162,11 @@ contains
          ! Derivatives of r'/C and m'/C by the load factor through heat.
          heat(:, i) = load%strain_rate * t + (tab%c(i) * h * load%curvature_rate) * d(:, i)
          g_heat(i) = -load%strain_rate * shear + (tab%c(i) * h * load%curvature_rate) * g_phi(i)
+         slope(:, i) = 0.0_wp
+         slope(by_rotation, i) = g_phi(i)
+         slope(by_residual, i) = g(i)
+         slope(by_load, i) = g_heat(i)
+         if (.not. stored) slope(by_nx:by_ny, i) = -d(:, i)
          bnn(1, i) = compliance%axial * t(1) * t(1) + compliance%shear * nu(1) * nu(1)
          bnn(2, i) = compliance%axial * t(1) * t(2) + compliance%shear * nu(1) * nu(2)
          bnn(3, i) = compliance%axial * t(2) * t(2) + compliance%shear * nu(2) * nu(2)
@@ -170,38 +177,31 @@ contains
       if (stored) stored_by = 3 * s
       unknowns = stored_by
       if (founded) unknowns = unknowns + inner%n
-      allocate (system(unknowns, unknowns), rhs(unknowns, n_by), row_weight(unknowns))
+      allocate (system(unknowns, unknowns), rhs(n_by, unknowns), row_weight(unknowns))
       defect = 0.0_wp
-      system(:unknowns, :unknowns) = 0.0_wp
-      rhs(:unknowns, :) = 0.0_wp
+      system = 0.0_wp
+      rhs = 0.0_wp
       do i = 1, s
          system(i, i) = 1.0_wp
-         rhs(i, by_m) = 1.0_wp
-         residual_m = m(i) - z(3)
+         rhs(by_m, i) = 1.0_wp
+         rhs(by_residual, i) = z(3) - m(i)
          do j = 1, s
-            residual_m = residual_m - hc * tab%a(i, j) * g(j)
-            rhs(i, by_rotation) = rhs(i, by_rotation) + hc * tab%a(i, j) * g_phi(j)
-            rhs(i, by_load) = rhs(i, by_load) + hc * tab%a(i, j) * g_heat(j)
-            do l = 1, s
-               system(i, l) = system(i, l) - (hc * tab%a(i, j) * g_phi(j)) * (he * tab%a(j, l))
-            end do
+            rhs(:, i) = rhs(:, i) + (hc * tab%a(i, j)) * slope(:, j)
+            system(:s, i) = system(:s, i) - (hc * tab%a(i, j) * g_phi(j)) * turn(:s, j)
             if (stored) then
-               system(i, s + 2 * j - 1) = hc * tab%a(i, j) * d(1, j)
-               system(i, s + 2 * j) = hc * tab%a(i, j) * d(2, j)
+               system(s + 2 * j - 1:s + 2 * j, i) = hc * tab%a(i, j) * d(:, j)
             else
-               rhs(i, by_nx:by_ny) = rhs(i, by_nx:by_ny) - hc * tab%a(i, j) * d(:, j)
-               rhs(i, by_load) = rhs(i, by_load) + hc * tab%a(i, j) * (tab%c(j) * h) * dot_product(d(:, j), load%line_rate)
+               rhs(by_load, i) = rhs(by_load, i) + hc * tab%a(i, j) * (tab%c(j) * h) * dot_product(d(:, j), load%line_rate)
             end if
          end do
-         rhs(i, by_residual) = -residual_m
-         defect(1) = max(defect(1), abs(residual_m) * he)
+         defect(1) = max(defect(1), abs(rhs(by_residual, i)) * he)
       end do
       if (stored) call add_force_rows()
       ! Moments beside forces: as forces at a distance of h.
       row_weight(:s) = 1.0_wp
       row_weight(s + 1:) = h
       if (founded) call add_pressure_rows()
-      call solve_small(unknowns, system, rhs(:unknowns, :nb), singular, row_weight)
+      call solve_small(unknowns, system, rhs, singular, row_weight)
       ok = .not. singular
       if (singular) then
          f = 0.0_wp; raw = 0.0_wp; k = 0.0_wp; fl = 0.0_wp; op = 0.0_wp
@@ -212,12 +212,12 @@ contains
       ! Increments of the end values as functions of (rotation 1, n, m at the first end, 1, load factor).
       dend = 0.0_wp
       dtail = 0.0_wp
-      dend(3, by_rotation) = 1.0_wp
-      dtail(1, by_nx) = 1.0_wp
-      dtail(2, by_ny) = 1.0_wp
-      dtail(3, by_m) = 1.0_wp
-      dtail(1:2, by_load) = -h * load%line_rate
-      dend(3, by_load) = h * load%curvature_rate
+      dend(by_rotation, 3) = 1.0_wp
+      dtail(by_nx, 1) = 1.0_wp
+      dtail(by_ny, 2) = 1.0_wp
+      dtail(by_m, 3) = 1.0_wp
+      dtail(by_load, 1:2) = -h * load%line_rate
+      dend(by_load, 3) = h * load%curvature_rate
       ! Of displacements, not of positions: that is known to their own rounding, and C closes the stress-free element.
       end_defect = [u(4:5) - u(1:2), u(6) - u(3) - h * load%curvature]
       span = 0.0_wp
@@ -227,22 +227,22 @@ contains
          dphi(:, i) = 0.0_wp
          dphi(by_rotation, i) = 1.0_wp
          do l = 1, s
-            dphi(:, i) = dphi(:, i) + (he * tab%a(i, l)) * rhs(l, :)
+            dphi(:, i) = dphi(:, i) + turn(l, i) * rhs(:, l)
          end do
          if (stored) then
-            dn = rhs(s + 2 * i - 1:s + 2 * i, :)
+            dn = rhs(:, s + 2 * i - 1:s + 2 * i)
          else
             dn = 0.0_wp
-            dn(1, by_nx) = 1.0_wp
-            dn(2, by_ny) = 1.0_wp
-            dn(:, by_load) = -(tab%c(i) * h) * load%line_rate
+            dn(by_nx, 1) = 1.0_wp
+            dn(by_ny, 2) = 1.0_wp
+            dn(by_load, :) = -(tab%c(i) * h) * load%line_rate
          end if
-         dend(1, :) = dend(1, :) + (hc * tab%b(i)) * (d(1, i) * dphi(:, i) + bnn(1, i) * dn(1, :) + bnn(2, i) * dn(2, :))
-         dend(2, :) = dend(2, :) + (hc * tab%b(i)) * (d(2, i) * dphi(:, i) + bnn(2, i) * dn(1, :) + bnn(3, i) * dn(2, :))
-         dend(3, :) = dend(3, :) + (he * tab%b(i)) * rhs(i, :)
-         dtail(3, :) = dtail(3, :) + (hc * tab%b(i)) * (g_phi(i) * dphi(:, i) - d(1, i) * dn(1, :) - d(2, i) * dn(2, :))
-         dend(1:2, by_load) = dend(1:2, by_load) + (hc * tab%b(i)) * heat(:, i)
-         dtail(3, by_load) = dtail(3, by_load) + (hc * tab%b(i)) * g_heat(i)
+         dend(:, 1) = dend(:, 1) + (hc * tab%b(i)) * (d(1, i) * dphi(:, i) + bnn(1, i) * dn(:, 1) + bnn(2, i) * dn(:, 2))
+         dend(:, 2) = dend(:, 2) + (hc * tab%b(i)) * (d(2, i) * dphi(:, i) + bnn(2, i) * dn(:, 1) + bnn(3, i) * dn(:, 2))
+         dend(:, 3) = dend(:, 3) + (he * tab%b(i)) * rhs(:, i)
+         dtail(:, 3) = dtail(:, 3) + (hc * tab%b(i)) * (g_phi(i) * dphi(:, i) - d(1, i) * dn(:, 1) - d(2, i) * dn(:, 2))
+         dend(by_load, 1:2) = dend(by_load, 1:2) + (hc * tab%b(i)) * heat(:, i)
+         dtail(by_load, 3) = dtail(by_load, 3) + (hc * tab%b(i)) * g_heat(i)
          end_defect(1:2) = end_defect(1:2) - (hc * tab%b(i)) * moved_direction(:, i)
          span = span + (hc * tab%b(i)) * rho(:, i)
          end_defect(3) = end_defect(3) - (he * tab%b(i)) * m(i)
@@ -250,47 +250,50 @@ contains
       end do
       if (stored) then
          tail(1:2) = tail(1:2) - load%pressure * [-span(2), span(1)]
-         dtail(1, :) = dtail(1, :) + load%pressure * dend(2, :)
-         dtail(2, :) = dtail(2, :) - load%pressure * dend(1, :)
-         dtail(1:2, by_load) = dtail(1:2, by_load) - load%pressure_rate * [-span(2), span(1)]
+         dtail(:, 1) = dtail(:, 1) + load%pressure * dend(:, 2)
+         dtail(:, 2) = dtail(:, 2) - load%pressure * dend(:, 1)
+         dtail(by_load, 1:2) = dtail(by_load, 1:2) - load%pressure_rate * [-span(2), span(1)]
       end if
       if (founded) then
          do q = 1, inner%n
             call point_increment(q)
             tail(1:2) = tail(1:2) - (h * inner%weight(q)) * inner%force(:, q)
-            dtail(1:2, :) = dtail(1:2, :) + (h * inner%weight(q)) * (matmul(inner%sway(:, :, q), moved) - &
-               & spread(inner%normal(:, q), 2, n_by) * spread(rhs(stored_by + q, :), 1, 2))
-            dtail(1:2, by_load) = dtail(1:2, by_load) - (h * inner%weight(q)) * inner%rate(:, q)
+            do i = 1, 2
+               dtail(:, i) = dtail(:, i) + (h * inner%weight(q)) * (matmul(moved, inner%sway(i, :, q)) - &
+                  & inner%normal(i, q) * rhs(:, stored_by + q))
+            end do
+            dtail(by_load, 1:2) = dtail(by_load, 1:2) - (h * inner%weight(q)) * inner%rate(:, q)
          end do
       end if
       defect(1) = max(defect(1), abs(end_defect(3)))
       defect(2) = max(abs(end_defect(1)), abs(end_defect(2)))
 
       ! Condensation: the end conditions give the increments of n and m at the first end.
-      flexibility = dend(:, by_nx:by_m)
+      flexibility = dend(by_nx:by_m, :)
       if (compliance%give > 0.0_wp) then
          do i = 1, s
             t = [cos(angle(i) + phi(i)), sin(angle(i) + phi(i))]
-            flexibility(1:2, 1) = flexibility(1:2, 1) + (hc * tab%b(i) * compliance%give * t(1)) * t
-            flexibility(1:2, 2) = flexibility(1:2, 2) + (hc * tab%b(i) * compliance%give * t(2)) * t
+            flexibility(1, 1:2) = flexibility(1, 1:2) + (hc * tab%b(i) * compliance%give * t(1)) * t
+            flexibility(2, 1:2) = flexibility(2, 1:2) + (hc * tab%b(i) * compliance%give * t(2)) * t
          end do
       end if
       ends = 0.0_wp
       do i = 1, 3
          ends(i, i) = -1.0_wp
-         ends(i, i + 3) = 1.0_wp
+         ends(i + 3, i) = 1.0_wp
       end do
-      ! dend(3, by_rotation) holds rotation 1 itself: the end difference needs only what comes on top.
-      ends(1:2, 3) = ends(1:2, 3) - dend(1:2, by_rotation)
-      ends(3, 3) = -dend(3, by_rotation)
-      ends(:, 7) = end_defect - dend(:, by_residual)
-      ends(:, 8) = -dend(:, by_load)
+      ! dend(by_rotation, 3) holds rotation 1 itself: the end difference needs only what comes on top.
+      ends(3, 1:2) = ends(3, 1:2) - dend(by_rotation, 1:2)
+      ends(3, 3) = -dend(by_rotation, 3)
+      ends(7, :) = end_defect - dend(by_residual, :)
+      ends(8, :) = -dend(by_load, :)
       if (founded) then
          ! Translations of the first node, and of the whole element.
-         ends(:, 1:2) = ends(:, 1:2) - dend(:, by_x:by_y)
-         ends(:, ge_columns + 1:) = -dend(:, by_x:by_y)
+         ends(1:2, :) = ends(1:2, :) - dend(by_x:by_y, :)
+         ends(ge_columns + 1:, :) = -dend(by_x:by_y, :)
       end if
-      call solve_small(3, flexibility, ends(:, :merge(ge_columns + 2, ge_columns, founded)), singular, [1.0_wp, 1.0_wp, h])
+      end_weight = [1.0_wp, 1.0_wp, h]
+      call solve_small(3, flexibility, ends, singular, end_weight)
       ok = .not. singular
       if (present(shift)) shift = 0.0_wp
       if (singular) then
@@ -298,31 +301,34 @@ contains
          return
       end if
 
-      op(1:3, :) = ends(:, :ge_columns)
-      do j = 1, ge_columns
-         op(4:3 + stored_by, j) = matmul(rhs(:stored_by, by_nx:by_m), ends(:, j))
+      op(1:3, :) = transpose(ends(:ge_columns, :))
+      do l = 1, stored_by
+         op(3 + l, :) = rhs(by_nx, l) * ends(:ge_columns, 1) + rhs(by_ny, l) * ends(:ge_columns, 2) + &
+            & rhs(by_m, l) * ends(:ge_columns, 3)
+         op(3 + l, 3) = op(3 + l, 3) + rhs(by_rotation, l)
+         if (founded) op(3 + l, 1:2) = op(3 + l, 1:2) + rhs(by_x:by_y, l)
+         op(3 + l, 7:8) = op(3 + l, 7:8) + rhs(by_residual:by_load, l)
       end do
-      op(4:3 + stored_by, 3) = op(4:3 + stored_by, 3) + rhs(:stored_by, by_rotation)
-      if (founded) op(4:3 + stored_by, 1:2) = op(4:3 + stored_by, 1:2) + rhs(:stored_by, by_x:by_y)
-      op(4:3 + stored_by, 7) = op(4:3 + stored_by, 7) + rhs(:stored_by, by_residual)
-      op(4:3 + stored_by, 8) = op(4:3 + stored_by, 8) + rhs(:stored_by, by_load)
+      do i = 1, 3
+         tails(:, i) = dtail(by_nx, i) * ends(:, 1) + dtail(by_ny, i) * ends(:, 2) + dtail(by_m, i) * ends(:, 3)
+      end do
 
-      k(1:3, :) = -ends(:, :6)
-      k(4:6, :) = matmul(dtail(:, by_nx:by_m), ends(:, :6))
-      k(4:6, 3) = k(4:6, 3) + dtail(:, by_rotation)
+      k(1:3, :) = -transpose(ends(:6, :))
+      k(4:6, :) = transpose(tails(:6, :))
+      k(4:6, 3) = k(4:6, 3) + dtail(by_rotation, :)
       if (founded) then
-         k(4:6, 1:2) = k(4:6, 1:2) + dtail(:, by_x:by_y)
+         k(4:6, 1:2) = k(4:6, 1:2) + transpose(dtail(by_x:by_y, :))
          if (present(shift)) then
-            shift(1:3, :) = -ends(:, ge_columns + 1:)
-            shift(4:6, :) = matmul(dtail(:, by_nx:by_m), ends(:, ge_columns + 1:)) + dtail(:, by_x:by_y)
+            shift(1:3, :) = -transpose(ends(ge_columns + 1:, :))
+            shift(4:6, :) = transpose(tails(ge_columns + 1:, :) + dtail(by_x:by_y, :))
          end if
       end if
       raw(1:3) = -z(1:3)
       raw(4:6) = tail
-      f(1:3) = -z(1:3) - ends(:, 7)
-      f(4:6) = tail + matmul(dtail(:, by_nx:by_m), ends(:, 7)) + dtail(:, by_residual)
-      fl(1:3) = ends(:, 8)
-      fl(4:6) = -matmul(dtail(:, by_nx:by_m), ends(:, 8)) - dtail(:, by_load)
+      f(1:3) = -z(1:3) - ends(7, :)
+      f(4:6) = tail + tails(7, :) + dtail(by_residual, :)
+      fl(1:3) = ends(8, :)
+      fl(4:6) = -tails(8, :) - dtail(by_load, :)
       ! Pressure leaves a skew part that cancels between neighbours; dropping it keeps the band symmetric.
       if (stored) k = 0.5_wp * (k + transpose(k))
 
@@ -332,23 +338,24 @@ contains
       subroutine point_increment(number)
          integer, intent(in) :: number
          integer :: a
-         real(wp) :: weight, pulled(2, n_by)
+         real(wp) :: weight
          moved = 0.0_wp
-         moved(1, by_x) = 1.0_wp
-         moved(2, by_y) = 1.0_wp
+         moved(by_x, 1) = 1.0_wp
+         moved(by_y, 2) = 1.0_wp
          do a = 1, s
             weight = hc * inner%basis(a, number)
-            pulled = rhs(s + 2 * a - 1:s + 2 * a, :)
-            moved(:, by_load) = moved(:, by_load) + weight * heat(:, a)
-            moved(1, :) = moved(1, :) + weight * (d(1, a) * dphi(:, a) + bnn(1, a) * pulled(1, :) + bnn(2, a) * pulled(2, :))
-            moved(2, :) = moved(2, :) + weight * (d(2, a) * dphi(:, a) + bnn(2, a) * pulled(1, :) + bnn(3, a) * pulled(2, :))
+            associate (pulled => rhs(:, s + 2 * a - 1:s + 2 * a))
+               moved(by_load, :) = moved(by_load, :) + weight * heat(:, a)
+               moved(:, 1) = moved(:, 1) + weight * (d(1, a) * dphi(:, a) + bnn(1, a) * pulled(:, 1) + bnn(2, a) * pulled(:, 2))
+               moved(:, 2) = moved(:, 2) + weight * (d(2, a) * dphi(:, a) + bnn(2, a) * pulled(:, 1) + bnn(3, a) * pulled(:, 2))
+            end associate
          end do
       end subroutine point_increment
 
       !> n_i = n_1 - q c_i h - p J (r_i - r_1) - foundation at every stage, linearised.
       subroutine add_force_rows()
          integer :: row, a, b
-         real(wp) :: w, residual(2), share, k_d(2), along(2, max_stages), swing(2), heated(2), k_dn(2, 2, max_stages)
+         real(wp) :: w, residual(2), share, k_d(2), along(max_stages, 2), swing(2), heated(2), k_dn(2, 2, max_stages)
          position = 0.0_wp
          do a = 1, s
             do b = 1, s
@@ -363,20 +370,20 @@ contains
             system(row + 1, row + 1) = 1.0_wp
             do b = 1, s
                w = load%pressure * hc * tab%a(a, b)
-               rhs(row, by_rotation) = rhs(row, by_rotation) + w * d(2, b)
-               rhs(row + 1, by_rotation) = rhs(row + 1, by_rotation) - w * d(1, b)
-               rhs(row:row + 1, by_load) = rhs(row:row + 1, by_load) + w * [heat(2, b), -heat(1, b)]
-               system(row, :s) = system(row, :s) - (w * d(2, b) * he) * tab%a(b, :s)
-               system(row + 1, :s) = system(row + 1, :s) + (w * d(1, b) * he) * tab%a(b, :s)
-               system(row, s + 2 * b - 1) = system(row, s + 2 * b - 1) - w * bnn(2, b)
-               system(row, s + 2 * b) = system(row, s + 2 * b) - w * bnn(3, b)
-               system(row + 1, s + 2 * b - 1) = system(row + 1, s + 2 * b - 1) + w * bnn(1, b)
-               system(row + 1, s + 2 * b) = system(row + 1, s + 2 * b) + w * bnn(2, b)
+               rhs(by_rotation, row) = rhs(by_rotation, row) + w * d(2, b)
+               rhs(by_rotation, row + 1) = rhs(by_rotation, row + 1) - w * d(1, b)
+               rhs(by_load, row:row + 1) = rhs(by_load, row:row + 1) + w * [heat(2, b), -heat(1, b)]
+               system(:s, row) = system(:s, row) - (w * d(2, b) * he) * tab%a(b, :s)
+               system(:s, row + 1) = system(:s, row + 1) + (w * d(1, b) * he) * tab%a(b, :s)
+               system(s + 2 * b - 1, row) = system(s + 2 * b - 1, row) - w * bnn(2, b)
+               system(s + 2 * b, row) = system(s + 2 * b, row) - w * bnn(3, b)
+               system(s + 2 * b - 1, row + 1) = system(s + 2 * b - 1, row + 1) + w * bnn(1, b)
+               system(s + 2 * b, row + 1) = system(s + 2 * b, row + 1) + w * bnn(2, b)
             end do
-            rhs(row, by_nx) = 1.0_wp
-            rhs(row + 1, by_ny) = 1.0_wp
-            rhs(row:row + 1, by_residual) = -residual
-            rhs(row:row + 1, by_load) = rhs(row:row + 1, by_load) - (tab%c(a) * h) * load%line_rate - &
+            rhs(by_nx, row) = 1.0_wp
+            rhs(by_ny, row + 1) = 1.0_wp
+            rhs(by_residual, row:row + 1) = -residual
+            rhs(by_load, row:row + 1) = rhs(by_load, row:row + 1) - (tab%c(a) * h) * load%line_rate - &
                & load%pressure_rate * [-position(2, a), position(1, a)]
          end do
          if (founded) then
@@ -389,30 +396,30 @@ contains
                   heated = heated + matmul(inner%sway(:, :, q), heat(:, b)) * (hc * inner%basis(b, q))
                   k_d = matmul(inner%sway(:, :, q), d(:, b)) * (hc * inner%basis(b, q))
                   swing = swing + k_d
-                  along(1, :s) = along(1, :s) + (k_d(1) * he) * tab%a(b, :s)
-                  along(2, :s) = along(2, :s) + (k_d(2) * he) * tab%a(b, :s)
-                  k_dn(:, 1, b) = matmul(inner%sway(:, :, q), bnn(1:2, b)) * (hc * inner%basis(b, q))
-                  k_dn(:, 2, b) = matmul(inner%sway(:, :, q), bnn(2:3, b)) * (hc * inner%basis(b, q))
+                  along(:s, 1) = along(:s, 1) + (k_d(1) * he) * tab%a(b, :s)
+                  along(:s, 2) = along(:s, 2) + (k_d(2) * he) * tab%a(b, :s)
+                  k_dn(1, :, b) = matmul(inner%sway(:, :, q), bnn(1:2, b)) * (hc * inner%basis(b, q))
+                  k_dn(2, :, b) = matmul(inner%sway(:, :, q), bnn(2:3, b)) * (hc * inner%basis(b, q))
                end do
                do a = 1, s
                   row = s + 2 * a - 1
                   share = h * inner%weight(q) * (1.0_wp - inner%basis(a, q) / tab%b(a))
-                  system(row:row + 1, stored_by + q) = system(row:row + 1, stored_by + q) + share * inner%normal(:, q)
-                  system(row:row + 1, :s) = system(row:row + 1, :s) - share * along(:, :s)
+                  system(stored_by + q, row:row + 1) = system(stored_by + q, row:row + 1) + share * inner%normal(:, q)
+                  system(:s, row:row + 1) = system(:s, row:row + 1) - share * along(:s, :)
                   do b = 1, s
-                     system(row:row + 1, s + 2 * b - 1:s + 2 * b) = system(row:row + 1, s + 2 * b - 1:s + 2 * b) - &
+                     system(s + 2 * b - 1:s + 2 * b, row:row + 1) = system(s + 2 * b - 1:s + 2 * b, row:row + 1) - &
                         & share * k_dn(:, :, b)
                   end do
-                  rhs(row:row + 1, by_rotation) = rhs(row:row + 1, by_rotation) + share * swing
-                  rhs(row:row + 1, by_x:by_y) = rhs(row:row + 1, by_x:by_y) + share * inner%sway(:, :, q)
-                  rhs(row:row + 1, by_residual) = rhs(row:row + 1, by_residual) - share * inner%force(:, q)
-                  rhs(row:row + 1, by_load) = rhs(row:row + 1, by_load) + share * (heated - inner%rate(:, q))
+                  rhs(by_rotation, row:row + 1) = rhs(by_rotation, row:row + 1) + share * swing
+                  rhs(by_x:by_y, row:row + 1) = rhs(by_x:by_y, row:row + 1) + share * transpose(inner%sway(:, :, q))
+                  rhs(by_residual, row:row + 1) = rhs(by_residual, row:row + 1) - share * inner%force(:, q)
+                  rhs(by_load, row:row + 1) = rhs(by_load, row:row + 1) + share * (heated - inner%rate(:, q))
                end do
             end do
          end if
          ! As the rotation and the displacement that such forces would make.
          do a = 1, s
-            defect(1) = max(defect(1), maxval(abs(rhs(s + 2 * a - 1:s + 2 * a, by_residual))) * hc * he)
+            defect(1) = max(defect(1), maxval(abs(rhs(by_residual, s + 2 * a - 1:s + 2 * a))) * hc * he)
          end do
       end subroutine add_force_rows
 
@@ -430,14 +437,14 @@ contains
             do b = 1, s
                stiff = inner%spring(q) * hc * inner%basis(b, q)
                lever = stiff * dot_product(inner%normal(:, q), d(:, b))
-               system(row, :s) = system(row, :s) + (lever * he) * tab%a(b, :s)
-               system(row, s + 2 * b - 1) = stiff * dot_product(inner%normal(:, q), bnn(1:2, b))
-               system(row, s + 2 * b) = stiff * dot_product(inner%normal(:, q), bnn(2:3, b))
-               rhs(row, by_rotation) = rhs(row, by_rotation) - lever
-               rhs(row, by_load) = rhs(row, by_load) - stiff * dot_product(inner%normal(:, q), heat(:, b))
+               system(:s, row) = system(:s, row) + (lever * he) * tab%a(b, :s)
+               system(s + 2 * b - 1, row) = stiff * dot_product(inner%normal(:, q), bnn(1:2, b))
+               system(s + 2 * b, row) = stiff * dot_product(inner%normal(:, q), bnn(2:3, b))
+               rhs(by_rotation, row) = rhs(by_rotation, row) - lever
+               rhs(by_load, row) = rhs(by_load, row) - stiff * dot_product(inner%normal(:, q), heat(:, b))
             end do
-            rhs(row, by_x:by_y) = -inner%spring(q) * inner%normal(:, q)
-            rhs(row, by_load) = rhs(row, by_load) + inner%spring(q) * inner%approach(q)
+            rhs(by_x:by_y, row) = -inner%spring(q) * inner%normal(:, q)
+            rhs(by_load, row) = rhs(by_load, row) + inner%spring(q) * inner%approach(q)
          end do
       end subroutine add_pressure_rows
    end subroutine ge_evaluate

@@ -64,7 +64,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       type(profile_t) :: profile
-      real(wp) :: home(2, max_stages), powers(max_stages + 1, max_stages + 1), value(max_stages + 1, 3), tau, u(3), d(2), axis(2)
+      real(wp) :: home(2, max_stages), powers(max_stages + 1, max_stages + 1), value(3, max_stages + 1), tau, u(3), d(2), axis(2)
       type(ge_load_t) :: load
       integer :: s, j, k
       logical :: singular
@@ -100,16 +100,16 @@ contains
             d = 0.0_wp
             if (profile%curved) d = deviation(problem, profile, tau)
             axis = u(1:2) + d - profile%stretch * turned(u(3), d)
-            value(j + 1, :) = [axis, u(3)]
-            powers(j + 1, 1) = 1.0_wp
+            value(:, j + 1) = [axis, u(3)]
+            powers(1, j + 1) = 1.0_wp
             do k = 1, s
-               powers(j + 1, k + 1) = powers(j + 1, k) * tau
+               powers(k + 1, j + 1) = powers(k, j + 1) * tau
             end do
          end do
       end associate
-      call solve_small(s + 1, powers, value(:s + 1, :), singular)
-      profile%moved(:, 0:s) = transpose(value(:s + 1, 1:2))
-      profile%rotation(0:s) = value(:s + 1, 3)
+      call solve_small(s + 1, powers, value, singular)
+      profile%moved(:, 0:s) = value(1:2, :s + 1)
+      profile%rotation(0:s) = value(3, :s + 1)
    end function conforming_profile
 
    !> The same with another stress-free geometry under the displacements and resultants of the state.

@@ -7,52 +7,67 @@ module small_dense
 
 contains
 
-   !> Solves A X = B by Gauss elimination with row pivoting; A and B are overwritten, X is in B.
+   !> Solves A X = B by Gauss elimination with row pivoting. An equation is a column of both arrays, where it is in one piece.
    !>
-   !> Where rows have different units, `weight` makes them comparable: the choice of pivots must not depend on the units.
+   !> Where equations have different units, `weight` makes them comparable: the choice of pivots must not depend on the units.
    pure subroutine solve_small(n, a, b, singular, weight)
       integer, intent(in) :: n             !! unknowns
-      real(wp), intent(inout) :: a(:, :)   !! (>= n, >= n) matrix, destroyed
-      real(wp), intent(inout) :: b(:, :)   !! (>= n, right-hand sides), the solution on return
+      real(wp), contiguous, intent(inout) :: a(:, :) !! (>= n, >= n) transposed matrix, destroyed
+      real(wp), contiguous, intent(inout) :: b(:, :) !! (right-hand sides, >= n) these transposed, the solutions on return
       logical, intent(out) :: singular     !! a pivot was exactly zero or not finite; B is then undefined
-      real(wp), intent(in), optional :: weight(:) !! (>= n) of the rows when pivots are compared, positive
-      real(wp) :: swap, w(n)
+      real(wp), intent(inout), optional :: weight(:) !! (>= n) of the equations when pivots are compared, positive; each goes where
+      !! its equation goes
+      real(wp) :: part, best
       integer :: i, j, k, p
       singular = .false.
-      w = 1.0_wp
-      if (present(weight)) w = weight(:n)
       do k = 1, n
          p = k
+         best = abs(a(k, k))
+         if (present(weight)) best = weight(k) * best
          do i = k + 1, n
-            if (w(i) * abs(a(i, k)) > w(p) * abs(a(p, k))) p = i
+            part = abs(a(k, i))
+            if (present(weight)) part = weight(i) * part
+            if (part > best) then
+               p = i
+               best = part
+            end if
          end do
-         if (.not. abs(a(p, k)) > 0.0_wp) then
+         if (.not. abs(a(k, p)) > 0.0_wp) then
             singular = .true.
             return
          end if
          if (p /= k) then
-            w(p) = w(k)
+            if (present(weight)) weight(p) = weight(k)
             do j = k, n
-               swap = a(k, j); a(k, j) = a(p, j); a(p, j) = swap
+               part = a(j, k); a(j, k) = a(j, p); a(j, p) = part
             end do
-            do j = 1, size(b, 2)
-               swap = b(k, j); b(k, j) = b(p, j); b(p, j) = swap
+            do j = 1, size(b, 1)
+               part = b(j, k); b(j, k) = b(j, p); b(j, p) = part
             end do
          end if
-         a(k + 1:n, k) = a(k + 1:n, k) / a(k, k)
-         do j = k + 1, n
-            if (abs(a(k, j)) > 0.0_wp) a(k + 1:n, j) = a(k + 1:n, j) - a(k, j) * a(k + 1:n, k)
-         end do
-         do j = 1, size(b, 2)
-            if (abs(b(k, j)) > 0.0_wp) b(k + 1:n, j) = b(k + 1:n, j) - b(k, j) * a(k + 1:n, k)
-         end do
-      end do
-      do j = 1, size(b, 2)
-         do k = n, 1, -1
-            b(k, j) = b(k, j) / a(k, k)
-            if (abs(b(k, j)) > 0.0_wp) b(:k - 1, j) = b(:k - 1, j) - b(k, j) * a(:k - 1, k)
+         do i = k + 1, n
+            part = a(k, i) / a(k, k)
+            if (.not. abs(part) > 0.0_wp) cycle
+            call take_off(n - k, part, a(k + 1:n, k), a(k + 1:n, i))
+            call take_off(size(b, 1), part, b(:, k), b(:, i))
          end do
       end do
+      do k = n, 1, -1
+         b(:, k) = b(:, k) / a(k, k)
+         do i = 1, k - 1
+            call take_off(size(b, 1), a(k, i), b(:, k), b(:, i))
+         end do
+      end do
+
+   contains
+
+      !> Takes a multiple of an equation off another one: two pieces of an array that have nothing in common.
+      pure subroutine take_off(n, factor, equation, from)
+         integer, intent(in) :: n
+         real(wp), intent(in) :: factor, equation(n)
+         real(wp), intent(inout) :: from(n)
+         from = from - factor * equation
+      end subroutine take_off
    end subroutine solve_small
 
    !> A row of a symmetric positive semi-definite matrix that the others determine, by elimination with diagonal pivots; 0: the

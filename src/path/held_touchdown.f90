@@ -49,7 +49,7 @@ contains
       integer, intent(in), optional :: also(:)   !! candidates that are held, too
       type(problem_t) :: frozen
       type(state_t) :: other
-      real(wp) :: left(2), changed(2), slope(2, 2), move(2, 1), trial(2), best
+      real(wp) :: left(2), changed(2), slope(2, 2), move(1, 2), trial(2), best
       integer :: try, k, unknowns
       logical :: singular
       unknowns = merge(2, 1, places)
@@ -68,22 +68,22 @@ contains
             trial(k) = step(k)
             call go_by(trial, state, other, changed)
             if (.not. ok) exit
-            slope(:, k) = (changed - left) / step(k)
+            slope(k, :) = (changed - left) / step(k)
          end do
          if (.not. ok) then
             ok = best <= small
             return
          end if
-         move(:, 1) = -left
+         move(1, :) = -left
          if (unknowns == 1) then
-            slope(1, 1) = sum(slope(:, 1))
+            slope(1, 1) = sum(slope(1, :))
             move(1, 1) = -sum(left)
          end if
          call solve_small(unknowns, slope, move, singular)
          ok = .not. singular
          if (.not. ok) return
          trial = 0.0_wp
-         trial(:unknowns) = move(:unknowns, 1)
+         trial(:unknowns) = move(1, :unknowns)
          ! Nothing but rounding is left.
          if (best <= small .and. abs(trial(1)) <= least_step * abs(state%load_factor)) return
          other = state
