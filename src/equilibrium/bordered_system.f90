@@ -48,7 +48,7 @@ contains
       call set_rolling(system)
       call solve_constrained(system, system%load, system%rate, system%tangent, timers)
       system%tangent_stretch = 0.0_wp
-      call take_back_stretches(system, 1.0_wp, system%tangent_stretch, system%tangent, timers)
+      if (system%rigidity%n > 0) call take_back_stretches(system, 1.0_wp, system%tangent_stretch, system%tangent, timers)
       system%negative_pivots = system%factor%negative_pivots + system%coupling%negative_pivots - system%hinges
    end subroutine factor_system
 
@@ -63,7 +63,7 @@ contains
       held = 0.0_wp
       call solve_constrained(system, rhs, held, x, timers)
       given = 0.0_wp
-      call take_back_stretches(system, 0.0_wp, given, x, timers)
+      if (system%rigidity%n > 0) call take_back_stretches(system, 0.0_wp, given, x, timers)
       if (present(stretch)) stretch = given
    end subroutine solve_effective
 
@@ -82,6 +82,7 @@ contains
          call count_up(timers, counter_solution)
       end do
       call timing_stop(timers, phase_solution)
+      if (system%rigidity%n == 0) return
       do k = 1, size(x, 2)
          given = 0.0_wp
          call take_back_stretches(system, 0.0_wp, given, x(:, k), timers)
@@ -90,14 +91,13 @@ contains
 
    !> Corrects a solution by what the tangent stretches where rods cannot (axial_rigidity).
    subroutine take_back_stretches(system, load, stretch, x, timers)
-      type(system_t), intent(in) :: system     !! factored
+      type(system_t), intent(in) :: system     !! factored, with rods that cannot stretch
       real(wp), intent(in) :: load             !! load factor of the solution
       real(wp), intent(inout) :: stretch(:, :) !! (2, inextensible elements) 0 on entry
       real(wp), intent(inout) :: x(:)          !! (n) solution by the factored tangent
       type(timers_t), intent(inout) :: timers
       real(wp) :: first(system%n), force(system%n), held(system%n)
       integer :: round
-      if (system%rigidity%n == 0) return
       first = x
       held = 0.0_wp
       do round = 1, rigidity_rounds
