@@ -109,9 +109,9 @@ contains
       real(wp) :: g_phi(max_stages), d(2, max_stages), bnn(3, max_stages), position(2, max_stages)
       real(wp), allocatable :: system(:, :), rhs(:, :), row_weight(:) ! equations are columns, see solve_small
       real(wp) :: turn(max_stages, max_stages) ! (j, i) of the section at stage i by m at stage j
-      real(wp), dimension(n_by, 2) :: moved, dn
+      real(wp) :: rate(n_by, 3, max_stages) ! of r'/C and m'/C at the stages by the columns, but for heat
       real(wp) :: slope(n_by, max_stages) ! m'/C at the stages: by the columns, and itself as residual
-      real(wp) :: dphi(n_by, max_stages), dend(n_by, 3), dtail(n_by, 3), flexibility(3, 3), end_weight(3)
+      real(wp) :: moved(n_by, 2), dphi(n_by), dend(n_by, 3), dtail(n_by, 3), flexibility(3, 3), end_weight(3)
       real(wp), dimension(ge_columns + 2, 3) :: ends, tails
       real(wp) :: t(2), nu(2), axial, shear, beta, end_defect(3), tail(3), hc, he, span(2), more(2), along, across
       real(wp) :: free, heat(2, max_stages), g_heat(max_stages), half
@@ -224,23 +224,34 @@ contains
       tail = z(1:3)
       tail(1:2) = tail(1:2) - h * load%line
       do i = 1, s
-         dphi(:, i) = 0.0_wp
-         dphi(by_rotation, i) = 1.0_wp
+         dphi = 0.0_wp
+         dphi(by_rotation) = 1.0_wp
          do l = 1, s
-            dphi(:, i) = dphi(:, i) + turn(l, i) * rhs(:, l)
+            dphi = dphi + turn(l, i) * rhs(:, l)
          end do
+         rate(:, 1, i) = d(1, i) * dphi
+         rate(:, 2, i) = d(2, i) * dphi
+         rate(:, 3, i) = g_phi(i) * dphi
          if (stored) then
-            dn = rhs(:, s + 2 * i - 1:s + 2 * i)
+            associate (dn => rhs(:, s + 2 * i - 1:s + 2 * i))
+               rate(:, 1, i) = rate(:, 1, i) + bnn(1, i) * dn(:, 1) + bnn(2, i) * dn(:, 2)
+               rate(:, 2, i) = rate(:, 2, i) + bnn(2, i) * dn(:, 1) + bnn(3, i) * dn(:, 2)
+               rate(:, 3, i) = rate(:, 3, i) - d(1, i) * dn(:, 1) - d(2, i) * dn(:, 2)
+            end associate
          else
-            dn = 0.0_wp
-            dn(by_nx, 1) = 1.0_wp
-            dn(by_ny, 2) = 1.0_wp
-            dn(by_load, :) = -(tab%c(i) * h) * load%line_rate
+            associate (dn => -(tab%c(i) * h) * load%line_rate)
+               rate(by_nx:by_ny, 1, i) = rate(by_nx:by_ny, 1, i) + bnn(1:2, i)
+               rate(by_nx:by_ny, 2, i) = rate(by_nx:by_ny, 2, i) + bnn(2:3, i)
+               rate(by_nx:by_ny, 3, i) = rate(by_nx:by_ny, 3, i) - d(:, i)
+               rate(by_load, 1, i) = rate(by_load, 1, i) + bnn(1, i) * dn(1) + bnn(2, i) * dn(2)
+               rate(by_load, 2, i) = rate(by_load, 2, i) + bnn(2, i) * dn(1) + bnn(3, i) * dn(2)
+               rate(by_load, 3, i) = rate(by_load, 3, i) - d(1, i) * dn(1) - d(2, i) * dn(2)
+            end associate
          end if
-         dend(:, 1) = dend(:, 1) + (hc * tab%b(i)) * (d(1, i) * dphi(:, i) + bnn(1, i) * dn(:, 1) + bnn(2, i) * dn(:, 2))
-         dend(:, 2) = dend(:, 2) + (hc * tab%b(i)) * (d(2, i) * dphi(:, i) + bnn(2, i) * dn(:, 1) + bnn(3, i) * dn(:, 2))
+         dend(:, 1) = dend(:, 1) + (hc * tab%b(i)) * rate(:, 1, i)
+         dend(:, 2) = dend(:, 2) + (hc * tab%b(i)) * rate(:, 2, i)
          dend(:, 3) = dend(:, 3) + (he * tab%b(i)) * rhs(:, i)
-         dtail(:, 3) = dtail(:, 3) + (hc * tab%b(i)) * (g_phi(i) * dphi(:, i) - d(1, i) * dn(:, 1) - d(2, i) * dn(:, 2))
+         dtail(:, 3) = dtail(:, 3) + (hc * tab%b(i)) * rate(:, 3, i)
          dend(by_load, 1:2) = dend(by_load, 1:2) + (hc * tab%b(i)) * heat(:, i)
          dtail(by_load, 3) = dtail(by_load, 3) + (hc * tab%b(i)) * g_heat(i)
          end_defect(1:2) = end_defect(1:2) - (hc * tab%b(i)) * moved_direction(:, i)
@@ -344,11 +355,8 @@ contains
          moved(by_y, 2) = 1.0_wp
          do a = 1, s
             weight = hc * inner%basis(a, number)
-            associate (pulled => rhs(:, s + 2 * a - 1:s + 2 * a))
-               moved(by_load, :) = moved(by_load, :) + weight * heat(:, a)
-               moved(:, 1) = moved(:, 1) + weight * (d(1, a) * dphi(:, a) + bnn(1, a) * pulled(:, 1) + bnn(2, a) * pulled(:, 2))
-               moved(:, 2) = moved(:, 2) + weight * (d(2, a) * dphi(:, a) + bnn(2, a) * pulled(:, 1) + bnn(3, a) * pulled(:, 2))
-            end associate
+            moved(by_load, :) = moved(by_load, :) + weight * heat(:, a)
+            moved = moved + weight * rate(:, 1:2, a)
          end do
       end subroutine point_increment
 

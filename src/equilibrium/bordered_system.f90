@@ -194,19 +194,30 @@ contains
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: x(:), y        !! as solve_bordered gives them
       real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements)
-      real(wp) :: du(6)
+      rate = rates_of(problem, system, all_to_global(problem, system, x), y)
+   end function resultant_rates
+
+   !> The same of displacements in global axes.
+   function rates_of(problem, system, du, y) result(rate)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: du(:, :), y    !! (3, nodes), load factor
+      real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements)
       class(rod_element_t), pointer :: rod
       integer :: e, k, z
       rate = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
          rod => rod_at(problem, e)
          if (.not. rod%takes_increments()) cycle
-         du(1:3) = to_global(problem, system, x, problem%model%mesh%node(1, e))
-         du(4:6) = to_global(problem, system, x, problem%model%mesh%node(2, e))
          z = problem%z_size(e)
-         do k = 1, 6
-            rate(:z, e) = rate(:z, e) + system%op(:z, k, e) * du(k)
-         end do
+         associate (node => problem%model%mesh%node(:, e))
+            do k = 1, 3
+               rate(:z, e) = rate(:z, e) + system%op(:z, k, e) * du(k, node(1))
+            end do
+            do k = 1, 3
+               rate(:z, e) = rate(:z, e) + system%op(:z, 3 + k, e) * du(k, node(2))
+            end do
+         end associate
          rate(:z, e) = rate(:z, e) + system%op(:z, 8, e) * y
       end do
       do k = 1, system%rigidity%n
@@ -214,7 +225,19 @@ contains
          z = problem%z_size(e)
          rate(:z, e) = rate(:z, e) + matmul(system%op(:z, 4:5, e), y * system%tangent_stretch(:, k))
       end do
-   end function resultant_rates
+   end function rates_of
+
+   !> Displacements of all nodes in global axes.
+   function all_to_global(problem, system, x) result(du)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: x(:)           !! (n) node axes
+      real(wp) :: du(3, problem%model%mesh%n_nodes)
+      integer :: node
+      do node = 1, size(du, 2)
+         du(:, node) = to_global(problem, system, x, node)
+      end do
+   end function all_to_global
 
    !> Adds a solved increment to the state: displacements, stored resultants, load factor.
    subroutine apply_increment(problem, system, x, y, state)
@@ -222,19 +245,18 @@ contains
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: x(:), y
       type(state_t), intent(inout) :: state
-      real(wp) :: rate(size(state%z, 1), size(state%z, 2))
+      real(wp) :: du(3, problem%model%mesh%n_nodes), rate(size(state%z, 1), size(state%z, 2))
       class(rod_element_t), pointer :: rod
-      integer :: e, node, z
-      rate = resultant_rates(problem, system, x, y)
+      integer :: e, z
+      du = all_to_global(problem, system, x)
+      rate = rates_of(problem, system, du, y)
       do e = 1, problem%model%mesh%n_elements
          rod => rod_at(problem, e)
          if (.not. rod%takes_increments()) cycle
          z = problem%z_size(e)
          state%z(:z, e) = state%z(:z, e) + rate(:z, e) + system%op(:z, 7, e)
       end do
-      do node = 1, problem%model%mesh%n_nodes
-         state%u(:, node) = state%u(:, node) + to_global(problem, system, x, node)
-      end do
+      state%u = state%u + du
       state%load_factor = state%load_factor + y
    end subroutine apply_increment
 end module bordered_system
