@@ -95,7 +95,7 @@ contains
       real(wp), intent(in) :: first              !! at the first end
       real(wp), intent(in) :: value(:)           !! (stages of `from`)
       real(wp) :: new(to%stages)
-      real(wp) :: at(0:max_stages), given(0:max_stages), product
+      real(wp) :: at(0:max_stages), given(0:max_stages), part(0:max_stages)
       integer :: i, j, k, s
       s = from%stages
       at(0) = 0.0_wp
@@ -104,12 +104,15 @@ contains
       given(1:s) = value
       new = 0.0_wp
       do i = 1, to%stages
-         do j = 0, s
-            product = given(j)
-            do k = 0, s
-               if (k /= j) product = product * (to%c(i) - at(k)) / (at(j) - at(k))
+         part = given
+         ! Polynomial by polynomial each quotient would wait for the one before it.
+         do k = 0, s
+            do j = 0, s
+               if (j /= k) part(j) = part(j) * (to%c(i) - at(k)) / (at(j) - at(k))
             end do
-            new(i) = new(i) + product
+         end do
+         do j = 0, s
+            new(i) = new(i) + part(j)
          end do
       end do
    end function raised_values

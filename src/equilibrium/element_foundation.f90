@@ -25,13 +25,21 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       type(inner_forces_t), intent(inout) :: list
+      call clear_forces(list)
+      if (problem%ground%founded(e)) call find_forces(problem, state, e, list)
+   end subroutine foundation_forces
+
+   !> The same where there are foundations: what this works with takes time to set up.
+   subroutine find_forces(problem, state, e, list)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      type(inner_forces_t), intent(inout) :: list !! empty on entry
       type(element_gap_t) :: gap
       real(wp) :: part(2, most_parts), from, rounding
       real(wp), allocatable :: corner(:)
       integer :: i, j, k, c, s, obstacle, n, corners
 
-      call clear_forces(list)
-      if (.not. problem%ground%founded(e)) return
       s = problem%model%mesh%stages(e)
       rounding = rounding_steps * epsilon(rounding) * maxval(abs(state%u(1:2, problem%model%mesh%node(:, e))))
       do i = problem%ground%first(e), problem%ground%first(e + 1) - 1
@@ -128,5 +136,5 @@ contains
          list%bend(q) = bend
          list%x(:, q) = x
       end subroutine add_point
-   end subroutine foundation_forces
+   end subroutine find_forces
 end module element_foundation
