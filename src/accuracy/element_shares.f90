@@ -80,6 +80,7 @@ contains
       type(inside_t) :: inside, held
       real(wp) :: way(size(ends)), kink(problem%model%mesh%n_elements)
       real(wp), dimension(6, problem%model%mesh%n_elements) :: force, dual
+      real(wp) :: moved(2, problem%model%mesh%n_elements) ! sizes of displacements and chord, of rotations
       real(wp) :: w(system%n), of_load(system%n), tangent(system%n), answers(system%n, size(number)), &
          & push(system%n), known(system%n), share(problem%model%mesh%n_elements), along, along_load, rest, change, corner, defect
       real(wp) :: row(3, size(state%u, 2))
@@ -91,6 +92,10 @@ contains
       allocate (shares%known(n), source=.false.)
       do e = 1, size(share)
          force(:, e) = unbalanced(problem, system, at_start, e)
+         associate (node => problem%model%mesh%node(:, e))
+            moved(1, e) = norm2(state%geometry%element(e)%chord) + maxval(abs(state%u(1:2, node)))
+            moved(2, e) = maxval(abs(state%u(3, node)))
+         end associate
       end do
       shares%unfolding = sqrt(sum([(force_on(modes(:, m))**2, m=1, size(modes, 2))]))
       kink = kink_moments(problem, state)
@@ -290,17 +295,13 @@ contains
       !> Rounding of displacements, chords and resultants of all elements, weighed as their errors are.
       real(wp) function rounding_of(dual)
          real(wp), intent(in) :: dual(:, :)       !! (6, elements)
-         real(wp) :: local(6), resultant(3), u(2)
+         real(wp) :: resultant(3)
          integer :: e
          rounding_of = 0.0_wp
          do e = 1, problem%model%mesh%n_elements
-            local = dual(:, e)
-            resultant = matmul(system%ek(4:6, :, e), local)
-            associate (node => problem%model%mesh%node(:, e), g => state%geometry%element(e))
-               u = norm2(g%chord) + [maxval(abs(state%u(1:2, node))), 0.0_wp]
-               rounding_of = rounding_of + dot_product(resultant(1:2), resultant(1:2)) * u(1)**2 + &
-                  & (resultant(3) * maxval(abs(state%u(3, node))))**2 + sum((local * system%eraw(:, e))**2)
-            end associate
+            resultant = matmul(system%ek(4:6, :, e), dual(:, e))
+            rounding_of = rounding_of + dot_product(resultant(1:2), resultant(1:2)) * moved(1, e)**2 + &
+               & (resultant(3) * moved(2, e))**2 + sum((dual(:, e) * system%eraw(:, e))**2)
          end do
          rounding_of = epsilon(rounding_of) * sqrt(rounding_of)
       end function rounding_of

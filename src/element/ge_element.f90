@@ -84,12 +84,13 @@ contains
    !> Sign: f = (-n, -m) at the first node and (n, m) at the second, so that the sum over elements minus the node loads
    !> vanishes in equilibrium. With du the six node displacement increments and dl that of the load factor,
    !>   f + k du - fl dl   are the end forces after one Newton step,   z + op (du, 1, dl)   the stored unknowns.
-   subroutine ge_evaluate(tab, h, scale, angle, compliance, load, u, z, f, raw, k, fl, op, defect, ok, more_force, inner, &
-      & shift)
+   subroutine ge_evaluate(tab, h, scale, angle, tangent, compliance, load, u, z, f, raw, k, fl, op, defect, ok, more_force, &
+      & inner, shift)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h                !! stress-free length
       real(wp), intent(in) :: scale            !! C
       real(wp), intent(in) :: angle(:)         !! (stages) stress-free tangent angle at the stages [rad]
+      real(wp), intent(in) :: tangent(:, :)    !! (2, stages) its cosine and sine
       type(ge_stiffness_t), intent(in) :: compliance
       type(ge_load_t), intent(in) :: load
       real(wp), intent(in) :: u(6)             !! node displacements (u, v, rotation) twice
@@ -139,7 +140,7 @@ contains
             nn(:, i) = z(1:2) - (tab%c(i) * h) * load%line
          end if
          half = 0.5_wp * phi(i)
-         t = [cos(angle(i)), sin(angle(i))]
+         t = tangent(:, i)
          moved_direction(:, i) = (2.0_wp * sin(half)) * (cos(half) * [-t(2), t(1)] - sin(half) * t)
          t = t + moved_direction(:, i)
          nu = [-t(2), t(1)]

@@ -19,6 +19,7 @@ module rod_geometry
       real(wp) :: chord(2) = 0.0_wp           !! node 2 minus node 1
       real(wp) :: at(max_stages) = 0.0_wp     !! nominal coordinates of the stages (GE)
       real(wp) :: angle(max_stages) = 0.0_wp  !! tangent angle there (GE)
+      real(wp) :: tangent(2, max_stages) = 0.0_wp !! its cosine and sine (GE)
       real(wp) :: end_angle(2) = 0.0_wp       !! tangent angle at both ends
    end type element_geometry_t
 
@@ -66,7 +67,7 @@ contains
             if (follows_curves(model%mesh%family(e)) .and. model%mesh%curve(e) /= 0) then
                call place_stages(model, tableau(model%mesh%stages(e)), e, g)
             else
-               g%angle = g%end_angle(1)
+               call keep_straight(g)
                if (collocates(model%mesh%family(e))) g%at = g%s(1) + tableau(model%mesh%stages(e))%c * (g%s(2) - g%s(1))
             end if
          end associate
@@ -95,7 +96,7 @@ contains
       if (.not. follows_curves(model%mesh%family(e)) .or. c == 0) then
          g%length = norm2(g%chord)
          g%end_angle = atan2(g%chord(2), g%chord(1))
-         g%angle = g%end_angle(1)
+         call keep_straight(g)
          if (collocates(model%mesh%family(e))) g%at = s(1) + tableau(model%mesh%stages(e))%c * (s(2) - s(1))
          return
       end if
@@ -107,6 +108,14 @@ contains
       end associate
       call place_stages(model, tableau(model%mesh%stages(e)), e, g)
    end function element_geometry
+
+   !> Angles of an element on no curve.
+   pure subroutine keep_straight(g)
+      type(element_geometry_t), intent(inout) :: g !! its ends are given
+      g%angle = g%end_angle(1)
+      g%tangent(1, :) = cos(g%angle(1))
+      g%tangent(2, :) = sin(g%angle(1))
+   end subroutine keep_straight
 
    !> Places and angles of the stages of an element on a curve.
    !>
@@ -129,10 +138,15 @@ contains
          quadrature = quadrature * g%length
          ! An element that has been left no length is singular, as its matrix will tell.
          g%scale = 1.0_wp
-         if (.not. norm2(quadrature) > 0.0_wp) return
-         g%scale = norm2(g%chord) / norm2(quadrature)
-         turn = atan2(quadrature(1) * g%chord(2) - quadrature(2) * g%chord(1), dot_product(quadrature, g%chord))
-         g%angle(:tab%stages) = g%angle(:tab%stages) + turn
+         turn = 0.0_wp
+         if (norm2(quadrature) > 0.0_wp) then
+            g%scale = norm2(g%chord) / norm2(quadrature)
+            turn = atan2(quadrature(1) * g%chord(2) - quadrature(2) * g%chord(1), dot_product(quadrature, g%chord))
+         end if
+         do i = 1, tab%stages
+            g%angle(i) = g%angle(i) + turn
+            g%tangent(:, i) = [cos(g%angle(i)), sin(g%angle(i))]
+         end do
       end associate
    end subroutine place_stages
 

@@ -40,7 +40,7 @@ contains
       real(wp) :: internal(2)
       call foundation_forces(problem, state, e, inner)
       associate (g => state%geometry%element(e))
-         call ge_evaluate(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%angle, &
+         call ge_evaluate(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%angle, g%tangent, &
             & problem%compliance(e), element_load(problem, state, e), element_displacement(problem, state, e), &
             & state%z(:problem%z_size(e), e), f, raw, k, fl, op, internal, ok, inner=inner, shift=shift)
       end associate

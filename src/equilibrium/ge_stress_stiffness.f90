@@ -73,7 +73,7 @@ contains
          pressed = inner
          if (inner%n > 0) call press(part_of_load)
          associate (g => state%geometry%element(e))
-            call ge_evaluate(problem%tableau(s), g%length, g%scale, g%angle, problem%compliance(e), shifted, &
+            call ge_evaluate(problem%tableau(s), g%length, g%scale, g%angle, g%tangent, problem%compliance(e), shifted, &
                & element_displacement(problem, state, e), state%z(:z, e), f, raw, part, fl, op, defect, ok, &
                & more_force=part_of_load * force(:, :s), inner=pressed, shift=moved)
          end associate
