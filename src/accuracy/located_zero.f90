@@ -66,7 +66,7 @@ contains
       type(span_test_t), allocatable :: tests(:)
       value = ieee_value(value, ieee_quiet_nan)
       if (zero%test > 0) then
-         tests = run_span_tests(problem, state, max(system%force_scale, tiny(value)))
+         tests = run_span_tests(problem, state, max(system%force_scale, tiny(value)), zero%test)
          if (size(tests) >= zero%test) value = tests(zero%test)%value
       else if (.not. allocated(zero%event)) then
          return
@@ -87,7 +87,7 @@ contains
       type(span_test_t), allocatable :: tests(:)
       left = 0.0_wp
       if (zero%test == 0) return
-      tests = run_span_tests(problem, state, max(system%force_scale, tiny(left)))
+      tests = run_span_tests(problem, state, max(system%force_scale, tiny(left)), 0)
       if (size(tests) < zero%test) return
       associate (test => tests(zero%test))
          if (test%kind == test_length) left = shortest * problem%layout%stretch(test%stretch)%length / problem%size

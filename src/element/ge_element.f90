@@ -23,8 +23,8 @@ module ge_element
    use inner_forces, only: inner_forces_t
    implicit none
    private
-   public :: ge_compliance, forbid_stretch, ge_stiffness_t, ge_load_t, ge_evaluate, ge_end_forces, ge_interior, ge_directions, &
-      & ge_direction_changes, ge_direction_rates, ge_size, ge_columns
+   public :: ge_compliance, forbid_stretch, ge_stiffness_t, ge_load_t, ge_evaluate, ge_end_forces, ge_interior, ge_between, &
+      & ge_directions, ge_direction_changes, ge_direction_rates, ge_size, ge_columns
 
    integer, parameter :: ge_columns = 8 !! columns of the update operator: six node displacements, residual, load factor
 
@@ -490,12 +490,28 @@ contains
       real(wp), intent(out) :: span(2)         !! deformed position minus that of the first node
       real(wp), intent(out) :: rotation        !! rotation displacement there
       real(wp), intent(out) :: resultant(3)    !! (n_x, n_y, m) there
-      real(wp) :: basis(max_stages), nn(2), rho(2, max_stages)
-      integer :: i, s
+      real(wp) :: basis(max_stages), rho(2, max_stages)
+      integer :: s
       s = tab%stages
       call stage_basis(tab, tau, basis)
       call ge_directions(tab, h, angle, compliance, load, u, z, rho(:, :s))
       rotation = u(3) + h * compliance%bending * dot_product(basis(:s), z(4:3 + s)) + (tau * h) * load%curvature
+      call ge_between(tab, h, scale, load, z, rho, tau, span, resultant)
+   end subroutine ge_interior
+
+   !> The same of an element whose directions are known, for many places.
+   pure subroutine ge_between(tab, h, scale, load, z, rho, tau, span, resultant)
+      type(tableau_t), intent(in) :: tab
+      real(wp), intent(in) :: h, scale
+      type(ge_load_t), intent(in) :: load
+      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: rho(:, :)        !! (2, at least stages) by ge_directions
+      real(wp), intent(in) :: tau
+      real(wp), intent(out) :: span(2), resultant(3)
+      real(wp) :: basis(max_stages), nn(2)
+      integer :: i, s
+      s = tab%stages
+      call stage_basis(tab, tau, basis)
       span = 0.0_wp
       resultant = z(1:3)
       do i = 1, s
@@ -504,7 +520,7 @@ contains
          resultant(3) = resultant(3) - (h * scale * basis(i)) * (rho(1, i) * nn(2) - rho(2, i) * nn(1))
       end do
       resultant(1:2) = resultant(1:2) - (tau * h) * load%line - load%pressure * [-span(2), span(1)]
-   end subroutine ge_interior
+   end subroutine ge_between
 
    !> Derivative of the position by the stress-free arc length over C, at the stages.
    pure subroutine ge_directions(tab, h, angle, compliance, load, u, z, rho)

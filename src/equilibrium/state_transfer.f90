@@ -17,7 +17,7 @@ module state_transfer
    use gauss_tableau, only: max_stages
    use node_rates, only: resultants_on_ground
    use force_law, only: segment_unknown
-   use ge_element, only: ge_interior
+   use ge_element, only: ge_load_t, ge_between, ge_directions
    implicit none
    private
    public :: find_point, point_displacement, carried, carried_field, carry_to, move_nodes, displacements_at, field_at
@@ -257,7 +257,8 @@ contains
       !! from beyond, wherever these have gone
       type(state_t), intent(inout) :: new
       real(wp) :: at(2), tau, end, resultant(3, 0:max_stages), s, u(3, 0:max_stages), home(3, 0:max_stages), speed
-      integer :: old, i, stages
+      real(wp) :: rho(2, max_stages)
+      integer :: old, i, stages, known
       logical :: same
       associate (g => new%geometry%element(e), mesh => to%model%mesh, n => to%z_size(e), j => to%stretch(e))
          at = g%s + to%origin(e)
@@ -271,6 +272,7 @@ contains
             return
          end if
          stages = mesh%stages(e)
+         known = 0
          do i = 0, stages
             s = merge(g%s(1), g%at(max(i, 1)), i == 0)
             if (i > 0) call find_point(from, state, j, s + to%origin(e), old, tau)
@@ -280,7 +282,7 @@ contains
                   call conforming_point(from, state, old, tau, u(:, i), resultant(:, i))
                else
                   u(:, i) = point_displacement(from, state, old, tau)
-                  resultant(:, i) = point_resultant(from, state, old, tau)
+                  call find_resultant(from, state, old, tau, known, rho, resultant(:, i))
                end if
                call curve_point(to%model%curve(mesh%curve(e)), to%model%imperfection, s, home(1:2, i), home(3, i), speed)
                cycle
@@ -291,7 +293,7 @@ contains
                   tau = (s + to%origin(e) - from%origin(old) - ends(1)) / (ends(2) - ends(1))
                end associate
             end if
-            resultant(:, i) = point_resultant(from, state, old, tau)
+            call find_resultant(from, state, old, tau, known, rho, resultant(:, i))
          end do
          if (to%conforms(e) > 0) then
             new%z(:1 + 2 * stages, e) = conforming_guess(to, new, e, u(:, :stages), resultant(:, :stages), home(:, :stages))
@@ -304,26 +306,33 @@ contains
    end subroutine carry_resultants
 
    !> (n_x, n_y, m) at a place of a GE element.
-   pure function point_resultant(problem, state, e, tau) result(resultant)
+   pure subroutine find_resultant(problem, state, e, tau, known, rho, resultant)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      real(wp) :: resultant(3), span(2), rotation, told(3)
+      integer, intent(inout) :: known           !! element that the directions are of; 0: none
+      real(wp), intent(inout) :: rho(:, :)      !! (2, max_stages) these, kept from place to place
+      real(wp), intent(out) :: resultant(3)
+      type(ge_load_t) :: load
+      real(wp) :: span(2), told(3)
       if (problem%conforms(e) > 0) then
          resultant = conforming_resultant(problem, state, e, tau)
          return
       end if
-      associate (g => state%geometry%element(e))
-         call ge_interior(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%angle, problem%compliance(e), &
-            & element_load(problem, state, e), element_displacement(problem, state, e), state%z(:problem%z_size(e), e), tau, &
-            & span, rotation, resultant)
+      load = element_load(problem, state, e)
+      associate (g => state%geometry%element(e), tab => problem%tableau(problem%model%mesh%stages(e)), &
+         & z => state%z(:problem%z_size(e), e))
+         if (e /= known) call ge_directions(tab, g%length, g%angle, problem%compliance(e), load, &
+            & element_displacement(problem, state, e), z, rho)
+         known = e
+         call ge_between(tab, g%length, g%scale, load, z, rho, tau, span, resultant)
       end associate
       if (.not. problem%ground%founded(e)) return
       ! The moment is that of the displacements, which Newton's method has brought further than what is stored.
       told = resultants_on_ground(problem, state, e, tau)
       resultant(1:2) = told(1:2)
-   end function point_resultant
+   end subroutine find_resultant
 
    !> Moves nodes along their stretches, nothing but the geometry.
    pure subroutine move_nodes(problem, shift, geometry)

@@ -70,15 +70,20 @@ module span_tests
 contains
 
    !> All tests of a converged state; in the same order for all states of one problem.
-   function run_span_tests(problem, state, scale) result(tests)
+   function run_span_tests(problem, state, scale, only) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: scale         !! of forces
+      integer, intent(in), optional :: only !! number of the one whose value is wanted, 0: none; gaps of the others are not looked at
       type(span_test_t), allocatable :: tests(:)
-      type(span_test_t), allocatable :: points(:)
+      type(span_test_t), allocatable :: points(:), gaps(:)
       integer :: k, i
       points = point_tests(problem, state, scale)
-      tests = [gap_tests(problem, state, points), points, length_tests(problem, state), pressure_tests(problem, state, scale)]
+      gaps = gap_tests(problem, state, points, .not. present(only))
+      if (present(only)) then
+         if (needs_gaps(only)) gaps = gap_tests(problem, state, points, .true.)
+      end if
+      tests = [gaps, points, length_tests(problem, state), pressure_tests(problem, state, scale)]
       do k = 1, size(tests)
          if (tests(k)%kind /= test_curvature) cycle
          if (any([(is_closed(tests(i)) .and. any(tests(i)%beside == tests(k)%touch), i=1, size(tests))])) &
@@ -86,6 +91,14 @@ contains
       end do
 
    contains
+
+      !> True for a gap, and for a curvature: what counts of that hangs on the gap beside it.
+      pure logical function needs_gaps(which)
+         integer, intent(in) :: which
+         needs_gaps = which > 0 .and. which <= size(gaps)
+         if (which > size(gaps) .and. which <= size(gaps) + size(points)) needs_gaps = &
+            & points(which - size(gaps))%kind == test_curvature
+      end function needs_gaps
 
       !> True for a free span with next to no gap, as where it has just opened: what curvature there is at its ends is what an
       !> iteration leaves.
@@ -234,10 +247,11 @@ contains
    end function closes_gap
 
    !> Free spans: are they outside, and is there anything of them left?
-   function gap_tests(problem, state, points) result(tests)
+   function gap_tests(problem, state, points, valued) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: points(:) !! tests of these
+      logical, intent(in) :: valued              !! false: gaps are not looked at, values are 0
       type(span_test_t), allocatable :: tests(:)
       type(span_test_t) :: test
       type(free_span_t), allocatable :: span(:)
@@ -254,7 +268,8 @@ contains
          do i = 1, size(span)
             if (.not. problem%covered(span(i)%stretch, k)) cycle
             test = span_test_t(kind=test_gap, contact=k, stretch=span(i)%stretch)
-            call least_gap(problem, state, span(i)%element, k, touched, fails, test%value, test%at, largest)
+            largest = 0.0_wp
+            if (valued) call least_gap(problem, state, span(i)%element, k, touched, fails, test%value, test%at, largest)
             test%value = test%value / problem%size
             tests = [tests, test]
             test%beside = merge(span(i)%touch, 0, span(i)%contact == k)
