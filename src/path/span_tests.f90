@@ -74,7 +74,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: scale         !! of forces
-      integer, intent(in), optional :: only !! number of the one whose value is wanted, 0: none; gaps of the others are not looked at
+      integer, intent(in), optional :: only !! number of the one whose value is wanted, 0: none; others' gaps are not looked at
       type(span_test_t), allocatable :: tests(:)
       type(span_test_t), allocatable :: points(:), gaps(:)
       integer :: k, i
