@@ -11,7 +11,7 @@ module touchdown_points
    use section_forces, only: end_forces
    use conforming_span, only: conforming_forces, track_rotation, track_sense, node_track, excess_curvature, rod_angle
    use state_transfer, only: carry_to, move_nodes
-   use span_problem, only: touch_place
+   use touch_candidates, only: touch_place
    use ground_marks, only: mark_step
    use ground_following, only: keep_to_ground, keep_layers
    implicit none

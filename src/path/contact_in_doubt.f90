@@ -12,7 +12,8 @@ module contact_in_doubt
    use linear_system, only: new_system
    use contact_touch, only: touch_t
    use set_differences, only: differences_t, compare_sets
-   use span_problem, only: new_sampled_problem, present_touches
+   use span_problem, only: new_sampled_problem
+   use touch_candidates, only: present_touches
    use nodes_to_spans, only: find_spans_ahead
    use next_spans, only: next_t
    use begin_of_set, only: go_back

@@ -10,7 +10,7 @@ module held_openings
    use corrector, only: increment_t, correct
    use path_run, only: run_t
    use touchdown_points, only: with_held, opening_misfit, point_force, touchdown_steps
-   use span_problem, only: touch_place
+   use touch_candidates, only: touch_place
    use held_touchdown, only: solve_held
    use conforming_span, only: flat_excess, excess_curvature, track_sense, node_track
    use timing, only: timers_t

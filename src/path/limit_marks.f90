@@ -6,7 +6,9 @@ module limit_marks
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
-   use span_problem, only: new_span_problem, same_spans, present_touches, outgrown
+   use span_problem, only: new_span_problem, same_spans
+   use span_division, only: outgrown
+   use touch_candidates, only: present_touches
    use ground_mark, only: cut_t
    use ground_cuts, only: find_cuts, marked
    use mesh_change, only: carry_over

@@ -4,7 +4,8 @@ module limit_mesh
    use kinds, only: wp
    use model, only: step_t
    use linear_system, only: new_system
-   use span_problem, only: new_span_problem, present_touches
+   use span_problem, only: new_span_problem
+   use touch_candidates, only: present_touches
    use ground_cuts, only: find_cuts
    use ground_segments, only: tell_segments
    use state_transfer, only: carried, carried_field

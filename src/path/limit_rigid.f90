@@ -6,7 +6,8 @@ module limit_rigid
    use problem, only: problem_t, copy_problem, new_problem
    use rod_state, only: state_t
    use contact_touch, only: touch_t, choose_spans
-   use span_problem, only: new_span_problem, present_touches, place_spans
+   use span_problem, only: new_span_problem, place_spans
+   use touch_candidates, only: present_touches
    use ground_mark, only: cut_t
    use ground_cuts, only: find_cuts
    use ground_segments, only: segment_at

@@ -9,7 +9,7 @@ module line_arrival
    use breakpoint_forces, only: held_couple, held_force, left_over
    use past_breakpoints, only: beyond, end_node
    use lifted_node, only: lifted_ahead
-   use span_problem, only: present_touches
+   use touch_candidates, only: present_touches
    use span_tests, only: span_test_t, shortest
    use span_change, only: leg_t
    use next_spans, only: next_t, new_next, go_to_load

@@ -7,7 +7,7 @@ module lost_at_support
    use rod_state, only: state_t
    use breakpoint_forces, only: stands
    use touch_edits, only: lost
-   use span_problem, only: present_touches
+   use touch_candidates, only: present_touches
    use span_tests, only: span_test_t, test_curvature, test_slope
    use span_rules, only: answer_t, answer_to
    use span_change, only: leg_t

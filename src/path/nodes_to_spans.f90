@@ -6,7 +6,7 @@ module nodes_to_spans
    use rod_state, only: state_t
    use contact_touch, only: touch_t
    use touch_edits, only: same_set, laid_down
-   use span_problem, only: present_touches
+   use touch_candidates, only: present_touches
    use span_tests, only: span_test_t, test_slack, test_flat
    use nodal_touches, only: touches_at_nodes
    use bordered_system, only: linearise

@@ -8,7 +8,9 @@ module span_mesh
    use bordered_system, only: linearise
    use contact_touch, only: touch_t
    use span_start, only: prepare_spans
-   use span_problem, only: new_span_problem, present_touches, present_demand, outgrown
+   use span_problem, only: new_span_problem
+   use span_division, only: present_demand, outgrown
+   use touch_candidates, only: present_touches
    use mesh_change, only: carry_over
    use mesh_demand, only: demand_t
    use ground_mark, only: cut_t

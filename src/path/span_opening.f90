@@ -23,7 +23,7 @@ module span_opening
    use obstacle_track, only: track_t
    use contact_touch, only: touch_t
    use touch_edits, only: begun, lost, opened, end_moved, shrunk, numbered, same_set
-   use span_problem, only: present_touches
+   use touch_candidates, only: present_touches
    use line_pressure, only: pressure_t, sample_line, density_at
    use span_tests, only: span_test_t, test_force, test_pressure, test_couple, test_slack, well_below
    use breakpoint_forces, only: held_force, held_couple

@@ -16,7 +16,7 @@ module span_rules
    use breakpoint_forces, only: stands, held_force
    use held_openings, only: first_length
    use rolling_rods, only: nearly_flat
-   use span_problem, only: present_touches
+   use touch_candidates, only: present_touches
    implicit none
    private
    public :: answer_t, answer_to, beginning_together, would_press

@@ -7,7 +7,7 @@ module span_set
    use bordered_system, only: linearise, apply_increment
    use contact_response, only: reaction_rate
    use contact_touch, only: touch_t
-   use span_problem, only: present_touches, touch_place, rolls_at
+   use touch_candidates, only: present_touches, touch_place, rolls_at
    use free_span_gap, only: gap_at
    use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, test_slope, &
       & shortest

@@ -16,7 +16,7 @@ module span_tests
    use breakpoint_forces, only: held_force, held_couple, at_breakpoint, left_over
    use lifted_node, only: inside_line, lifted_beside
    use contact_touch, only: touch_t
-   use span_problem, only: present_touches
+   use touch_candidates, only: present_touches
    implicit none
    private
    public :: span_test_t, run_span_tests, rests_beside, spans_hold, any_fails, another_fails, test_slack, well_below, &

@@ -9,7 +9,9 @@ module stiff_start
    use rod_state, only: state_t, new_state
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
-   use span_problem, only: new_span_problem, looking_demand, present_touches
+   use span_problem, only: new_span_problem
+   use span_division, only: looking_demand
+   use touch_candidates, only: present_touches
    use contact_touch, only: touch_t
    use ground_mark, only: cut_t
    use ground_cuts, only: find_cuts, marked

@@ -13,7 +13,7 @@ module vanishing_span
    use bordered_system, only: linearise
    use touch_edits, only: laid_down, merged
    use line_pressure, only: virtual_pressure
-   use span_problem, only: present_touches
+   use touch_candidates, only: present_touches
    use span_tests, only: span_test_t, another_fails, shortest, line_share
    use past_breakpoints, only: beyond
    use line_arrival, only: find_arrival

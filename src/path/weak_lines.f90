@@ -12,7 +12,8 @@ module weak_lines
    use obstacle_track, only: track_t
    use contact_touch, only: touch_t
    use conforming_span, only: conforming_forces, node_track
-   use span_problem, only: new_span_problem, present_touches
+   use span_problem, only: new_span_problem
+   use touch_candidates, only: present_touches
    use touchdown_points, only: carry_forces
    use breakpoint_forces, only: held_force
    use past_breakpoints, only: beyond
