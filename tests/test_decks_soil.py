@@ -171,7 +171,7 @@ def test_contact_beside_a_hinge_is_lost_where_the_slope_vanishes(left, right, to
     """The arch lies along the bed and turns about a hinge on it: contact there is lost where the hinge has turned back. The least gap
     never becomes positive, and would do for any place behind. Meshes that were given, for 1E-2 and for 1E-8 find one load."""
     point = dr.run_deck(HINGED.format(left=left, right=right, tolerance=tolerance)).only("C-")
-    assert abs(point.load_factor - 15.5077670873) <= point.error
+    assert abs(point.load_factor - 15.5077670873) <= point.error + 0.5e-10  # half of the last digit
     assert abs(point.monitors["slope"]) <= point.monitor_errors["slope"]
     if not tolerance:
         dr.assert_close(point.load_factor, 15.5077670873, relative=1e-10)

@@ -525,7 +525,7 @@ A clamped column, bent as symmetrically as it is, until its ends meet
 *STEP
 *ACCURACY, TOLERANCE={accuracy}
 *STATIC
-0.1
+{first}
 *CLOAD
 3, 1, {unit!r}
 *STOP
@@ -535,13 +535,13 @@ LOAD, ABOVE, 4.
 
 
 @pytest.mark.parametrize("stiffness", [2e4, 1e6])
-@pytest.mark.parametrize("accuracy", [1e-3, 1e-5, 1e-6])
-def test_meshes_of_a_symmetric_column_are_symmetric(accuracy, stiffness):
+@pytest.mark.parametrize("accuracy, first", [(1e-3, 0.1), (1e-5, 0.05), (1e-5, 0.1), (1e-5, 0.4), (1e-6, 0.1), (1e-6, 0.3)])
+def test_meshes_of_a_symmetric_column_are_symmetric(accuracy, first, stiffness):
     """Shares count from the end that is held, and are not symmetric; what they ask for is, or the path swerved past its bifurcation.
 
     Where both ends are in one place the rod may turn about it: an eight, E(m) = K(m)/2, P = 16 K^2 EI/L^2, less by P/EA or so.
     """
-    run = dr.run_deck(EIGHT.format(accuracy=accuracy, stiffness=stiffness, unit=-4.0 * math.pi**2))
+    run = dr.run_deck(EIGHT.format(accuracy=accuracy, first=first, stiffness=stiffness, unit=-4.0 * math.pi**2))
     assert events(run) == ["BP", "EP"]
     load = (2.0 * 2.3210486 / math.pi)**2
     dr.assert_close(run.load("BP"), load, absolute=run.only("BP").error + load * (1e-4 + 4.0 * math.pi**2 * load / stiffness))

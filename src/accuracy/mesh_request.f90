@@ -9,7 +9,7 @@ module mesh_request
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
-   use span_problem, only: present_demand
+   use span_division, only: present_demand
    use mesh_demand, only: demand_t, new_demands, as_mirrored, with_smooth_density, in_whole_parts
    use ground_segments, only: is_cut
    use error_bar, only: error_bar_t, error_bars_t, largest_unseen, allowed_part
@@ -77,7 +77,7 @@ contains
          where (bars%may_open(problem%along(problem%element_first(k):problem%element_last(k)))) &
             & demand(k)%elements = max(demand(k)%elements, 2.0_wp)
       end do
-      demand = laid_out(problem, demand)
+      demand = laid_out(problem, state, demand)
    end subroutine request_mesh
 
    !> The elements wanted where bars are wider than allowed.
@@ -309,20 +309,43 @@ contains
          if (.not. problem%layout%stretch(k)%placed) cycle
          demand(k)%elements = wanted * g(problem%along(problem%element_first(k):problem%element_last(k)))
       end do
-      demand = laid_out(problem, demand)
+      demand = laid_out(problem, state, demand)
    end function demand_of
 
    !> The same as meshes are made by it: symmetric and smooth.
-   function laid_out(problem, wanted) result(demand)
+   function laid_out(problem, state, wanted) result(demand)
       type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
       type(demand_t), intent(in) :: wanted(:)    !! (stretches)
       type(demand_t) :: demand(size(wanted))
+      real(wp) :: known
       integer :: k
-      demand = as_mirrored(wanted, share_known**(1.0_wp / (2 * minval(problem%model%mesh%stages) + 1)))
+      known = share_known**(1.0_wp / (2 * minval(problem%model%mesh%stages) + 1))
+      if (bent_alike(problem, state)) known = huge(known)
+      demand = as_mirrored(wanted, known)
       do k = 1, size(demand)
          if (problem%layout%stretch(k)%placed) demand(k) = in_whole_parts(with_smooth_density(demand(k)))
       end do
    end function laid_out
+
+   !> True where elements that are as far from one end of all stretches as from the other turn by the same, either way, within what
+   !> is asked for.
+   pure logical function bent_alike(problem, state) result(alike)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp) :: turn(problem%model%mesh%n_elements)
+      integer :: k, image
+      turn = abs(state%u(3, problem%model%mesh%node(2, :)) - state%u(3, problem%model%mesh%node(1, :)))
+      alike = .true.
+      do k = 1, size(problem%layout%stretch)
+         image = size(problem%layout%stretch) + 1 - k
+         associate (here => problem%along(problem%element_first(k):problem%element_last(k)), &
+            & there => problem%along(problem%element_last(image):problem%element_first(image):-1))
+            alike = alike .and. size(here) == size(there)
+            if (alike) alike = all(abs(turn(here) - turn(there)) <= problem%model%step(problem%step)%asked * maxval(turn))
+         end associate
+      end do
+   end function bent_alike
 
    !> The largest displacement and rotation of a state.
    pure function motion_sizes(problem, state) result(sizes)

@@ -127,7 +127,7 @@ contains
    !> same, and a mesh that is not its own image would be an imperfection.
    pure function as_mirrored(demand, known) result(even)
       type(demand_t), intent(in) :: demand(:)
-      real(wp), intent(in) :: known             !! factor by which numbers of elements are known
+      real(wp), intent(in) :: known             !! factor by which numbers of elements are known, >= 1
       type(demand_t) :: even(size(demand))
       integer :: k, i, n
       even = demand
@@ -138,7 +138,7 @@ contains
             if (any(abs((here%at(2:) - here%at(:n)) - (image%at(n + 1:2:-1) - image%at(n:1:-1))) > same * here%at(n + 1))) cycle
             do i = 1, n
                associate (mine => here%elements(i), its => image%elements(n + 1 - i))
-                  if (max(mine, its) <= known * min(mine, its)) even(k)%elements(i) = max(mine, its)
+                  if (max(mine, its) / known <= min(mine, its)) even(k)%elements(i) = max(mine, its)
                end associate
             end do
          end associate
