@@ -7,14 +7,14 @@ module span_division
    use rod_layout, only: stretch_element
    use rod_state, only: state_t
    use remeshed_model, only: division_t
-   use mesh_demand, only: demand_t, between, equal_shares
+   use mesh_demand, only: demand_t, between, equal_shares, rising_from
    use contact_touch, only: touch_t, sort_touches
    use touch_candidates, only: present_touches
    use ground_mark, only: cut_t
    use ground_cuts, only: graded
    implicit none
    private
-   public :: span_nodes, sampled_division, outgrown, present_demand, looking_demand
+   public :: span_nodes, sampled_division, outgrown, present_demand, lasting_demand, looking_demand
 
    ! Every free span has a node inside, and one in contact is smooth: no layer forms at its ends.
    integer, parameter :: least_free = 2, least_conforming = 2
@@ -271,8 +271,7 @@ contains
       end function coarse_beside
    end function outgrown
 
-   !> The demand that a mesh fulfils where its nodes stand now: one for every element, but in spans that have no more than they must
-   !> have, however short they are, what the elements beside want there.
+   !> The demand that a mesh fulfils where its nodes stand now.
    function present_demand(problem, state) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -287,45 +286,49 @@ contains
             end associate
          end do
          demand(k)%elements = spread(1.0_wp, 1, n)
-         if (problem%layout%stretch(k)%placed) call want_less()
       end do
-
-   contains
-
-      !> The longest span of a stretch has what it wants.
-      subroutine want_less()
-         integer :: first(n + 1)                     ! elements that spans begin with
-         logical :: begins(n + 1), wants(n)
-         real(wp) :: density
-         integer :: spans, m, j
-         begins = .false.
-         begins([1, n + 1]) = .true.
-         do m = 1, size(problem%touch)
-            if (problem%touch(m)%stretch /= k) cycle
-            associate (on => problem%touch(m)%element - problem%element_first(k) + 1)
-               begins(min(max(on(1), 1), n + 1)) = .true.
-               begins(min(on(2) + 1, n + 1)) = .true.
-            end associate
-         end do
-         spans = count(begins) - 1
-         first(:spans + 1) = pack([(j, j=1, n + 1)], begins)
-         associate (at => demand(k)%at, elements => demand(k)%elements)
-            m = maxloc(at(first(2:spans + 1)) - at(first(:spans)), 1)
-            do j = 1, spans
-               wants(first(j):first(j + 1) - 1) = j == m .or. first(j + 1) - first(j) > least_placed
-            end do
-            do j = 1, n
-               if (wants(j)) cycle
-               density = 0.0_wp
-               m = findloc(wants(:j), .true., 1, back=.true.)
-               if (m > 0) density = 1.0_wp / (at(m + 1) - at(m))
-               m = j - 1 + findloc(wants(j:), .true., 1)
-               if (m >= j) density = max(density, 1.0_wp / (at(m + 1) - at(m)))
-               elements(j) = min(elements(j), density * (at(j + 1) - at(j)))
-            end do
-         end associate
-      end subroutine want_less
    end function present_demand
+
+   !> The same for meshes of other touches: no more than what is beside it in the longest span lets elements be. Others may have
+   !> shrunk since they were divided, and when they have gone no tiny elements are to remain.
+   function lasting_demand(problem, state) result(demand)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(demand_t) :: demand(size(problem%layout%stretch))
+      integer :: longest(2), k
+      demand = present_demand(problem, state)
+      do k = 1, size(demand)
+         if (.not. problem%layout%stretch(k)%placed) cycle
+         longest = longest_span(problem, k, demand(k)%at)
+         demand(k) = rising_from(demand(k), longest(1), longest(2))
+      end do
+   end function lasting_demand
+
+   !> The first and the last element, counted along a stretch, of the longest span between ends of touches.
+   pure function longest_span(problem, stretch, at) result(ends)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: stretch
+      real(wp), intent(in) :: at(:)                  !! coordinates of the nodes
+      integer :: ends(2)
+      logical :: begins(size(at))                    ! nodes, of spans
+      integer :: m, j, from
+      begins = .false.
+      begins(size(at)) = .true.
+      do m = 1, size(problem%touch)
+         if (problem%touch(m)%stretch /= stretch) cycle
+         associate (on => problem%touch(m)%element - problem%element_first(stretch) + 1)
+            begins(min(max(on(1), 1), size(at))) = .true.
+            begins(min(on(2) + 1, size(at))) = .true.
+         end associate
+      end do
+      ends = 1
+      from = 1
+      do j = 2, size(at)
+         if (.not. begins(j)) cycle
+         if (from == 1 .or. at(j) - at(from) > at(ends(2) + 1) - at(ends(1))) ends = [from, j - 1]
+         from = j
+      end do
+   end function longest_span
 
    !> What is demanded of the next mesh, but more where elements are so much too long to tell what touches them, up to what tells
    !> it anywhere.

@@ -9,7 +9,7 @@ module span_mesh
    use contact_touch, only: touch_t
    use span_start, only: prepare_spans
    use span_problem, only: new_span_problem
-   use span_division, only: present_demand, outgrown
+   use span_division, only: present_demand, lasting_demand, outgrown
    use touch_candidates, only: present_touches
    use mesh_change, only: carry_over
    use mesh_demand, only: demand_t
@@ -50,7 +50,7 @@ contains
       type(timers_t), intent(inout) :: timers
       logical :: done
       type(cut_t), allocatable :: cut(:)
-      if (any(problem%layout%stretch%placed)) problem%demand = present_demand(problem, run%state)
+      if (any(problem%layout%stretch%placed)) problem%demand = lasting_demand(problem, run%state)
       cut = find_cuts(problem, run%state)
       if (.not. (problem%has_spans() .or. size(cut) > 0 .or. size(problem%mark) > 0)) return
       if (marked(problem, run%state, cut)) then
