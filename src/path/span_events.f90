@@ -11,7 +11,7 @@ module span_events
    use next_spans, only: next_t, copy_next
    use span_location, only: locate, locate_flat_point
    use lying_ahead, only: turns, reach_of
-   use vanishing_span, only: locate_vanishing, locate_lost_line
+   use vanishing_span, only: locate_vanishing, locate_lost_line, is_gone, closes
    use path_run, only: run_t
    use timing, only: timers_t
    implicit none
@@ -93,7 +93,9 @@ contains
             if (found) exit
          end if
          if (leg%after(k)%kind /= test_flat) cycle
-         if (leg%after(k)%value > reach_of(leg) * (leg%before(k)%value - leg%after(k)%value)) cycle
+         ! Of a gap that is gone rounding is left.
+         if (leg%after(k)%value > reach_of(leg) * (leg%before(k)%value - leg%after(k)%value) .and. .not. &
+            & (is_gone(problem, leg%after(k)) .and. closes(leg, k))) cycle
          call locate_vanishing(problem, run, leg, k, fails, next, found, wave, timers)
          if (found) exit
          ! What looks like the place where one of two points is flat is that where they are one.

@@ -11,10 +11,11 @@ module vanishing_span
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t
    use bordered_system, only: linearise
+   use contact_touch, only: touch_t
    use touch_edits, only: laid_down, merged
    use line_pressure, only: virtual_pressure
    use touch_candidates, only: present_touches
-   use span_tests, only: span_test_t, another_fails, shortest, line_share
+   use span_tests, only: span_test_t, test_flat, test_force, test_slack, another_fails, shortest, line_share
    use past_breakpoints, only: beyond
    use line_arrival, only: find_arrival
    use span_regions, only: find_span_regions
@@ -31,7 +32,7 @@ module vanishing_span
    use timing, only: timers_t
    implicit none
    private
-   public :: locate_vanishing, locate_lost_line
+   public :: locate_vanishing, locate_lost_line, is_gone, closes
 
 contains
 
@@ -91,8 +92,12 @@ contains
       type(leg_t), intent(in) :: leg
       logical, intent(in) :: fails               !! another test does at the end of the leg, and may come first
       type(next_t), intent(in) :: next
-      right = path_length(next%problem, carried(problem, leg%to, next%problem), next%state) <= reach_of(leg) * &
-         & path_length(problem, leg%from, leg%to)
+      real(wp) :: away
+      away = path_length(next%problem, carried(problem, leg%to, next%problem), next%state)
+      right = away <= reach_of(leg) * path_length(problem, leg%from, leg%to)
+      ! Where nothing moves by more than rounding the load tells.
+      if (.not. right .and. away <= rounding_gap(problem) * sqrt(sum(problem%weight))) right = abs(next%state%load_factor - &
+         & leg%to%load_factor) <= reach_of(leg) * abs(leg%to%load_factor - leg%from%load_factor)
       if (right) right = .not. another_fails(tests_of(next), 0)
       associate (load => next%state%load_factor, here => run%state%load_factor, from => leg%from%load_factor, &
          & to => leg%to%load_factor)
@@ -110,15 +115,26 @@ contains
       type(next_t), intent(out) :: next
       logical, intent(out) :: lies
       type(timers_t), intent(inout) :: timers
+      type(span_test_t), allocatable :: tests(:)
+      type(touch_t), allocatable :: lying(:)
       real(wp) :: left, come
+      integer :: across                          ! the other part of a span that goes on over a breakpoint
+      integer :: held                            ! the force of a breakpoint that the obstacle would have to pull
       logical :: gone
       associate (test => leg%after(which))
          left = test%value
          come = leg%before(which)%value
          gone = is_gone(problem, test)
-         next = new_next(problem, leg%to, laid_down(present_touches(problem, leg%to), test%beside, test%ends))
+         lying = laid_down(present_touches(problem, leg%to), test%beside, test%ends)
       end associate
+      across = gone_across(problem, leg, which)
+      if (gone .and. across > 0) lying = laid_down(lying, leg%after(across)%beside, leg%after(across)%ends)
+      next = new_next(problem, leg%to, lying)
       call find_begin(run, leg, gone, next, lies, timers)
+      if (.not. lies) return
+      tests = tests_of(next)
+      held = findloc(tests%kind == test_force .and. tests%value < -test_slack(test_force), .true., 1)
+      if (held > 0) call find_begin(run, leg, .false., next, lies, timers, held)
       if (.not. lies) return
       if (gone) return
       ! A straight obstacle presses a straight line at no load: then only a gap that is gone tells. Else not some other equilibrium:
@@ -130,6 +146,49 @@ contains
          lies = lies .and. abs(next%rate) > 0.0_wp
       end associate
    end subroutine lie_down
+
+   !> The test of what goes on from a span over a breakpoint of the rod where nothing touches, and is gone like it. 0: none does.
+   pure integer function gone_across(problem, leg, which) result(other)
+      type(problem_t), intent(in) :: problem
+      type(leg_t), intent(in) :: leg
+      integer, intent(in) :: which               !! the test of the span
+      associate (tests => leg%after)
+         do other = 1, size(tests)
+            if (other == which .or. tests(other)%kind /= test_flat .or. tests(other)%contact /= tests(which)%contact) cycle
+            if (open_node(tests(other)) == 0 .or. open_node(tests(other)) /= open_node(tests(which))) cycle
+            if (is_gone(problem, tests(other)) .and. closes(leg, other)) return
+         end do
+      end associate
+      other = 0
+
+   contains
+
+      !> The node at the end of a stretch that a span reaches, with a contact on its other side only. 0: it does not.
+      pure integer function open_node(test) result(node)
+         type(span_test_t), intent(in) :: test
+         node = 0
+         if (count(test%beside > 0) /= 1) return
+         if (test%beside(1) == 0) then
+            node = problem%model%mesh%node(1, problem%element_first(test%stretch))
+         else
+            node = problem%model%mesh%node(2, problem%element_last(test%stretch))
+         end if
+      end function open_node
+   end function gone_across
+
+   !> True for a span that has become shorter on the way.
+   pure logical function closes(leg, which)
+      type(leg_t), intent(in) :: leg
+      integer, intent(in) :: which               !! its test
+      closes = length(leg%after(which)) < length(leg%before(which))
+
+   contains
+
+      pure real(wp) function length(test)
+         type(span_test_t), intent(in) :: test
+         length = test%ends(2) - test%ends(1)
+      end function length
+   end function closes
 
    !> True for a span that nothing is left of.
    pure logical function is_gone(problem, test) result(gone)
