@@ -121,8 +121,10 @@ def test_bars_of_the_place_where_a_ring_lifts_off(kind):
 @pytest.mark.parametrize("slenderness", [100, 1000, 10000, 100000])
 def test_points_to_the_limit_point(slenderness):
     """Increments are as long as the path is straight, not as the elements are."""
-    points = [ring(slenderness, elements).only("LP").point for elements in (8, 16, 320 if slenderness == 100 else 128)]
-    assert max(points) <= 25 and max(points) - min(points) <= 2, points
+    runs = [ring(slenderness, elements) for elements in (8, 16, 320 if slenderness == 100 else 128)]
+    runs.append(ring(slenderness, 24, kind="GE4"))
+    points = {run.only("LP").point for run in runs}
+    assert len(points) == 1 and max(points) <= 25, points
 
 
 @pytest.mark.parametrize("slenderness", [100, 10000])
@@ -228,10 +230,9 @@ def test_loads_of_the_column_beside_a_drum():
 
 @pytest.mark.parametrize("kind, number", [(kind, k) for kind in ORDERS for k in range(4) if kind != "GE8" or k in (1, 2)])
 def test_order_of_the_column(kind, number):
-    """Three spans share the elements of the deck."""
+    """Three spans share the elements of the deck. Located and iterated to 1e-11."""
     meshes = {"GE4": (16, 32, 64), "GE6": (12, 24, 48), "GE8": (12, 24, 48)}[kind]
-    # Located to 1e-11.
-    assert_falls([column_loads(column(n, kind))[number] / COLUMN_LOADS[number] - 1.0 for n in meshes], ORDERS[kind], floor=1e-11)
+    assert_falls([column_loads(column(n, kind))[number] / COLUMN_LOADS[number] - 1.0 for n in meshes], ORDERS[kind])
 
 
 def test_a_point_becomes_a_line_that_opens():

@@ -3,11 +3,11 @@ module corrector
    use kinds, only: wp
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
-   use problem, only: problem_t, dof
+   use problem, only: problem_t, dof, rounding_gap
    use rod_state, only: state_t, unknown_push
    use linear_system, only: system_t, assemble, contact_reaction
    use bordered_system, only: factor_system, linearise, apply_increment
-   use path_control, only: control_t, control_row, control_error, is_arc_length, metric, follow_nodes
+   use path_control, only: control_t, control_row, control_error, held_within, is_arc_length, metric, follow_nodes
    use contact_set, only: contact_step_t, solve_contact_step, overlap_allowed
    use foundation_limits, only: why_too_stiff
    use step_search, only: shorten_step, step_work
@@ -27,6 +27,7 @@ module corrector
    type :: increment_t
       logical :: converged = .false.
       integer :: iterations = 0
+      real(wp) :: effort = 0.0_wp              !! the same as a number that no mesh rounds up, see effort_of
       real(wp) :: residual = 0.0_wp
       integer :: lcp_size = 0, lcp_pivots = 0
       character(:), allocatable :: message     !! why it did not converge
@@ -137,11 +138,13 @@ contains
       real(wp) :: rhs, tolerance, sharper, at_length, best, travelled, last_residual, second_order, large
       real(wp) :: gone                         ! part of a span beside it that a touchdown point went with the last step
       real(wp) :: correction                   ! of the displacements by the last step, squared, on the nodes of that step
+      real(wp) :: largest                      ! of a node by the last step, huge where only contact changed
       real(wp) :: previous                     ! residual that the next step starts from
       logical :: refactor, settled, searching, seeking, told_again
       logical, allocatable :: given_up(:)
       ! What leaves a stress-free start on a foundation has no scale of its own, as long as the strains rotation^2/2 make no forces.
       real(wp), parameter :: negligible = 0.01_wp
+      real(wp), allocatable :: corrections(:)  ! of all steps, the largest of all nodes
       integer, allocatable :: grip(:)
       character(:), allocatable :: blamed      ! why foundations cannot be followed
       integer :: iteration, most, last_change, last_progress, same_tangent
@@ -166,10 +169,11 @@ contains
       gone = 0.0_wp
       if (present(far_off)) seeking = far_off
       ! How long an arc is matters to nothing on the path, and nodes that go along it make it uncertain until they rest.
-      at_length = max(tolerance, 1.0e-9_wp)
+      at_length = held_within(problem%model%step(problem%step))
       if (problem%moves_nodes() .and. is_arc_length(given%method) .and. .not. given%whole > 0.0_wp) at_length = large_correction
       previous = 0.0_wp
       second_order = huge(1.0_wp)
+      allocate (corrections(0))
       ! Foundations find out where they touch while Newton goes on; the limit counts from then on.
       newton: do iteration = 1, settling_grip * most
          if (iteration > min(last_change, last_progress + (stalled - 1) * most) + most) exit newton
@@ -181,6 +185,7 @@ contains
          spring = system%spring
          grip = system%grip
          correction = 0.0_wp
+         largest = huge(largest)
          if (step%flipped) then
             state%active = step%active
             state%reaction = step%reaction
@@ -188,6 +193,7 @@ contains
          else
             call take_step()
          end if
+         corrections = [corrections, largest]
          if (any(system%grip /= grip)) then
             last_change = iteration
             refactor = .true.
@@ -235,6 +241,8 @@ contains
                report%converged = system%ok
                if (.not. system%ok) report%message = 'the tangent is singular'
                call keep_resultants(problem, system, state)
+               report%effort = report%effort + effort_of(corrections, &
+                  & max(sqrt(tolerance) * largest_move(origin, state), rounding_gap(problem)))
                return
             end if
             refactor = .true.
@@ -284,6 +292,7 @@ contains
                & call shorten_step(problem, origin, from, step%x, work, state, system, timers)
          end if
          correction = metric(problem, state%u - from%u, state%u - from%u)
+         largest = largest_move(from, state)
          if (problem%moves_nodes()) then
             call move_touchdown_points(problem, from, state, gone)
             ! Touchdown points that are far off get a tenth of the span nearer each time as long as it is much too long: its moment
@@ -306,6 +315,35 @@ contains
          if (allocated(blamed)) report%message = message//'; '//blamed
       end subroutine give_up
    end subroutine iterate
+
+   !> How many iterations corrections take to become small, as a real number: between the last one that is not small and the next
+   !> one by their logarithms. What is left of Newton's residual is of second order, so that corrections are small at the root of
+   !> its tolerance. What moves the most does so on any mesh. Numbers of iterations are half of one more in the mean.
+   pure real(wp) function effort_of(corrections, small) result(effort)
+      real(wp), intent(in) :: corrections(:)   !! sizes of the steps, one after the other, huge where only contact changed
+      real(wp), intent(in) :: small            !! a correction that needs no further one
+      real(wp) :: next
+      integer :: last                          ! that is not small
+      last = findloc(corrections > small, .true., dim=1, back=.true.)
+      effort = last + 1
+      if (last == 0) return
+      associate (c => corrections(last))
+         next = 0.0_wp
+         if (last < size(corrections)) then
+            next = corrections(last + 1)
+         else if (last > 1) then
+            ! Newton's method squares the rate, where there is one.
+            next = c * (min(c, corrections(last - 1)) / max(corrections(last - 1), tiny(c)))**2
+         end if
+         if (next < small) effort = last + 0.5_wp + (log(c) - log(small)) / (log(c) - log(max(next, tiny(next))))
+      end associate
+   end function effort_of
+
+   !> How far the node that moves the most is from where it was.
+   pure real(wp) function largest_move(from, to)
+      type(state_t), intent(in) :: from, to
+      largest_move = sqrt(maxval((to%u(1, :) - from%u(1, :))**2 + (to%u(2, :) - from%u(2, :))**2))
+   end function largest_move
 
    !> Solves one step and counts what its LCP took.
    subroutine solve_step(problem, state, system, rhs, frozen, step, report, timers)

@@ -17,7 +17,7 @@
 !> generalised displacement: the tangent of the increment before               (Yang & Shieh 1990)
 module path_control
    use kinds, only: wp
-   use model, only: method_load, method_displacement, method_cylindrical, method_spherical, method_linearised, &
+   use model, only: step_t, method_load, method_displacement, method_cylindrical, method_spherical, method_linearised, &
       & method_minimum_residual, method_variable_load, method_generalised, method_largest, quantity_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
@@ -28,8 +28,8 @@ module path_control
    use timing, only: timers_t
    implicit none
    private
-   public :: control_t, control_row, held_row, control_error, is_arc_length, set_tangent, path_length, metric, turning, &
-      & displacement_between, follow_nodes, can_be_held, holding_value
+   public :: control_t, control_row, held_row, control_error, held_within, is_arc_length, set_tangent, path_length, metric, &
+      & turning, displacement_between, follow_nodes, can_be_held, holding_value
 
    type :: control_t
       integer :: method = method_load
@@ -313,6 +313,12 @@ contains
          end if
       end select
    end function control_error
+
+   !> How far that may be at a point of the path.
+   pure real(wp) function held_within(step)
+      type(step_t), intent(in) :: step
+      held_within = max(step%tolerance, 1.0e-9_wp)
+   end function held_within
 
    !> Dimensionless length between two states, displacements only: the arc length that the results report.
    pure real(wp) function path_length(problem, from, to)

@@ -149,7 +149,7 @@ contains
             cycle points
          end if
          if (allocated(run%control%tangent)) run%control%previous = run%control%tangent
-         call next_increment(step, report%iterations, relation, problem%moves_nodes(), run%control)
+         call next_increment(step, report%effort, relation, problem%moves_nodes(), run%control)
       end do points
 
    contains
@@ -228,11 +228,12 @@ contains
             if (changed) return
             call linearise(problem, run%state, run%state, run%system, timers)
          end if
-         if (cuts > cuts_before_mesh .and. doubled_at /= run%step_points) then
+         if ((cuts > cuts_before_mesh .or. too_short(0.5_wp)) .and. doubled_at /= run%step_points) then
             ! Perhaps a mesh that the program has made is too coarse for any.
             doubled_at = run%step_points
             call ask_for_twice(problem, run, asked)
             if (asked) then
+               if (too_short(0.5_wp)) run%control%increment = sign(first_increment, run%control%increment)
                call refine(.false.)
                return
             end if
@@ -253,7 +254,7 @@ contains
          if (report%hopeless) then
             outcome%why = 'no first point: '//report%message
             return
-         else if (cuts > max_cuts .or. abs(run%control%increment) < smallest(step, run%control)) then
+         else if (cuts > max_cuts .or. too_short(1.0_wp)) then
             if (.not. allocated(report%message)) report%message = 'no equilibrium'
             call ask_nodes()
             if (finished .or. allocated(outcome%why)) return
@@ -265,6 +266,12 @@ contains
          ! A shorter increment may ask for a mesh of its own.
          tries = 0
       end subroutine try_otherwise
+
+      !> True where a part of the increment is not worth trying.
+      pure logical function too_short(part)
+         real(wp), intent(in) :: part
+         too_short = part * abs(run%control%increment) < smallest(step, run%control)
+      end function too_short
 
       !> Shorter increments tell apart events that the ends of one do not.
       subroutine search_closer()

@@ -3,7 +3,7 @@ module step_control
    use kinds, only: wp
    use model, only: step_t, method_load, method_displacement, method_cylindrical
    use problem, only: problem_t
-   use path_control, only: control_t, is_arc_length
+   use path_control, only: control_t, is_arc_length, held_within
    use path_continuity, only: relation_t, largest_turn
    use path_events, only: probe_t
    use path_run, only: run_t, heading_of
@@ -51,9 +51,9 @@ contains
    !> Crisfield's rule: the increment follows the root of desired over needed iterations; but the tangent is not to turn by
    !> more than an increment may. With contact spans one iteration goes to the places of touchdown points, and a few more of
    !> them stand for a much longer way: there it is the square of the ratio.
-   subroutine next_increment(step, iterations, relation, spans, control)
+   subroutine next_increment(step, effort, relation, spans, control)
       type(step_t), intent(in) :: step
-      integer, intent(in) :: iterations         !! of the increment just made
+      real(wp), intent(in) :: effort            !! iterations of the increment just made
       type(relation_t), intent(in) :: relation  !! of its ends
       logical, intent(in) :: spans              !! it was one with contact spans
       type(control_t), intent(inout) :: control
@@ -62,8 +62,8 @@ contains
       desired = step%desired_iterations
       ! Modified Newton converges linearly: many iterations are its nature, not a sign of too long increments.
       if (step%tangent_updates < huge(1)) desired = max(desired, (2 * step%max_iterations) / 3)
-      ratio = sqrt(real(desired, wp) / max(iterations, 1))
-      if (spans) ratio = (real(desired, wp) / max(iterations - 1, 1))**2
+      ratio = sqrt(real(desired, wp) / max(effort, 1.0_wp))
+      if (spans) ratio = (real(desired, wp) / max(effort - 1.0_wp, 1.0_wp))**2
       if (relation%told) ratio = min(ratio, safety * largest_turn / max(relation%turn, epsilon(ratio)))
       control%increment = control%increment * min(max(ratio, shrinkage), growth)
       if (abs(control%increment) > step%largest) control%increment = sign(step%largest, control%increment)
@@ -115,8 +115,8 @@ contains
          from = before%load_factor
          if (step%stop(i)%monitor > 0) value = now%monitor(step%stop(i)%monitor)
          if (step%stop(i)%monitor > 0) from = before%monitor(step%stop(i)%monitor)
-         stop_met = stop_met .or. (abs(value - step%stop(i)%value) <= 1.0e-11_wp * abs(step%stop(i)%value) .and. &
-            & (value > from .eqv. step%stop(i)%rising))
+         stop_met = stop_met .or. (abs(value - step%stop(i)%value) <= 1.0e-11_wp * abs(step%stop(i)%value) + &
+            & held_within(step) * abs(value - from) .and. (value > from .eqv. step%stop(i)%rising))
       end do
    end function stop_met
 end module step_control
