@@ -476,6 +476,7 @@ A weight 1 on a rigid link of length 1, with a level spring, pushed aside; a rod
 *STEP
 *STATIC, METHOD=LOAD
 0.1
+*CONTROLS, TOLERANCE=1E-12
 *CLOAD
 2, 1, 5
 *END STEP
