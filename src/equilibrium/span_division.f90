@@ -7,7 +7,7 @@ module span_division
    use rod_layout, only: stretch_element
    use rod_state, only: state_t
    use remeshed_model, only: division_t
-   use mesh_demand, only: demand_t, between, equal_shares, rising_from
+   use mesh_demand, only: demand_t, between, equal_shares
    use contact_touch, only: touch_t, sort_touches
    use touch_candidates, only: present_touches
    use ground_mark, only: cut_t
@@ -289,46 +289,32 @@ contains
       end do
    end function present_demand
 
-   !> The same for meshes of other touches: no more than what is beside it in the longest span lets elements be. Others may have
-   !> shrunk since they were divided, and when they have gone no tiny elements are to remain.
+   !> What was demanded of the mesh, as its nodes stand now: no more for a span that has as many elements as it must have, and less
+   !> for one that has shrunk. When it has gone no tiny elements are to remain.
    function lasting_demand(problem, state) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(demand_t) :: demand(size(problem%layout%stretch))
-      integer :: longest(2), k
+      type(demand_t) :: last
+      real(wp), allocatable :: before(:), now(:)
+      integer :: k, i, n
       demand = present_demand(problem, state)
       do k = 1, size(demand)
          if (.not. problem%layout%stretch(k)%placed) cycle
-         longest = longest_span(problem, k, demand(k)%at)
-         demand(k) = rising_from(demand(k), longest(1), longest(2))
+         last = problem%demand(k)
+         n = size(demand(k)%elements)
+         if (size(last%elements) /= n) then
+            ! That for which the mesh has been made.
+            last%at = [0.0_wp, [(problem%model%mesh%s(2, problem%along(i)) + problem%origin(problem%along(i)), &
+               & i=problem%element_first(k), problem%element_last(k))]]
+            last%elements = [(between(problem%demand(k), last%at(i), last%at(i + 1)), i=1, n)]
+         end if
+         before = last%at(2:) - last%at(:n)
+         now = demand(k)%at(2:) - demand(k)%at(:n)
+         demand(k)%elements = min(demand(k)%elements, last%elements)
+         where (now < before) demand(k)%elements = demand(k)%elements * now / before
       end do
    end function lasting_demand
-
-   !> The first and the last element, counted along a stretch, of the longest span between ends of touches.
-   pure function longest_span(problem, stretch, at) result(ends)
-      type(problem_t), intent(in) :: problem
-      integer, intent(in) :: stretch
-      real(wp), intent(in) :: at(:)                  !! coordinates of the nodes
-      integer :: ends(2)
-      logical :: begins(size(at))                    ! nodes, of spans
-      integer :: m, j, from
-      begins = .false.
-      begins(size(at)) = .true.
-      do m = 1, size(problem%touch)
-         if (problem%touch(m)%stretch /= stretch) cycle
-         associate (on => problem%touch(m)%element - problem%element_first(stretch) + 1)
-            begins(min(max(on(1), 1), size(at))) = .true.
-            begins(min(on(2) + 1, size(at))) = .true.
-         end associate
-      end do
-      ends = 1
-      from = 1
-      do j = 2, size(at)
-         if (.not. begins(j)) cycle
-         if (from == 1 .or. at(j) - at(from) > at(ends(2) + 1) - at(ends(1))) ends = [from, j - 1]
-         from = j
-      end do
-   end function longest_span
 
    !> What is demanded of the next mesh, but more where elements are so much too long to tell what touches them, up to what tells
    !> it anywhere.

@@ -7,7 +7,7 @@ module mesh_demand
    use rod_layout, only: layout_t
    implicit none
    private
-   public :: demand_t, new_demands, between, equal_shares, as_mirrored, with_smooth_density, rising_from, in_whole_parts
+   public :: demand_t, new_demands, between, equal_shares, as_mirrored, with_smooth_density, in_whole_parts
 
    !> Of one stretch.
    type :: demand_t
@@ -119,24 +119,6 @@ contains
          if (wanted > 1.0_wp) wanted = min(wanted, 2.0_wp + log(wanted) / log(steepest))
       end function beside
    end function with_smooth_density
-
-   !> The same, nowhere so much more than in the piece before that neighbours would differ by more than a factor in length, from
-   !> some pieces on, which stay, to both ends.
-   pure function rising_from(demand, first, last) result(less)
-      type(demand_t), intent(in) :: demand
-      integer, intent(in) :: first, last       !! of the pieces that stay
-      type(demand_t) :: less
-      real(wp) :: length(size(demand%elements))
-      integer :: i
-      less = demand
-      length = demand%at(2:) - demand%at(:size(length))
-      do i = last + 1, size(length)
-         less%elements(i) = min(less%elements(i), length(i) * steepest * less%elements(i - 1) / length(i - 1))
-      end do
-      do i = first - 1, 1, -1
-         less%elements(i) = min(less%elements(i), length(i) * steepest * less%elements(i + 1) / length(i + 1))
-      end do
-   end function rising_from
 
    !> The same, pieces that are each other's mirror images with the larger number of both where these differ by no more than they
    !> are known. Of the stretches the first is the image of the last, and so on.
