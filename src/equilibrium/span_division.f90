@@ -7,7 +7,7 @@ module span_division
    use rod_layout, only: stretch_element
    use rod_state, only: state_t
    use remeshed_model, only: division_t
-   use mesh_demand, only: demand_t, between, equal_shares
+   use mesh_demand, only: demand_t, between, equal_shares, even_out
    use contact_touch, only: touch_t, sort_touches
    use touch_candidates, only: present_touches
    use ground_mark, only: cut_t
@@ -289,30 +289,28 @@ contains
       end do
    end function present_demand
 
-   !> What was demanded of the mesh, as its nodes stand now: no more for a span that has as many elements as it must have, and less
-   !> for one that has shrunk. When it has gone no tiny elements are to remain.
+   !> The same for meshes of other touches: spans that have no more than they must have, however short they are, want little more
+   !> than what is beside them. When they have gone no tiny elements are to remain.
    function lasting_demand(problem, state) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(demand_t) :: demand(size(problem%layout%stretch))
-      type(demand_t) :: last
-      real(wp), allocatable :: before(:), now(:)
-      integer :: k, i, n
+      logical, allocatable :: begins(:)              ! nodes, of spans
+      integer :: k, m, n
       demand = present_demand(problem, state)
       do k = 1, size(demand)
          if (.not. problem%layout%stretch(k)%placed) cycle
-         last = problem%demand(k)
          n = size(demand(k)%elements)
-         if (size(last%elements) /= n) then
-            ! That for which the mesh has been made.
-            last%at = [0.0_wp, [(problem%model%mesh%s(2, problem%along(i)) + problem%origin(problem%along(i)), &
-               & i=problem%element_first(k), problem%element_last(k))]]
-            last%elements = [(between(problem%demand(k), last%at(i), last%at(i + 1)), i=1, n)]
-         end if
-         before = last%at(2:) - last%at(:n)
-         now = demand(k)%at(2:) - demand(k)%at(:n)
-         demand(k)%elements = min(demand(k)%elements, last%elements)
-         where (now < before) demand(k)%elements = demand(k)%elements * now / before
+         begins = spread(.false., 1, n + 1)
+         begins([1, n + 1]) = .true.
+         do m = 1, size(problem%touch)
+            if (problem%touch(m)%stretch /= k) cycle
+            associate (on => problem%touch(m)%element - problem%element_first(k) + 1)
+               begins(min(max(on(1), 1), n + 1)) = .true.
+               begins(min(on(2) + 1, n + 1)) = .true.
+            end associate
+         end do
+         call even_out(demand(k), begins, least_placed)
       end do
    end function lasting_demand
 

@@ -7,7 +7,7 @@ module mesh_demand
    use rod_layout, only: layout_t
    implicit none
    private
-   public :: demand_t, new_demands, between, equal_shares, as_mirrored, with_smooth_density, in_whole_parts
+   public :: demand_t, new_demands, between, equal_shares, as_mirrored, with_smooth_density, even_out, in_whole_parts
 
    !> Of one stretch.
    type :: demand_t
@@ -119,6 +119,38 @@ contains
          if (wanted > 1.0_wp) wanted = min(wanted, 2.0_wp + log(wanted) / log(steepest))
       end function beside
    end function with_smooth_density
+
+   !> No more in parts of a few pieces, but for the longest of them, than lets lengths differ by a factor from the elements next to
+   !> them.
+   pure subroutine even_out(demand, begins, few)
+      type(demand_t), intent(inout) :: demand
+      logical, intent(in) :: begins(:)         !! (pieces + 1) where parts do, and the end
+      integer, intent(in) :: few
+      logical :: least(size(demand%elements))
+      real(wp) :: density, longest
+      integer :: i, first, beside, stays(2)
+      first = 1
+      longest = 0.0_wp
+      associate (at => demand%at, n => size(least))
+         do i = 2, n + 1
+            if (.not. begins(i)) cycle
+            least(first:i - 1) = i - first <= few
+            if (at(i) - at(first) > longest) stays = [first, i - 1]
+            longest = max(longest, at(i) - at(first))
+            first = i
+         end do
+         least(stays(1):stays(2)) = .false.
+         do i = 1, n
+            if (.not. least(i)) cycle
+            density = 0.0_wp
+            beside = findloc(least(:i), .false., 1, back=.true.)
+            if (beside > 0) density = demand%elements(beside) / (at(beside + 1) - at(beside))
+            beside = i - 1 + findloc(least(i:), .false., 1)
+            if (beside >= i) density = max(density, demand%elements(beside) / (at(beside + 1) - at(beside)))
+            demand%elements(i) = min(demand%elements(i), steepest * density * (at(i + 1) - at(i)))
+         end do
+      end associate
+   end subroutine even_out
 
    !> The same, pieces that are each other's mirror images with the larger number of both where these differ by no more than they
    !> are known. Of the stretches the first is the image of the last, and so on.

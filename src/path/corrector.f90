@@ -318,7 +318,7 @@ contains
 
    !> How many iterations corrections take to become small, as a real number: between the last one that is not small and the next
    !> one by their logarithms. What is left of Newton's residual is of second order, so that corrections are small at the root of
-   !> its tolerance. What moves the most does so on any mesh. Numbers of iterations are half of one more in the mean.
+   !> its tolerance. What moves the most does so on any mesh.
    pure real(wp) function effort_of(corrections, small) result(effort)
       real(wp), intent(in) :: corrections(:)   !! sizes of the steps, one after the other, huge where only contact changed
       real(wp), intent(in) :: small            !! a correction that needs no further one
@@ -335,7 +335,7 @@ contains
             ! Newton's method squares the rate, where there is one.
             next = c * (min(c, corrections(last - 1)) / max(corrections(last - 1), tiny(c)))**2
          end if
-         if (next < small) effort = last + 0.5_wp + (log(c) - log(small)) / (log(c) - log(max(next, tiny(next))))
+         if (next < small) effort = last + (log(c) - log(small)) / (log(c) - log(max(next, tiny(next))))
       end associate
    end function effort_of
 

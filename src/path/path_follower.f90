@@ -149,7 +149,7 @@ contains
             cycle points
          end if
          if (allocated(run%control%tangent)) run%control%previous = run%control%tangent
-         call next_increment(step, report%effort, relation, problem%moves_nodes(), run%control)
+         call next_increment(step, report, relation, problem%moves_nodes(), run%control)
       end do points
 
    contains

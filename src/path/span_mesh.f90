@@ -218,7 +218,7 @@ contains
       integer :: k
       asked = any(problem%layout%stretch%placed) .and. .not. problem%is_sampled()
       if (.not. asked) return
-      run%wanted = lasting_demand(problem, run%state)
+      run%wanted = present_demand(problem, run%state)
       do k = 1, size(run%wanted)
          run%wanted(k)%elements = 2.0_wp * run%wanted(k)%elements
       end do

@@ -7,6 +7,7 @@ module step_control
    use path_continuity, only: relation_t, largest_turn
    use path_events, only: probe_t
    use path_run, only: run_t, heading_of
+   use corrector, only: increment_t
    implicit none
    private
    public :: start_control, begin_arc_length, next_increment, smallest, shorten_to_stop, stop_met
@@ -50,20 +51,20 @@ contains
 
    !> Crisfield's rule: the increment follows the root of desired over needed iterations; but the tangent is not to turn by
    !> more than an increment may. With contact spans one iteration goes to the places of touchdown points, and a few more of
-   !> them stand for a much longer way: there it is the square of the ratio.
-   subroutine next_increment(step, effort, relation, spans, control)
+   !> them stand for a much longer way: there it is the square of the ratio, of a number that no mesh rounds up.
+   subroutine next_increment(step, report, relation, spans, control)
       type(step_t), intent(in) :: step
-      real(wp), intent(in) :: effort            !! iterations of the increment just made
+      type(increment_t), intent(in) :: report   !! on the increment just made
       type(relation_t), intent(in) :: relation  !! of its ends
-      logical, intent(in) :: spans              !! it was one with contact spans
+      logical, intent(in) :: spans              !! its nodes moved along the rods
       type(control_t), intent(inout) :: control
       real(wp) :: ratio
       integer :: desired
       desired = step%desired_iterations
       ! Modified Newton converges linearly: many iterations are its nature, not a sign of too long increments.
       if (step%tangent_updates < huge(1)) desired = max(desired, (2 * step%max_iterations) / 3)
-      ratio = sqrt(real(desired, wp) / max(effort, 1.0_wp))
-      if (spans) ratio = (real(desired, wp) / max(effort - 1.0_wp, 1.0_wp))**2
+      ratio = sqrt(real(desired, wp) / max(report%iterations, 1))
+      if (spans) ratio = (real(desired, wp) / max(report%effort - 1.0_wp, 1.0_wp))**2
       if (relation%told) ratio = min(ratio, safety * largest_turn / max(relation%turn, epsilon(ratio)))
       control%increment = control%increment * min(max(ratio, shrinkage), growth)
       if (abs(control%increment) > step%largest) control%increment = sign(step%largest, control%increment)
