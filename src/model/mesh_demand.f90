@@ -120,8 +120,8 @@ contains
       end function beside
    end function with_smooth_density
 
-   !> No more in parts of a few pieces, but for the longest of them, than lets lengths differ by a factor from the elements next to
-   !> them.
+   !> No more in parts of a few pieces, but for the longest part, than lengths want that fall by a factor from piece to piece, from
+   !> the element next to the part on.
    pure subroutine even_out(demand, begins, few)
       type(demand_t), intent(inout) :: demand
       logical, intent(in) :: begins(:)         !! (pieces + 1) where parts do, and the end
@@ -147,7 +147,7 @@ contains
             if (beside > 0) density = demand%elements(beside) / (at(beside + 1) - at(beside))
             beside = i - 1 + findloc(least(i:), .false., 1)
             if (beside >= i) density = max(density, demand%elements(beside) / (at(beside + 1) - at(beside)))
-            demand%elements(i) = min(demand%elements(i), steepest * density * (at(i + 1) - at(i)))
+            demand%elements(i) = min(demand%elements(i), steepest**few * density * (at(i + 1) - at(i)))
          end do
       end associate
    end subroutine even_out
