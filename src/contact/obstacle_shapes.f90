@@ -1,7 +1,7 @@
 !> The curves that decks describe as obstacles: arcs, polylines with rounded corners, splines.
 module obstacle_shapes
    use kinds, only: wp
-   use quintic_spline, only: spline_derivatives, hermite_coefficients
+   use quintic_spline, only: spline_derivatives, hermite_coefficients, ends_straight
    use obstacle_curve, only: obstacle_curve_t, piece_t, straight_piece, arc_piece, quintic_pieces, join_pieces
    implicit none
    private
@@ -70,7 +70,7 @@ contains
          knot(i) = knot(i - 1) + norm2(point(:, i) - point(:, i - 1))
       end do
       value = transpose(point)
-      call spline_derivatives(knot, value, slope, bend)
+      call spline_derivatives(knot, value, ends_straight, slope, bend)
       allocate (piece(0))
       do i = 1, n - 1
          h = knot(i + 1) - knot(i)

@@ -161,13 +161,13 @@ contains
       call field(t, 'a1', kind_real, 'w = a1 sin^2(pi s/L) + a2 (3 sqrt(3)/2) sin^2(pi s/L) cos(pi s/L)', unit='length')
       call field(t, 'a2', kind_real, 'the antisymmetric part', unit='length', default='0')
       call lines(t, when='SHAPE=NODAL')
-      call field(t, 'node or set', kind_label_or_set, 'nodes of the chain; those not named have no offset. A cubic '// &
-         'spline goes through all (natural at the ends, periodic on a closed chain)')
+      call field(t, 'node or set', kind_label_or_set, 'nodes of the chain; those not named have no offset. A '// &
+         'quintic spline goes through all: four times continuously differentiable, with second and fourth derivatives 0 at '// &
+         'the ends, periodic on a closed chain. What lies straight has a continuous pressure')
       call field(t, 'offset', kind_real, 'w at these nodes', unit='length')
       call lines(t, when='SHAPE=RANDOM', most=1)
       call field(t, 'amplitude', kind_real, 'nodal offsets are uniform between -amplitude and amplitude, zero at '// &
-         'both '// &
-         'ends of an open chain; cubic spline as for NODAL', unit='length', bound=positive)
+         'both ends of an open chain; spline as for NODAL', unit='length', bound=positive)
       call lines(t, when='SHAPE=MODE')
       call field(t, 'mode', kind_integer, 'number of a buckling mode; w is its component normal to the axis. The step '// &
          'begins with the stress-free structure, whatever the steps before left behind', bound=positive)

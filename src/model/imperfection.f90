@@ -2,11 +2,11 @@
 module imperfection
    use kinds, only: wp, pi
    use model, only: imperfection_t, shape_sine, shape_cosine, shape_clamped, shape_nodal
-   use cubic_spline, only: spline_bend, spline_value
+   use quintic_spline, only: spline_derivatives, spline_value, ends_odd, ends_meet
    use random_numbers, only: random_t, new_random, next_random
    implicit none
    private
-   public :: imperfection_value, nodal_imperfection, random_offsets
+   public :: imperfection_value, nodal_imperfection, scale_imperfection, random_offsets
 
    real(wp), parameter :: unit_peak = 1.5_wp * sqrt(3.0_wp) !! sin^2 cos times this has the largest value 1
 
@@ -19,7 +19,7 @@ contains
       real(wp), intent(out) :: w  !! offset to the left
       real(wp), intent(out) :: dw !! dw/ds
       real(wp), intent(out), optional :: ddw  !! d2w/ds2
-      real(wp), intent(out), optional :: dddw !! d3w/ds3; of nodal shapes it jumps at the nodes, this is that after one
+      real(wp), intent(out), optional :: dddw !! d3w/ds3
       real(wp) :: wave, at, second, third
       integer :: k
       w = 0.0_wp
@@ -53,25 +53,39 @@ contains
             third = wave**3 * sin(at) * (7 * a2 * sin(at)**2 - 8 * a1 * cos(at) - 20 * a2 * cos(at)**2)
          end associate
       case (shape_nodal)
-         call spline_value(imperfection%knot, imperfection%amplitude, imperfection%bend, s, w, dw, second, third)
+         call spline_value(imperfection%knot, imperfection%amplitude, imperfection%slope, imperfection%bend, s, w, dw, second, &
+            & third)
       end select
       if (present(ddw)) ddw = second
       if (present(dddw)) dddw = third
    end subroutine imperfection_value
 
-   !> The spline through nodal offsets.
+   !> The spline through nodal offsets. A rod that lies straight has forces where the third derivative of its imperfection jumps:
+   !> this one's does not, and the pressure is continuous.
    subroutine nodal_imperfection(knot, offset, closed, imperfection)
       real(wp), intent(in) :: knot(:)                   !! chain coordinates of the nodes, from 0 to its length
       real(wp), intent(in) :: offset(:)                 !! at the nodes; closed: the last one equals the first
-      logical, intent(in) :: closed                     !! the chain ends where it begins: periodic, else natural spline
+      logical, intent(in) :: closed                     !! the chain ends where it begins: a period, else its ends are odd
       type(imperfection_t), intent(out) :: imperfection !! ready for imperfection_value
+      real(wp) :: slope(size(knot), 1), bend(size(knot), 1)
       imperfection%shape = shape_nodal
       imperfection%length = knot(size(knot))
       imperfection%knot = knot
       imperfection%amplitude = offset
-      allocate (imperfection%bend(size(knot)))
-      call spline_bend(knot, offset, closed, imperfection%bend)
+      call spline_derivatives(knot, reshape(offset, [size(knot), 1]), merge(ends_meet, ends_odd, closed), slope, bend)
+      imperfection%slope = slope(:, 1)
+      imperfection%bend = bend(:, 1)
    end subroutine nodal_imperfection
+
+   !> An imperfection so many times as large.
+   pure subroutine scale_imperfection(imperfection, factor)
+      type(imperfection_t), intent(inout) :: imperfection
+      real(wp), intent(in) :: factor
+      imperfection%amplitude = factor * imperfection%amplitude
+      if (.not. allocated(imperfection%knot)) return
+      imperfection%slope = factor * imperfection%slope
+      imperfection%bend = factor * imperfection%bend
+   end subroutine scale_imperfection
 
    !> Nodal offsets uniform between -amplitude and amplitude; zero at both ends of an open chain, equal at those of a
    !> closed one.

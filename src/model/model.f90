@@ -60,7 +60,7 @@ module model
    !> A stress-free offset w(s) of the axis to the left of the nominal curve, s from 0 to `length` along its chain.
    !>   sine:    sum a_k sin(n_k pi s/L + p_k)        cosine: sum a_k cos(n_k pi s/L + p_k)
    !>   clamped: a_1 sin^2(pi s/L) + a_2 (3 sqrt(3)/2) sin^2(pi s/L) cos(pi s/L)   (two values)
-   !>   nodal:   cubic spline through (knot, value), natural or, on a closed chain, periodic
+   !>   nodal:   quintic spline through (knot, value), odd at its ends or, on a closed chain, periodic
    type :: imperfection_t
       integer :: shape = shape_none
       real(wp) :: length = 0.0_wp
@@ -68,7 +68,7 @@ module model
       real(wp), allocatable :: half_waves(:)  !! n_k (sine, cosine)
       real(wp), allocatable :: phase(:)       !! p_k [rad] (sine, cosine)
       real(wp), allocatable :: knot(:)        !! chain coordinate of the nodal values (nodal)
-      real(wp), allocatable :: bend(:)        !! second derivatives at the knots (nodal)
+      real(wp), allocatable :: slope(:), bend(:) !! first and second derivatives at the knots (nodal)
       type(length_table_t), allocatable :: table(:) !! for each curvature that its curves have; see measure_curves
    end type imperfection_t
 

@@ -1,52 +1,80 @@
-!> Interpolating quintic spline of one variable: four times continuously differentiable between its ends, at which second and third
-!> derivative vanish, so that it goes on straight beyond them three times continuously differentiable.
+!> Interpolating quintic spline of one variable: four times continuously differentiable between its ends.
 module quintic_spline
    use kinds, only: wp
    use lapack, only: dgbtrf, dgbtrs
    implicit none
    private
-   public :: spline_derivatives, hermite_coefficients
+   public :: spline_derivatives, spline_value, hermite_coefficients
+   public :: ends_straight, ends_odd, ends_meet
 
-   integer, parameter :: band = 3             !! diagonals beside the main one, on either side
+   ! What holds at the ends:
+   integer, parameter :: ends_straight = 1    !! second and third derivative vanish: it goes on straight three times differentiable
+   integer, parameter :: ends_odd = 2         !! second and fourth derivative vanish: it goes on as it came, turned by half a turn
+   integer, parameter :: ends_meet = 3        !! the first knot is the last one again: a period
 
 contains
 
    !> Slope and second derivative at the knots: those with which third and fourth derivative are continuous.
-   subroutine spline_derivatives(knot, value, slope, bend)
-      real(wp), intent(in) :: knot(:)         !! increasing; 2 or more
-      real(wp), intent(in) :: value(:, :)     !! (knots, functions)
+   subroutine spline_derivatives(knot, value, ends, slope, bend)
+      real(wp), intent(in) :: knot(:)         !! increasing; 2 or more, of ends that meet 3 or more
+      real(wp), intent(in) :: value(:, :)     !! (knots, functions); where ends meet the last as the first
+      integer, intent(in) :: ends             !! what holds there
       real(wp), intent(out) :: slope(:, :), bend(:, :) !! likewise
-      ! Unknowns are, over the lengths h of the pieces, slope 1, bend 1, slope 2, bend 2 ...; a row for each.
-      real(wp) :: matrix(3 * band + 1, 2 * size(knot)), right(2 * size(knot), size(value, 2))
+      ! Unknowns are slope and bend of one knot after the other; as many rows, over the lengths h of the pieces. Round a period the
+      ! knots are taken from both ends in turn, so that neighbours are two apart.
+      integer, parameter :: widest = 5        ! diagonals beside the main one, on either side
+      real(wp) :: matrix(3 * widest + 1, 2 * size(knot)), right(2 * size(knot), size(value, 2))
       real(wp) :: h(size(knot) - 1)
-      integer :: pivot(2 * size(knot)), i, order, row, n, info
+      integer :: pivot(2 * size(knot)), place(size(knot)), band, order, i, n, info
       n = size(knot)
       h = knot(2:) - knot(:n - 1)
       matrix = 0.0_wp
       right = 0.0_wp
-      call put(1, 2, 1.0_wp)
-      call add_piece(2, 1, 3, 0.0_wp, h(1)**3)
-      row = 2
+      band = 3
+      place = [(i, i=1, n)]
+      if (ends == ends_meet) then
+         band = widest
+         place(:n - 1) = [(min(2 * i - 1, 2 * (n - i)), i=1, n - 1)]
+         place(n) = place(1)
+         call join(1, n - 1, 1)
+      else
+         order = merge(3, 4, ends == ends_straight)
+         call put(row(1, 1), row(1, 2), 1.0_wp)
+         call add_piece(row(1, 2), 1, order, 0.0_wp, h(1)**order)
+         call add_piece(row(n, 1), n - 1, order, 1.0_wp, h(n - 1)**order)
+         call put(row(n, 2), row(n, 2), 1.0_wp)
+      end if
       do i = 2, n - 1
-         do order = 3, 4
-            row = row + 1
-            call add_piece(row, i - 1, order, 1.0_wp, h(i)**order)
-            call add_piece(row, i, order, 0.0_wp, -h(i)**order)
-         end do
+         call join(i, i - 1, i)
       end do
-      call add_piece(2 * n - 1, n - 1, 3, 1.0_wp, h(n - 1)**3)
-      call put(2 * n, 2 * n, 1.0_wp)
-      call dgbtrf(2 * n, 2 * n, band, band, matrix, size(matrix, 1), pivot, info)
+      n = 2 * maxval(place)
+      call dgbtrf(n, n, band, band, matrix, size(matrix, 1), pivot, info)
       ! info: the spline is unique, so no pivot vanishes.
-      call dgbtrs('N', 2 * n, band, band, size(right, 2), matrix, size(matrix, 1), pivot, right, 2 * n, info)
-      slope = right(1::2, :)
-      bend = right(2::2, :)
+      call dgbtrs('N', n, band, band, size(right, 2), matrix, size(matrix, 1), pivot, right, size(right, 1), info)
+      slope = right(2 * place - 1, :)
+      bend = right(2 * place, :)
 
    contains
 
+      !> Number of a knot's unknown, or row: 1 for the slope, 2 for the bend.
+      pure integer function row(knot, which)
+         integer, intent(in) :: knot, which
+         row = 2 * place(knot) - 2 + which
+      end function row
+
+      !> Third and fourth derivative are the same on both sides of a knot.
+      subroutine join(knot, before, after)
+         integer, intent(in) :: knot, before, after !! the latter two: pieces
+         integer :: order
+         do order = 3, 4
+            call add_piece(row(knot, order - 2), before, order, 1.0_wp, h(after)**order)
+            call add_piece(row(knot, order - 2), after, order, 0.0_wp, -h(after)**order)
+         end do
+      end subroutine join
+
       !> Adds a derivative at an end of a piece, times a factor, to an equation.
-      subroutine add_piece(row, piece, order, at, factor)
-         integer, intent(in) :: row, piece, order
+      subroutine add_piece(equation, piece, order, at, factor)
+         integer, intent(in) :: equation, piece, order
          real(wp), intent(in) :: at           !! 0 or 1: its first or last end
          real(wp), intent(in) :: factor
          real(wp) :: unit(6), c(6)
@@ -55,21 +83,50 @@ contains
             unit = 0.0_wp
             unit(k + 1) = h(piece)**(2 - modulo(k, 2))
             c = hermite_coefficients(unit)
-            call put(row, 2 * piece - 2 + k, factor * derivative(c, order, at) / h(piece)**order)
+            call put(equation, row(piece + (k - 1) / 2, 2 - modulo(k, 2)), factor * derivative(c, order, at) / h(piece)**order)
          end do
          c = hermite_coefficients([0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp])
-         right(row, :) = right(row, :) - factor * derivative(c, order, at) / h(piece)**order * (value(piece + 1, :) - &
+         right(equation, :) = right(equation, :) - factor * derivative(c, order, at) / h(piece)**order * (value(piece + 1, :) - &
             & value(piece, :))
       end subroutine add_piece
 
-      subroutine put(row, column, term)
-         integer, intent(in) :: row, column
+      subroutine put(equation, column, term)
+         integer, intent(in) :: equation, column
          real(wp), intent(in) :: term
-         associate (a => matrix(2 * band + 1 + row - column, column))
+         associate (a => matrix(2 * band + 1 + equation - column, column))
             a = a + term
          end associate
       end subroutine put
    end subroutine spline_derivatives
+
+   !> Value and derivatives of a spline; beyond the ends its last piece goes on.
+   pure subroutine spline_value(knot, value, slope, bend, s, w, dw, ddw, dddw)
+      real(wp), intent(in) :: knot(:)            !! increasing, 2 or more
+      real(wp), intent(in) :: value(:)           !! at the knots
+      real(wp), intent(in) :: slope(:), bend(:)  !! there, from spline_derivatives
+      real(wp), intent(in) :: s                  !! where
+      real(wp), intent(out) :: w, dw, ddw, dddw  !! value and three derivatives
+      real(wp) :: h, t, c(6)
+      integer :: left, right, middle
+      left = 1
+      right = size(knot)
+      do while (right - left > 1)
+         middle = (left + right) / 2
+         if (knot(middle) > s) then
+            right = middle
+         else
+            left = middle
+         end if
+      end do
+      h = knot(right) - knot(left)
+      c = hermite_coefficients([value(left), h * slope(left), h**2 * bend(left), h * slope(right), h**2 * bend(right), &
+         & value(right) - value(left)])
+      t = (s - knot(left)) / h
+      w = c(1) + t * (c(2) + t * (c(3) + t * (c(4) + t * (c(5) + t * c(6)))))
+      dw = (c(2) + t * (2 * c(3) + t * (3 * c(4) + t * (4 * c(5) + t * 5 * c(6))))) / h
+      ddw = (2 * c(3) + t * (6 * c(4) + t * (12 * c(5) + t * 20 * c(6)))) / h**2
+      dddw = (6 * c(4) + t * (24 * c(5) + t * 60 * c(6))) / h**3
+   end subroutine spline_value
 
    !> The quintic on 0 to 1 by powers of its parameter, from its first value, slope and second derivative at its first end, both
    !> at its last, and by how much it rises.

@@ -40,7 +40,7 @@ contains
       type(imperfection_t), intent(in) :: imperfections(:)
       real(wp), intent(in) :: s         !! 0 to curve%length
       real(wp), intent(out) :: bend     !! [1/length]
-      real(wp), intent(out), optional :: rate !! its derivative by the true arc length; nodal imperfections: it jumps at nodes
+      real(wp), intent(out), optional :: rate !! its derivative by the true arc length
       real(wp) :: w, dw, ddw, dddw, along, square, turn, growth
       bend = curve%curvature
       if (present(rate)) rate = 0.0_wp

@@ -1,6 +1,7 @@
 !> The parameter that a limit curve varies besides the load factor: the problem for each of its values.
 module second_parameter
    use kinds, only: wp
+   use imperfection, only: scale_imperfection
    use model, only: model_t, limit_curve_t, parameter_modulus, parameter_gap, parameter_imperfection, parameter_ea, parameter_ei, &
       & parameter_constant_load
    use text, only: same_name
@@ -81,10 +82,7 @@ contains
       case (parameter_gap)
          where (model%contact%obstacle == curve%obstacle) model%contact%gap = value
       case (parameter_imperfection)
-         associate (shape => model%imperfection(imperfection))
-            shape%amplitude = value * shape%amplitude
-            if (allocated(shape%bend)) shape%bend = value * shape%bend
-         end associate
+         call scale_imperfection(model%imperfection(imperfection), value)
          call move_to_curves(model)
       case (parameter_ea, parameter_ei)
          do i = 1, size(model%section)
