@@ -104,13 +104,44 @@ def test_a_contact_that_is_lost_beside_another():
     assert run.column("load_factor")[lost.point] < lost.load_factor
 
 
+def random_column(seed, amplitude, supports):
+    run = dr.run_deck(COLUMN.format(kind="GE8", elements=16, shape=f"RANDOM, SEED={seed}", imperfection=amplitude, supports=supports))
+    assert run.results.complete and "do not get on" not in run.stdout
+    return run
+
+
 @pytest.mark.parametrize("seed, amplitude, supports", [(1012, 0.0005, CLAMPED), (2004, 0.0005, HINGED), (2005, 0.0005, HINGED), (5022, 0.002, CLAMPED),
                                                        (1014, 0.002, CLAMPED), (1034, 0.002, HINGED)])
 @dr.release_only
 def test_contact_begins_next_to_a_point(seed, amplitude, supports):
     """A point that is about to become as curved as its wall, with the rod inside the wall on one side of it before that."""
-    run = dr.run_deck(COLUMN.format(kind="GE8", elements=16, shape=f"RANDOM, SEED={seed}", imperfection=amplitude, supports=supports))
-    assert run.results.complete and "do not get on" not in run.stdout
+    random_column(seed, amplitude, supports)
+
+
+@pytest.mark.parametrize("seed, amplitude, supports", [(2007, 0.0005, CLAMPED), (2010, 0.002, CLAMPED), (5028, 0.0005, CLAMPED)])
+@dr.release_only
+def test_lines_on_rough_rods(seed, amplitude, supports):
+    """A spline whose third derivative jumps has forces at its knots where it lies straight, to either side, and none between."""
+    random_column(seed, amplitude, supports)
+
+
+@pytest.mark.parametrize("seed, amplitude, supports", [(2006, 0.0005, CLAMPED), (5020, 0.002, HINGED)])
+@dr.release_only
+def test_points_of_a_divided_one_that_would_pull(seed, amplitude, supports):
+    """The rod comes down beside a point just before that is flat, by less than is told: two points begin where both push. Nearer to
+    one another one of them pulls, and the path led back over the points that it had come from."""
+    random_column(seed, amplitude, supports)
+
+
+def test_gaps_between_samples():
+    """Where the gap beside a point is largest and least, samples that halve the way had the same gap on both sides."""
+    random_column(2013, 0.002, HINGED)
+
+
+def test_a_force_that_begins_and_goes_on_the_same_increment():
+    """It grows at first, so the place where it is gone is not the one where it began, from which the path led back to no load."""
+    loads = random_column(2011, 0.002, HINGED).column("load_factor")
+    assert np.all(loads[16:] > 3.0)
 
 
 def come_together(run):

@@ -16,7 +16,10 @@ module free_span_gap
    ! Next to a touchdown point the gap grows with a power of the distance: there minima count only.
    real(wp), parameter :: beside = 0.06_wp  !! of a span
    integer, parameter :: samples = 4        !! of the gap in an element
-   integer, parameter :: near = 10          !! halvings of their distance, nearer and nearer to a touch
+   !> The way to the second sample beside a touch, again and again divided by the square root of two. Where a rod comes down beside
+   !> a point that it turns over, it is least twice as far from that as it is largest: between samples that each halve the way both
+   !> can hide.
+   integer, parameter :: near = 20
 
    !> The gap of the elements from `first` to `last` to one obstacle, sampled.
    type :: sampled_gap_t
@@ -198,21 +201,25 @@ contains
       end do
    end subroutine make_profiles
 
-   !> Equal parts of all elements; nearer and nearer to the touches.
+   !> Equal parts of all elements, the second of them divided beside a touch; from there nearer and nearer to that.
    subroutine take_samples(problem, state, line)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(sampled_gap_t), intent(inout) :: line
+      real(wp) :: part(near + 1)
       integer :: i, e, n
+      part = [(sqrt(0.5_wp)**(i - 1), i=0, near)] / samples
       n = (line%last - line%first + 1) * samples + 1 + (near - 1) * count(line%touches)
       allocate (line%at(n), line%gap(n))
       n = 0
       do e = line%first, line%last
-         if (e == line%first .and. line%touches(1)) call add([(0.5_wp**i / samples, i=near, 1, -1)])
-         if (e == line%first .and. .not. line%touches(1)) call add([0.0_wp])
-         call add([(real(i, wp) / samples, i=1, samples - 1)])
-         if (e == line%last .and. line%touches(2)) call add([(1.0_wp - 0.5_wp**i / samples, i=1, near)])
-         if (e < line%last .or. .not. line%touches(2)) call add([1.0_wp])
+         associate (after => e == line%first .and. line%touches(1), before => e == line%last .and. line%touches(2))
+            if (after) call add(part(near + 1:1:-1))
+            if (.not. after .and. e == line%first) call add([0.0_wp])
+            call add([(real(i, wp) / samples, i=merge(2, 1, after), samples - merge(2, 1, before))])
+            if (before) call add(1.0_wp - part)
+            if (.not. before) call add([1.0_wp])
+         end associate
       end do
 
    contains

@@ -7,7 +7,9 @@ module span_changes
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use span_regions, only: find_span_regions
-   use span_tests, only: span_test_t, test_words, test_curvature, test_length, shortest, spans_hold
+   use span_tests, only: span_test_t, test_words, test_slack, test_curvature, test_force, test_length, shortest, spans_hold
+   use touchdown_points, only: point_force
+   use held_openings, only: first_length
    use lying_ahead, only: reach_of
    use span_change, only: leg_t, change_t, new_leg, change_none, change_missed, change_by_rule, &
       & change_opening, change_vanishing, place_here, place_ahead
@@ -112,6 +114,10 @@ contains
       logical :: grows
       call copy_problem(problem, next)
       call copy_run(run, on)
+      if (change%tests(change%which)%kind == test_curvature .and. answer%opens(1) /= answer%opens(2)) then
+         call divide(problem, run, leg, change, answer, timers)
+         return
+      end if
       larger = answer
       more = 0
       do
@@ -134,6 +140,50 @@ contains
       call copy_problem(next, problem)
       call copy_run(on, run)
    end subroutine take_answer
+
+   !> Goes on with the two points of a divided one. Where the rod comes down beside a point just before that is flat, by less than
+   !> is told, points that are near would have to pull, and others further apart do not.
+   subroutine divide(problem, run, leg, change, answer, timers)
+      type(problem_t), intent(inout) :: problem
+      type(run_t), intent(inout) :: run          !! at the change's place
+      type(leg_t), intent(in) :: leg
+      type(change_t), intent(in) :: change
+      type(answer_t), intent(in) :: answer       !! with points as near as any begin
+      type(timers_t), intent(inout) :: timers
+      integer, parameter :: most = 4             ! doublings of their distance: what is told is not that deep
+      type(problem_t) :: next
+      type(run_t) :: on
+      type(answer_t) :: wider
+      integer :: try
+      logical :: grows
+      wider = answer
+      do try = 0, most + 1
+         ! Where none holds the nearest.
+         if (try > most) wider = answer
+         call copy_problem(problem, next)
+         call copy_run(run, on)
+         call take_set(next, on, change%tests(change%which), change%begins, wider, 0.0_wp, grows, timers)
+         if (.not. allocated(on%stuck) .and. pushes(next, on, wider%opens)) exit
+         wider = answer_to(problem, change%place, change%tests, change%which, leg%before%value - leg%after%value, run%touches, &
+            & apart=2.0_wp**(try + 1) * first_length)
+      end do
+      call copy_problem(next, problem)
+      call copy_run(on, run)
+   end subroutine divide
+
+   !> True for points that the rod pushes, or that are none.
+   logical function pushes(problem, run, opened)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      integer, intent(in) :: opened(2)           !! numbers of touches
+      integer :: c
+      pushes = .true.
+      do c = 1, problem%candidates%n
+         if (problem%candidates%touch(c) == 0) cycle
+         if (.not. problem%candidates%moves(c) .or. all(opened /= problem%touch(problem%candidates%touch(c))%number)) cycle
+         pushes = pushes .and. point_force(problem, run%state, c) >= -test_slack(test_force) * run%system%force_scale
+      end do
+   end function pushes
 
    !> How far along the path the zero of a line's length may be from where the line is taken for none: as far as the increment's
    !> chord tells, and as far as paths are followed as straight. 0: the test is another one.

@@ -4,11 +4,11 @@ module span_location
    use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t
-   use bordered_system, only: linearise
-   use span_tests, only: run_span_tests, test_curvature
+   use bordered_system, only: linearise, apply_increment
+   use span_tests, only: span_test_t, run_span_tests, test_curvature
    use span_change, only: leg_t, change_t, change_by_rule, change_missed, place_within, place_here, &
       & place_ahead
-   use held_openings, only: find_flat_point
+   use held_openings, only: find_flat_point, small_load
    use span_rules, only: would_press
    use lying_ahead, only: turns, leads_to, arrival
    use path_control, only: path_length
@@ -38,6 +38,11 @@ contains
          change%where = place_within
          tolerance = 0.5_wp * step%locate_tolerance * max(before%value, -after%value)
          if (before%value <= tolerance) then
+            ! What has just begun, and grows, has its zero further on: nearer than the end is its sign.
+            if (before%value >= -tolerance .and. grows(problem, run, leg, change%which, tolerance, timers)) then
+               change%kind = change_missed
+               return
+            end if
             change%where = place_here
             change%place = run%state
             change%heading = run%heading
@@ -53,6 +58,31 @@ contains
          if (.not. found) change%kind = change_missed
       end associate
    end subroutine locate
+
+   !> True for a test that its slope where the run stands takes up on an increment, by more than a tolerance.
+   logical function grows(problem, run, leg, which, tolerance, timers)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(inout) :: run           !! its system ends up factored where it stands
+      type(leg_t), intent(in) :: leg
+      integer, intent(in) :: which                !! index into the tests
+      real(wp), intent(in) :: tolerance
+      type(timers_t), intent(inout) :: timers
+      type(span_test_t), allocatable :: here(:), ahead(:)
+      type(state_t) :: state(2)
+      real(wp) :: step
+      grows = .false.
+      call linearise(problem, run%state, run%state, run%system, timers)
+      if (.not. run%system%ok) return
+      step = sign(small_load(problem, run), run%heading%load)
+      ! On a new mesh forces are in balance after the next iteration only, which both make.
+      state = run%state
+      call apply_increment(problem, run%system, 0.0_wp * run%system%tangent, 0.0_wp, state(1))
+      call apply_increment(problem, run%system, step * run%system%tangent, step, state(2))
+      here = run_span_tests(problem, state(1), leg%scale, which)
+      ahead = run_span_tests(problem, state(2), leg%scale, which)
+      grows = (ahead(which)%value - here(which)%value) * path_length(problem, run%state, leg%to) > &
+         & tolerance * path_length(problem, state(1), state(2))
+   end function grows
 
    !> Where a point is as curved as its obstacle, by Newton's method: on the increment, or beyond its end where it is not yet there.
    subroutine locate_flat_point(problem, run, leg, change, found, timers)

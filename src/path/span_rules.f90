@@ -35,7 +35,7 @@ module span_rules
 contains
 
    !> The answer to a test that is zero.
-   function answer_to(problem, state, tests, which, fall, last, more) result(answer)
+   function answer_to(problem, state, tests, which, fall, last, more, apart) result(answer)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: tests(:)   !! of this state
@@ -43,8 +43,10 @@ contains
       real(wp), intent(in) :: fall(:)             !! (tests) by how much each falls along the path
       integer, intent(in) :: last                 !! number given last to a touch
       integer, intent(in), optional :: more       !! points that lie down with that of the test, of those that come to it next
+      real(wp), intent(in), optional :: apart     !! of the stretch, that the points of a divided one begin with
       type(answer_t) :: answer
       type(span_test_t) :: test
+      real(wp) :: share
       logical :: passed, meets, pressed
       logical :: too(problem%candidates%n)
       integer :: k, c
@@ -70,7 +72,9 @@ contains
          if (pressed) then
             call lay_down_points(problem, state, test, too, answer)
          else
-            call divide_point(problem, state, test, answer)
+            share = first_length
+            if (present(apart)) share = apart
+            call divide_point(problem, state, test, share, answer)
             ! At the end of a rod one point comes of it.
             answer%divides = all(problem%beside(:, problem%candidates%node(test%candidate)) > 0)
             if (answer%divides) answer%label = 'C-'
@@ -285,17 +289,18 @@ contains
    end function would_press
 
    !> A point two points; on a mirror, or where a support holds the rotation, one on each side that is flat.
-   subroutine divide_point(problem, state, test, answer)
+   subroutine divide_point(problem, state, test, share, answer)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: test
+      real(wp), intent(in) :: share                !! of the stretch, that they are apart
       type(answer_t), intent(inout) :: answer
       associate (c => test%candidate, k => test%touch)
          if (problem%candidates%moves(c)) then
-            answer%touch = parted(answer%touch, k, first_length * stretch_length(problem, answer%touch(k)))
+            answer%touch = parted(answer%touch, k, share * stretch_length(problem, answer%touch(k)))
             answer%opens = [k, size(answer%touch)]
          else
-            call go_beside(problem, c, flat_sides(problem, state, c, test, .false.), 0.5_wp * first_length, .false., answer, &
+            call go_beside(problem, c, flat_sides(problem, state, c, test, .false.), 0.5_wp * share, .false., answer, &
                & answer%opens)
          end if
       end associate
