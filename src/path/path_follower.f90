@@ -8,7 +8,7 @@ module path_follower
    use path_control, only: is_arc_length, set_tangent
    use path_continuity, only: heading_t, relation_t, relate, same_path, too_far, at_corner
    use corrector, only: increment_t, take_increment
-   use path_run, only: run_t, copy_run, heading_of, turned_round
+   use path_run, only: run_t, copy_run, footing_t, heading_of, turned_round
    use step_control, only: begin_arc_length, next_increment, smallest, shorten_to_stop
    use path_events, only: new_probe
    use path_acceptance, only: accept
@@ -17,7 +17,7 @@ module path_follower
    use contact_corner, only: find_corner, leave_corner
    use contact_regions, only: find_regions
    use span_changes, only: pass_change, pass_doubt
-   use span_mesh, only: renew_mesh, refine_mesh, coarsen_mesh, ask_for_twice
+   use span_mesh, only: renew_mesh, refine_mesh, coarsen_mesh, step_back, ask_for_twice
    use span_start, only: begin_spans
    use stiff_start, only: is_stiff_start, take_stiff_start
    use dead_end, only: why_stuck
@@ -213,6 +213,7 @@ contains
       !> From the last point again, which no increment has led on from: past a change of contact, on a finer mesh, around a corner,
       !> or by half the way.
       subroutine try_otherwise()
+         type(footing_t), allocatable :: finer
          logical :: turned, asked
          call count_up(timers, counter_rejected)
          cuts = cuts + 1
@@ -227,6 +228,14 @@ contains
             if (changed) cuts = 0
             if (changed) return
             call linearise(problem, run%state, run%state, run%system, timers)
+         end if
+         if (cuts > cuts_before_change .and. allocated(run%footing)) then
+            ! What was spared of the mesh may be the reason.
+            call move_alloc(run%footing, finer)
+            call step_back(finer, problem, run, timers)
+            run%control%increment = sign(first_increment, run%control%increment)
+            cuts = 0
+            return
          end if
          if ((cuts > cuts_before_mesh .or. too_short(0.5_wp)) .and. doubled_at /= run%step_points) then
             ! Perhaps a mesh that the program has made is too coarse for any.

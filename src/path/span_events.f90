@@ -32,7 +32,7 @@ contains
       type(leg_t) :: near
       integer :: round
       logical :: fails
-      call let_arrive(leg)
+      call let_arrive(leg, run%shrunk)
       change%tests = leg%after
       near = leg
       fails = any_fails(leg%after)
@@ -64,13 +64,14 @@ contains
    !> A point that rolls to the end of a rod is held there as soon as the span beyond is as short as none: until it really is there
    !> the rod still turns in, from a slope just below zero. What a line has shrunk to is as curved as the obstacle at first; on
    !> another mesh it may be a little more.
-   pure subroutine let_arrive(leg)
+   pure subroutine let_arrive(leg, shrunk)
       type(leg_t), intent(inout) :: leg
+      logical, intent(in) :: shrunk               !! a line has just become a point
       integer :: k
       do k = 1, size(leg%after)
          associate (before => leg%before(k), after => leg%after(k))
-            if (any(after%kind == [test_slope, test_curvature]) .and. before%value < 0.0_wp .and. after%value > before%value) &
-               & after%value = max(after%value, 0.0_wp)
+            if (.not. (after%kind == test_slope .or. shrunk .and. after%kind == test_curvature)) cycle
+            if (before%value < 0.0_wp .and. after%value > before%value) after%value = max(after%value, 0.0_wp)
          end associate
       end do
    end subroutine let_arrive

@@ -21,13 +21,13 @@ module span_mesh
    use held_openings, only: find_fastest, stay_in_place
    use path_continuity, only: heading_t, heading_at, normal_plane
    use path_events, only: probe_t, new_probe
-   use path_run, only: run_t, footing_t, forget_mesh, rest_of_mesh
+   use path_run, only: run_t, copy_run, footing_t, forget_mesh, rest_of_mesh
    use corrector, only: increment_t, correct
    use mesh_request, only: stays_within
    use timing, only: timers_t, count_up, counter_remeshed
    implicit none
    private
-   public :: prepare_mesh, renew_mesh, refine_mesh, coarsen_mesh, ask_for_twice, take_touches
+   public :: prepare_mesh, renew_mesh, refine_mesh, coarsen_mesh, step_back, ask_for_twice, take_touches
 
 contains
 
@@ -232,18 +232,14 @@ contains
       logical, intent(out) :: done
       type(timers_t), intent(inout) :: timers
       type(problem_t) :: kept
-      type(state_t) :: place
-      type(heading_t) :: heading
+      type(run_t) :: before
       call copy_problem(problem, kept)
-      place = run%state
-      heading = run%heading
+      call copy_run(run, before)
       call take_problem(next, problem, run, timers)
       call settle(problem, run, done, timers)
       if (done) return
       call copy_problem(kept, problem)
-      run%state = place
-      run%heading = heading
-      run%system = new_system(problem)
+      call copy_run(before, run)
       call linearise(problem, run%state, run%state, run%system, timers)
    end subroutine stand_on
 
