@@ -104,8 +104,9 @@ def test_a_contact_that_is_lost_beside_another():
     assert run.column("load_factor")[lost.point] < lost.load_factor
 
 
-def random_column(seed, amplitude, supports):
-    run = dr.run_deck(COLUMN.format(kind="GE8", elements=16, shape=f"RANDOM, SEED={seed}", imperfection=amplitude, supports=supports))
+def random_column(seed, amplitude, supports, first=0.05):
+    run = dr.run_deck(COLUMN.format(kind="GE8", elements=16, shape=f"RANDOM, SEED={seed}", imperfection=amplitude,
+                                    supports=supports).replace("0.05\n", f"{first}\n", 1))
     assert run.results.complete and "do not get on" not in run.stdout
     return run
 
@@ -142,6 +143,17 @@ def test_a_force_that_begins_and_goes_on_the_same_increment():
     """It grows at first, so the place where it is gone is not the one where it began, from which the path led back to no load."""
     loads = random_column(2011, 0.002, HINGED).column("load_factor")
     assert np.all(loads[16:] > 3.0)
+
+
+@dr.release_only
+def test_events_do_not_hang_on_increments():
+    """A point that is lost and regained, a point that is lost while contact begins further on: longer increments passed them, for at
+    both ends all was well."""
+    events = [[(c.label, c.load_factor) for c in random_column(106, 0.002, HINGED, first).results.critical]
+              for first in (0.02, 0.05, 0.2)]
+    for other in events[1:]:
+        assert [label for label, _ in other] == [label for label, _ in events[0]]
+        dr.assert_close([load for _, load in other], [load for _, load in events[0]], relative=1e-4)
 
 
 def come_together(run):

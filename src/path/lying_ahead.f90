@@ -45,30 +45,33 @@ contains
 
    !> True for an equilibrium that lies ahead on the path: Newton's method may find one on another, or behind a limit point. Its
    !> own tangent may tell nothing, so the chord must have the direction that the path starts in, and the load its rate.
-   logical function leads_to(problem, from, heading, fresh, place) result(leads)
+   logical function leads_to(problem, from, heading, fresh, place, rate) result(leads)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, place
       type(heading_t), intent(in) :: heading      !! at `from`
       logical, intent(in) :: fresh                !! as relate has it
+      real(wp), intent(in), optional :: rate      !! of the load further on, as a heading has it; else it stays as at `from`
       type(heading_t) :: there
       leads = .not. path_length(problem, from, place) > 0.0_wp
       if (leads) return
       there = chord(problem, from, place)
       there%load = heading%load
+      if (present(rate)) there%load = rate
       leads = same_path(relate(problem, from, place, heading, there, fresh))
    end function leads_to
 
    !> The same of an equilibrium with another set, from where the run stands.
-   logical function leads_to_next(problem, run, next) result(leads)
+   logical function leads_to_next(problem, run, next, rate) result(leads)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
       type(next_t), intent(in) :: next
+      real(wp), intent(in), optional :: rate      !! as leads_to has it
       type(state_t) :: from
       type(heading_t) :: heading
       from = carried(problem, run%state, next%problem)
       heading%load = run%heading%load
       heading%u = carried_field(problem, run%state, run%heading%u, next%problem, from)
-      leads = leads_to(next%problem, from, heading, run%fresh, next%state)
+      leads = leads_to(next%problem, from, heading, run%fresh, next%state, rate)
    end function leads_to_next
 
    !> The way from one state to another, of length 1.

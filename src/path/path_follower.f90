@@ -17,6 +17,7 @@ module path_follower
    use contact_corner, only: find_corner, leave_corner
    use contact_regions, only: find_regions
    use span_changes, only: pass_change, pass_doubt
+   use span_dips, only: note_slopes
    use span_mesh, only: renew_mesh, refine_mesh, coarsen_mesh, step_back, ask_for_twice
    use span_start, only: begin_spans
    use stiff_start, only: is_stiff_start, take_stiff_start
@@ -79,6 +80,7 @@ contains
          if (is_arc_length(run%control%method)) &
             & call set_tangent(problem, run%system, run%heading%u, run%heading%load, run%control)
          call shorten_to_stop(step, run)
+         call note_slopes(problem, run)
          begins = .false.
          if (.not. taken) then
             if (problem%is_sampled()) then
@@ -135,6 +137,8 @@ contains
             cycle points
          end if
          searches = 0
+         run%closer = 0
+         if (allocated(run%slope_ahead)) call move_alloc(run%slope_ahead, run%slope)
          if (allocated(run%footing)) deallocate (run%footing)
          call renew_mesh(problem, run, timers)
          if (allocated(run%spare)) call coarsen_mesh(problem, run, timers)

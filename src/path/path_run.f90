@@ -67,6 +67,10 @@ module path_run
       type(footing_t), allocatable :: footing    !! to go back to, until a point stands on the coarser mesh
       integer :: kept_meshes = 0                 !! points for which the mesh does not become coarser
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! of the last increment: arc length, load factor
+      real(wp), allocatable :: slope(:)          !! of the tests of its contact spans, by the length of the path
+      real(wp), allocatable :: slope_ahead(:)    !! and at the trial
+      integer :: closer = 0                      !! shorter increments from the last point that slopes have asked for
+      logical :: rough = .false.                 !! there they had not to: tests are not smooth along the path
       type(stretch_t), allocatable :: trail(:)   !! the way up to the last accepted point, the latest first
       type(heading_t) :: heading                 !! tangent at the last accepted point, in the sense of the run
       logical :: fresh = .false.                 !! that point is a start whose contacts carry nothing: held in its tangent
@@ -136,6 +140,9 @@ contains
       if (allocated(run%control%tangent)) deallocate (run%control%tangent)
       if (allocated(run%control%previous)) deallocate (run%control%previous)
       if (allocated(run%trail)) deallocate (run%trail)
+      if (allocated(run%slope)) deallocate (run%slope)
+      if (allocated(run%slope_ahead)) deallocate (run%slope_ahead)
+      run%rough = .false.
       call run%finer%forget()
       if (allocated(run%footing)) deallocate (run%footing)
    end subroutine forget_mesh

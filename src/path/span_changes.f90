@@ -7,15 +7,17 @@ module span_changes
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use span_regions, only: find_span_regions
-   use span_tests, only: span_test_t, test_words, test_slack, test_curvature, test_force, test_length, shortest, spans_hold
+   use span_tests, only: span_test_t, test_words, test_slack, test_curvature, test_force, test_length, &
+      & shortest, spans_hold
    use touchdown_points, only: point_force
    use held_openings, only: first_length
    use lying_ahead, only: reach_of
    use span_change, only: leg_t, change_t, new_leg, change_none, change_missed, change_by_rule, &
-      & change_opening, change_vanishing, place_here, place_ahead
+      & change_opening, change_vanishing, place_within, place_here, place_ahead
    use next_spans, only: next_t
    use span_events, only: find_change
    use span_beyond, only: look_beyond
+   use span_dips, only: look_between
    use span_rules, only: answer_t, answer_to
    use span_set, only: take_set
    use span_arrival, only: take_next, come_nearer
@@ -51,7 +53,7 @@ contains
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
-      type(leg_t) :: leg
+      type(leg_t) :: leg, near
       type(change_t) :: change
       type(answer_t) :: answer
       logical :: shorter
@@ -63,6 +65,14 @@ contains
       if (change%kind == change_missed) then
          call go_less_far(problem, step, run, leg%after(change%which), timers)
          return
+      end if
+      if (change%kind == change_by_rule .and. change%where == place_within) then
+         near = leg
+         near%to = change%place
+         near%ahead = change%heading
+         near%after = change%tests
+         call look_between(problem, step, run, near, change%which, shorter, timers)
+         if (shorter) return
       end if
       if (change%kind == change_vanishing) then
          call take_next(problem, step, run, change%next, recorder, finished, outcome, timers)
@@ -87,6 +97,7 @@ contains
       end if
       if (.not. changed) then
          call linearise(problem, trial, run%state, run%system, timers)
+         if (.not. stuck) call look_between(problem, step, run, leg, 0, changed, timers)
          return
       end if
       if (finished .or. allocated(outcome%why)) return

@@ -74,16 +74,21 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: scale         !! of forces
-      integer, intent(in), optional :: only !! number of the one whose value is wanted, 0: none; others' gaps are not looked at
+      integer, intent(in), optional :: only !! number of the one whose value is wanted, 0: those of points; others' gaps and
+      !! pressures are not looked at
       type(span_test_t), allocatable :: tests(:)
-      type(span_test_t), allocatable :: points(:), gaps(:)
+      type(span_test_t), allocatable :: points(:), gaps(:), lengths(:)
       integer :: k, i
+      logical :: pressed
       points = point_tests(problem, state, scale)
       gaps = gap_tests(problem, state, points, .not. present(only))
       if (present(only)) then
          if (needs_gaps(only)) gaps = gap_tests(problem, state, points, .true.)
       end if
-      tests = [gaps, points, length_tests(problem, state), pressure_tests(problem, state, scale)]
+      lengths = length_tests(problem, state)
+      pressed = .not. present(only)
+      if (present(only)) pressed = only > size(gaps) + size(points) + size(lengths)
+      tests = [gaps, points, lengths, pressure_tests(problem, state, scale, pressed)]
       do k = 1, size(tests)
          if (tests(k)%kind /= test_curvature) cycle
          if (any([(is_closed(tests(i)) .and. any(tests(i)%beside == tests(k)%touch), i=1, size(tests))])) &
@@ -333,10 +338,11 @@ contains
    end function length_tests
 
    !> Lines: are they pushed all along?
-   function pressure_tests(problem, state, scale) result(tests)
+   function pressure_tests(problem, state, scale, valued) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: scale         !! of forces
+      logical, intent(in) :: valued         !! false: pressures are not looked at, values are 0
       type(span_test_t), allocatable :: tests(:)
       type(span_test_t) :: test
       type(touch_t), allocatable :: now(:)
@@ -346,7 +352,9 @@ contains
       do k = 1, size(problem%touch)
          if (.not. problem%touch(k)%line) cycle
          test = span_test_t(kind=test_pressure, touch=k)
-         call least_pressure(problem, state, now(k), test%value, test%at, side)
+         side = 0
+         test%value = 0.0_wp
+         if (valued) call least_pressure(problem, state, now(k), test%value, test%at, side)
          test%value = max(test%value, -scale / problem%size) * problem%size / scale
          test%sense = real(side, wp)
          tests = [tests, test]

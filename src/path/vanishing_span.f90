@@ -63,7 +63,7 @@ contains
          else
             call become_one(problem, run, leg, which, next, found, timers)
          end if
-         if (found) found = leads_to_next(problem, run, next)
+         if (found) found = leads_to_next(problem, run, next, leg%ahead%load)
          if (found) found = comes_next(problem, run, leg, fails, next)
       end if
       if (.not. found .or. next%label /= '') return
@@ -81,7 +81,7 @@ contains
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
       call lose_line(problem, run, leg, which, next, found, timers)
-      if (found) found = leads_to_next(problem, run, next)
+      if (found) found = leads_to_next(problem, run, next, leg%ahead%load)
       if (found) found = comes_next(problem, run, leg, another_fails(leg%after, which), next)
    end subroutine locate_lost_line
 
