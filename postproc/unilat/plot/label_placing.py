@@ -7,6 +7,8 @@ import numpy as np
 import matplotlib.patheffects as patheffects
 from matplotlib.transforms import Bbox
 
+from . import style
+
 DISTANCES = (4.0, 9.0, 15.0, 22.0, 30.0, 40.0, 50.0, 60.0)      # [pt] tried between a label and its mark
 DIRECTIONS = 16
 FAR = 12.0                                          # [pt] from here on a thin line joins them
@@ -18,7 +20,9 @@ def place_labels(axes, texts: list[tuple]):
     A place that is nearer to the point of another label is bad, too.
     """
     figure = axes.figure
-    figure.canvas.draw()
+    style.lay_out(figure)
+    if not hasattr(figure, "get_layout_engine"):
+        figure.canvas.draw()
     renderer = figure.canvas.get_renderer()
     inside = axes.get_window_extent(renderer)
     curve = _curve_pixels(axes)

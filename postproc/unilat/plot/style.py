@@ -124,6 +124,14 @@ def new_axes(args):
     return figure, figure.add_subplot()
 
 
+def lay_out(figure):
+    """Gives axes and their labels their places for good; matplotlib would find them anew, and draw twice, when it saves."""
+    engine = figure.get_layout_engine() if hasattr(figure, "get_layout_engine") else None     # matplotlib 3.6
+    if engine is not None:
+        engine.execute(figure)
+        figure.set_layout_engine(None)
+
+
 def save(figure, args, everything: list[Results], ending: str) -> int:
     """Write the picture and say so; the exit code of the script."""
     stem = os.path.splitext(os.path.basename(everything[0].filename))[0]
@@ -132,6 +140,7 @@ def save(figure, args, everything: list[Results], ending: str) -> int:
     if kind not in FORMATS:
         raise ResultsError(f"{output}: the picture must end in .png, .pdf or .svg, or give --format")
     undated = {"png": None, "pdf": {"CreationDate": None}, "svg": {"Date": None}}[kind]
+    lay_out(figure)
     try:
         figure.savefig(output, format=kind, metadata=undated)
     except OSError as problem:
