@@ -195,5 +195,6 @@ def empty(width: float, height: float):
 
 
 def saved(figure, output: str) -> str:
+    style.lay_out(figure)
     figure.savefig(output)
     return output

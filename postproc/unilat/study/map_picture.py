@@ -37,6 +37,7 @@ def draw_map(checked: Map, rows: list[Cell], filename: str):
               if name != "untold" or any(cell.verdict == name for cell in rows)]
     axes.legend(handles=legend, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=len(legend), frameon=False, handlelength=1.0,
                 columnspacing=1.0)
+    style.lay_out(figure)
     figure.savefig(filename)
 
 

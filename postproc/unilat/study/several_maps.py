@@ -89,4 +89,5 @@ def draw_cases(cases: list, draw: Callable, filename: str):
     axes.set(xscale="log", yscale="log")
     axes.legend(handles=[Line2D([], [], marker="o", markersize=3.0, linestyle="none", color=colour, label=name)
                          for name, colour in colours.items()], loc="center left", bbox_to_anchor=(1.01, 0.5))
+    style.lay_out(figure)
     figure.savefig(filename)

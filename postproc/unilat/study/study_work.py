@@ -77,4 +77,5 @@ def draw_study(study: Study, rows, filename: str):
                       markeredgecolor=look["color"], linestyle="none")
     axes.set(xscale="log", yscale="log", xlabel="time in the program (s)", ylabel="relative error")
     axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
+    style.lay_out(figure)
     figure.savefig(filename)

@@ -42,6 +42,7 @@ def draw(sweep: Sweep, folder: str) -> list[str]:
             axes.set_title(picture["title"])
         usual = f"{sweep.name}_{picture['kind']}{'' if number == 1 else f'-{number}'}.png"
         output = os.path.join(folder, picture.get("file", usual))
+        style.lay_out(figure)
         figure.savefig(output)
         written.append(output)
     return written
