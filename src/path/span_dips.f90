@@ -133,7 +133,8 @@ contains
       do k = 1, size(leg%after)
          associate (before => leg%before(k), after => leg%after(k))
             ! At breakpoints of the rod forces have kinks.
-            if (after%kind /= test_force .or. .not. problem%candidates%moves(after%candidate)) cycle
+            if (after%kind /= test_force) cycle
+            if (.not. problem%candidates%moves(after%candidate)) cycle
             if (before%value <= test_slack(after%kind)) cycle
             if (k /= which .and. after%value <= test_slack(after%kind)) cycle
             dips = dips .or. least_of_cubic([before%value, after%value], length * slope(k, :)) < &
