@@ -66,7 +66,7 @@ contains
          call go_less_far(problem, step, run, leg%after(change%which), timers)
          return
       end if
-      if (change%kind == change_by_rule .and. change%where == place_within) then
+      if (change%kind == change_by_rule .and. change%where == place_within .and. .not. stuck) then
          near = leg
          near%to = change%place
          near%ahead = change%heading
