@@ -2,22 +2,23 @@
 !> With the points held, load and place are found at which they are where they belong (held_touchdown).
 module held_openings
    use kinds, only: wp
-   use problem, only: problem_t, copy_problem, dof
+   use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
-   use bordered_system, only: linearise, apply_increment
+   use bordered_system, only: linearise
    use model, only: method_load
    use path_control, only: control_t
    use corrector, only: increment_t, correct
    use path_run, only: run_t
    use touchdown_points, only: with_held, opening_misfit, point_force, touchdown_steps
    use touch_candidates, only: touch_place
+   use tangent_step, only: states_along
    use held_touchdown, only: solve_held
    use conforming_span, only: flat_excess, excess_curvature, track_sense, node_track
    use timing, only: timers_t
    implicit none
    private
    public :: open_span, rest_held, find_fastest, stay_in_place, spread_ahead, find_flat_point, held_load, &
-      & small_load, spreading_rate, first_length
+      & spreading_rate, first_length
 
    real(wp), parameter :: first_length = 4.0e-3_wp !! of a stretch: what opens from nothing begins with that
 
@@ -99,11 +100,7 @@ contains
       rate = 0.0_wp
       associate (moves => problem%candidates%moves(:size(rates)))
          if (.not. any(moves)) return
-         step = small_load(problem, run)
-         here = run%state
-         ahead = run%state
-         call apply_increment(problem, run%system, 0.0_wp * run%system%tangent, 0.0_wp, here)
-         call apply_increment(problem, run%system, step * run%system%tangent, step, ahead)
+         call states_along(problem, run%system, run%state, 1.0_wp, here, ahead, step)
          rates = abs(touchdown_steps(problem, run%state, ahead) - touchdown_steps(problem, run%state, here)) / step
          fastest = maxloc(rates, 1, moves)
       end associate
@@ -206,22 +203,6 @@ contains
       end do
    end function opening_ends
 
-   !> A step of the load factor that moves nothing by more than a millionth of the structure's size, nor turns it by more than that.
-   pure real(wp) function small_load(problem, run) result(step)
-      type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run             !! its system factored
-      real(wp) :: rate
-      integer :: node, d
-      rate = tiny(rate)
-      do node = 1, problem%model%mesh%n_nodes
-         d = dof(problem, node, 1)
-         associate (u => run%system%tangent(d:d + 2))
-            rate = max(rate, maxval(abs(u(1:2))) / problem%size, abs(u(3)))
-         end associate
-      end do
-      step = 1.0e-6_wp / rate
-   end function small_load
-
    !> How the new span grows along the path, per unit of load factor.
    real(wp) function spreading_rate(problem, run, opened) result(rate)
       type(problem_t), intent(in) :: problem
@@ -231,11 +212,7 @@ contains
       real(wp) :: step, change(2), excess, stretch
       integer :: ends(2), k
       ends = opening_ends(problem, opened)
-      step = small_load(problem, run)
-      here = run%state
-      ahead = run%state
-      call apply_increment(problem, run%system, 0.0_wp * run%system%tangent, 0.0_wp, here)
-      call apply_increment(problem, run%system, step * run%system%tangent, step, ahead)
+      call states_along(problem, run%system, run%state, 1.0_wp, here, ahead, step)
       change = opening_misfit(problem, ends, ahead) - opening_misfit(problem, ends, here)
       rate = 0.0_wp
       do k = 1, 2

@@ -137,8 +137,8 @@ contains
             cycle points
          end if
          searches = 0
-         run%closer = 0
-         if (allocated(run%slope_ahead)) call move_alloc(run%slope_ahead, run%slope)
+         run%slopes%closer = 0
+         if (allocated(run%slopes%ahead)) call move_alloc(run%slopes%ahead, run%slopes%here)
          if (allocated(run%footing)) deallocate (run%footing)
          call renew_mesh(problem, run, timers)
          if (allocated(run%spare)) call coarsen_mesh(problem, run, timers)

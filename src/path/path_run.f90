@@ -38,6 +38,14 @@ module path_run
       type(probe_t) :: probe
    end type footing_t
 
+   !> How fast the tests of contact spans change along the path, by its length.
+   type :: slopes_t
+      real(wp), allocatable :: here(:)           !! at the run's point; not allocated: not known
+      real(wp), allocatable :: ahead(:)          !! and at the trial
+      integer :: closer = 0                      !! shorter increments from the run's point that slopes have asked for
+      logical :: rough = .false.                 !! there they had not to: tests are not smooth along the path
+   end type slopes_t
+
    !> Kept together so that the procedures of the path loop have short argument lists.
    type :: run_t
       type(state_t) :: state                     !! the last accepted point
@@ -67,10 +75,7 @@ module path_run
       type(footing_t), allocatable :: footing    !! to go back to, until a point stands on the coarser mesh
       integer :: kept_meshes = 0                 !! points for which the mesh does not become coarser
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! of the last increment: arc length, load factor
-      real(wp), allocatable :: slope(:)          !! of the tests of its contact spans, by the length of the path
-      real(wp), allocatable :: slope_ahead(:)    !! and at the trial
-      integer :: closer = 0                      !! shorter increments from the last point that slopes have asked for
-      logical :: rough = .false.                 !! there they had not to: tests are not smooth along the path
+      type(slopes_t) :: slopes
       type(stretch_t), allocatable :: trail(:)   !! the way up to the last accepted point, the latest first
       type(heading_t) :: heading                 !! tangent at the last accepted point, in the sense of the run
       logical :: fresh = .false.                 !! that point is a start whose contacts carry nothing: held in its tangent
@@ -140,9 +145,7 @@ contains
       if (allocated(run%control%tangent)) deallocate (run%control%tangent)
       if (allocated(run%control%previous)) deallocate (run%control%previous)
       if (allocated(run%trail)) deallocate (run%trail)
-      if (allocated(run%slope)) deallocate (run%slope)
-      if (allocated(run%slope_ahead)) deallocate (run%slope_ahead)
-      run%rough = .false.
+      run%slopes = slopes_t(closer=run%slopes%closer)
       call run%finer%forget()
       if (allocated(run%footing)) deallocate (run%footing)
    end subroutine forget_mesh

@@ -6,10 +6,10 @@ module span_dips
    use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t
-   use bordered_system, only: linearise, apply_increment
+   use bordered_system, only: linearise
    use span_tests, only: span_test_t, run_span_tests, test_force, test_slack
    use span_change, only: leg_t
-   use held_openings, only: small_load
+   use tangent_step, only: states_along
    use touchdown_points, only: touchdown_steps
    use touch_candidates, only: touch_place
    use path_control, only: path_length
@@ -41,23 +41,23 @@ contains
       real(wp) :: slope(size(leg%after) + problem%candidates%n), both(size(slope), 2), length
       shorter = .false.
       slope = slopes_at(problem, run, leg%to, leg%ahead, leg%after, leg%scale)
-      if (allocated(run%slope)) then
-         if (size(run%slope) == size(slope)) then
-            both(:, 1) = run%slope
+      if (allocated(run%slopes%here)) then
+         if (size(run%slopes%here) == size(slope)) then
+            both(:, 1) = run%slopes%here
             both(:, 2) = slope
             length = path_length(problem, leg%from, leg%to)
             shorter = dips(problem, leg, both, length, which) .or. jumps(problem, leg, both, length)
          end if
       end if
       ! Such tests as have a kink there say so however short increments are.
-      if (shorter) run%closer = run%closer + 1
-      run%rough = run%rough .or. run%closer > most_closer
-      shorter = shorter .and. .not. run%rough .and. 0.5_wp * abs(run%control%increment) >= smallest(step, run%control)
+      if (shorter) run%slopes%closer = run%slopes%closer + 1
+      run%slopes%rough = run%slopes%rough .or. run%slopes%closer > most_closer
+      shorter = shorter .and. .not. run%slopes%rough .and. 0.5_wp * abs(run%control%increment) >= smallest(step, run%control)
       if (shorter) then
          call linearise(problem, run%state, run%state, run%system, timers)
          run%control%increment = 0.5_wp * run%control%increment
       else
-         run%slope_ahead = slope
+         run%slopes%ahead = slope
       end if
    end subroutine look_between
 
@@ -66,9 +66,9 @@ contains
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run          !! its system is factored there
       real(wp) :: scale
-      if (allocated(run%slope) .or. .not. problem%has_spans() .or. problem%is_sampled()) return
+      if (allocated(run%slopes%here) .or. .not. problem%has_spans() .or. problem%is_sampled()) return
       scale = max(run%system%force_scale, tiny(scale))
-      run%slope = slopes_at(problem, run, run%state, run%heading, run_span_tests(problem, run%state, scale), scale)
+      run%slopes%here = slopes_at(problem, run, run%state, run%heading, run_span_tests(problem, run%state, scale), scale)
    end subroutine note_slopes
 
    !> Slopes of tests along the path, by its length, those of other tests than forces 0; behind them those of the places of all
@@ -86,13 +86,7 @@ contains
       real(wp) :: step, length
       slope = 0.0_wp
       if (.not. run%system%ok) return
-      step = small_load(problem, run)
-      if (heading%load < 0.0_wp) step = -step
-      ! On a new mesh forces are in balance after the next iteration only, which both make.
-      here = state
-      ahead = state
-      call apply_increment(problem, run%system, 0.0_wp * run%system%tangent, 0.0_wp, here)
-      call apply_increment(problem, run%system, step * run%system%tangent, step, ahead)
+      call states_along(problem, run%system, state, heading%load, here, ahead, step)
       length = path_length(problem, here, ahead)
       if (.not. length > 0.0_wp) return
       first = run_span_tests(problem, here, scale, only=0)

@@ -4,11 +4,12 @@ module span_location
    use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t
-   use bordered_system, only: linearise, apply_increment
+   use bordered_system, only: linearise
    use span_tests, only: span_test_t, run_span_tests, test_curvature
    use span_change, only: leg_t, change_t, change_by_rule, change_missed, place_within, place_here, &
       & place_ahead
-   use held_openings, only: find_flat_point, small_load
+   use held_openings, only: find_flat_point
+   use tangent_step, only: states_along
    use span_rules, only: would_press
    use lying_ahead, only: turns, leads_to, arrival
    use path_control, only: path_length
@@ -68,20 +69,16 @@ contains
       real(wp), intent(in) :: tolerance
       type(timers_t), intent(inout) :: timers
       type(span_test_t), allocatable :: here(:), ahead(:)
-      type(state_t) :: state(2)
+      type(state_t) :: beside(2)
       real(wp) :: step
       grows = .false.
       call linearise(problem, run%state, run%state, run%system, timers)
       if (.not. run%system%ok) return
-      step = sign(small_load(problem, run), run%heading%load)
-      ! On a new mesh forces are in balance after the next iteration only, which both make.
-      state = run%state
-      call apply_increment(problem, run%system, 0.0_wp * run%system%tangent, 0.0_wp, state(1))
-      call apply_increment(problem, run%system, step * run%system%tangent, step, state(2))
-      here = run_span_tests(problem, state(1), leg%scale, which)
-      ahead = run_span_tests(problem, state(2), leg%scale, which)
+      call states_along(problem, run%system, run%state, run%heading%load, beside(1), beside(2), step)
+      here = run_span_tests(problem, beside(1), leg%scale, which)
+      ahead = run_span_tests(problem, beside(2), leg%scale, which)
       grows = (ahead(which)%value - here(which)%value) * path_length(problem, run%state, leg%to) > &
-         & tolerance * path_length(problem, state(1), state(2))
+         & tolerance * path_length(problem, beside(1), beside(2))
    end function grows
 
    !> Where a point is as curved as its obstacle, by Newton's method: on the increment, or beyond its end where it is not yet there.

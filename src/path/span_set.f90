@@ -4,7 +4,7 @@ module span_set
    use model, only: method_load
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
-   use bordered_system, only: linearise, apply_increment
+   use bordered_system, only: linearise
    use contact_response, only: reaction_rate
    use contact_touch, only: touch_t
    use touch_candidates, only: present_touches, touch_place, rolls_at
@@ -13,7 +13,8 @@ module span_set
       & shortest
    use span_rules, only: answer_t
    use span_mesh, only: take_touches
-   use held_openings, only: open_span, rest_held, spread_ahead, small_load, spreading_rate
+   use held_openings, only: open_span, rest_held, spread_ahead, spreading_rate
+   use tangent_step, only: states_along
    use shrunk_line, only: come_to_rest
    use path_control, only: control_t, is_arc_length
    use path_continuity, only: heading_at
@@ -208,12 +209,7 @@ contains
       type(touch_t), intent(in) :: lost
       type(state_t) :: ahead, here
       real(wp) :: step
-      step = small_load(problem, run)
-      ! On the new mesh forces are in balance after the next iteration only, which both make.
-      here = run%state
-      ahead = run%state
-      call apply_increment(problem, run%system, 0.0_wp * run%system%tangent, 0.0_wp, here)
-      call apply_increment(problem, run%system, step * run%system%tangent, step, ahead)
+      call states_along(problem, run%system, run%state, 1.0_wp, here, ahead, step)
       rate = gap_at(problem, ahead, lost%contact, lost%stretch, lost%at(1)) - &
          & gap_at(problem, here, lost%contact, lost%stretch, lost%at(1))
    end function opening_rate
