@@ -10,6 +10,7 @@ module touchdown_points
    use rod_state, only: state_t
    use section_forces, only: end_forces
    use conforming_span, only: conforming_forces, track_rotation, track_sense, node_track, excess_curvature, rod_angle
+   use breakpoint_forces, only: at_breakpoint, held_force
    use state_transfer, only: carry_to, move_nodes
    use touch_candidates, only: touch_place
    use ground_marks, only: mark_step
@@ -183,6 +184,9 @@ contains
             if (abs(touch_place(from, state, old) - touch_place(to, new, c)) > here * from%size) cycle
             if (to%candidates%follows(c)) then
                new%reaction(c) = state%reaction(old)
+            else if (at_breakpoint(from, old)) then
+               ! Loads and supports act there, too.
+               new%reaction(c) = held_force(from, state, old)
             else
                new%reaction(c) = point_force(from, state, old)
             end if

@@ -212,22 +212,23 @@ contains
             & min(after%start + round + width, after%end + round), .true.)]
       end subroutine open_between
 
-      !> Half way to the region before, of either list: a small region may move while it grows.
+      !> Half way to the region before, of either list: a small region may move while it grows. A long one may by its length, but not
+      !> into another one, whose gap is not its own.
       real(wp) function free_from(region)
          type(region_t), intent(in) :: region
-         real(wp) :: neighbour
-         neighbour = max(ends(1), maxval(there%end, mask=there%end < region%start), &
-            & maxval(other%end, mask=other%end < region%start))
-         free_from = min(region%start - (region%end - region%start), 0.5_wp * (region%start + neighbour))
+         real(wp) :: before
+         before = max(maxval(there%end, mask=there%end < region%start), maxval(other%end, mask=other%end < region%start))
+         free_from = min(region%start - (region%end - region%start), 0.5_wp * (region%start + max(ends(1), before)))
+         if (free_from <= before) free_from = 0.5_wp * (region%start + before)
          if (closed > 0.0_wp) free_from = max(free_from, 0.5_wp * (region%start + region%end - closed))
       end function free_from
 
       real(wp) function free_to(region)
          type(region_t), intent(in) :: region
-         real(wp) :: neighbour
-         neighbour = min(ends(2), minval(there%start, mask=there%start > region%end), &
-            & minval(other%start, mask=other%start > region%end))
-         free_to = max(region%end + (region%end - region%start), 0.5_wp * (region%end + neighbour))
+         real(wp) :: after
+         after = min(minval(there%start, mask=there%start > region%end), minval(other%start, mask=other%start > region%end))
+         free_to = max(region%end + (region%end - region%start), 0.5_wp * (region%end + min(ends(2), after)))
+         if (free_to >= after) free_to = 0.5_wp * (region%end + after)
          if (closed > 0.0_wp) free_to = min(free_to, 0.5_wp * (region%start + region%end + closed))
       end function free_to
    end subroutine tell
