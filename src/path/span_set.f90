@@ -9,7 +9,7 @@ module span_set
    use contact_touch, only: touch_t
    use touch_candidates, only: present_touches, touch_place, rolls_at
    use free_span_gap, only: gap_at
-   use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, test_slope, &
+   use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, test_crossing, test_slope, &
       & shortest
    use span_rules, only: answer_t
    use span_mesh, only: take_touches
@@ -107,6 +107,7 @@ contains
       ! A point that a line has shrunk to may leave a span neutral there; the line's pivots are definite.
       on%shrunk = test%kind == test_length
       if (on%shrunk) on%probe%negative_pivots = run%probe%negative_pivots
+      on%arrives = any(test%kind == [test_length, test_crossing])
       call copy_problem(next, problem)
       call copy_run(on, run)
    end subroutine take_set
