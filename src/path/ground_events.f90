@@ -212,8 +212,8 @@ contains
             & min(after%start + round + width, after%end + round), .true.)]
       end subroutine open_between
 
-      !> Half way to the region before, of either list: a small region may move while it grows. A long one may by its length, but not
-      !> into another one, whose gap is not its own.
+      !> Half way to the region before, of either list: a small region may move while it grows. A long one may by its length, but
+      !> not into another one, whose gap is not its own.
       real(wp) function free_from(region)
          type(region_t), intent(in) :: region
          real(wp) :: before

@@ -63,8 +63,8 @@ module path_run
       logical :: on_bifurcation = .false.        !! the last point is one that was recorded: its pivots have the sign of rounding
       logical :: shrunk = .false.                !! a line of contact has just become a point: its probe is the line's, and an
       !! eigenvalue may have gone through zero as it did
-      logical :: arrives = .false.               !! what has come to a point, a line or a point that a breakpoint stops, is as curved
-      !! there as its obstacle, or still a little more
+      logical :: arrives = .false.               !! a line has become a point, or a point has come to a breakpoint that stops
+      !! it: it is as curved there as its obstacle, or still a little more
       real(wp) :: motion(2) = 0.0_wp             !! largest displacement and rotation so far
       type(finer_problem_t) :: finer             !! what errors on the mesh are told by
       type(refinement_t) :: refinement           !! what the meshes of the point have been worth
