@@ -369,11 +369,12 @@ contains
       rate(1:2) = rate(1:2) + load_change * load%strain_rate * d + profile%stretch * rate(3) * [-d(2), d(1)]
    end function profile_rate
 
-   !> What a place may err by: what mending has changed there, and what that leaves.
+   !> What a place may err by: what mending by one more derivative would change there, or has changed by the last one.
    pure real(wp) function profile_doubt(profile, tau) result(doubt)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
-      doubt = max(norm2(mended_by(profile, tau)), profile_error(profile))
+      doubt = profile_error(profile)
+      if (profile%mended) doubt = norm2(mended_to(profile, 3, tau) - mended_to(profile, 2, tau))
    end function profile_doubt
 
    !> About how far the displacements of a GE element are from those of the rod between its nodes: the next term of the polynomial,
