@@ -9,7 +9,7 @@ module conforming_span
    use rod_state, only: state_t, element_load, element_displacement, node_position, obstacle_shift, candidate_offset, closing_rate
    use reference_curve, only: curve_point, curve_abscissa, curve_length, curve_bend
    use gauss_tableau, only: max_stages
-   use obstacle_track, only: track_t, track_foot, track_at, track_ahead, track_between, across_joint
+   use obstacle_track, only: track_t, track_foot, track_at, track_ahead, track_between, across_joint, joint_shares
    use ge_element, only: ge_load_t, ge_columns, ge_end_forces
    use inner_forces, only: inner_forces_t
    use conforming_element, only: conforming_evaluate, conforming_resultants, conforming_size
@@ -17,7 +17,7 @@ module conforming_span
    private
    public :: evaluate_conforming, conforming_forces, conforming_point, conforming_displacement, &
       & conforming_resultant, conforming_guess, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple, flat_excess, &
-      & rolled_t, rolled, excess_curvature, node_track, track_sense, rod_angle, bend_at, ge_end
+      & rolled_t, rolled, excess_curvature, node_track, track_joints, track_sense, rod_angle, bend_at, ge_end
 
    !> Excess of curvature times size that is as good as none: what rounding and the tolerance of Newton's method leave.
    real(wp), parameter :: flat_excess = 1.0e-8_wp
@@ -44,6 +44,18 @@ contains
             & node_position(state, list%node(candidate)) - obstacle_shift(problem, state, list%obstacle(candidate)))
       end associate
    end function node_track
+
+   !> Where the track of an element that lies on it is joined, as shares of the element: as good as it is stretched alike all along.
+   pure function track_joints(problem, state, e) result(share)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e                     !! on an obstacle
+      real(wp), allocatable :: share(:)
+      associate (c => problem%conforms(e), list => problem%candidates)
+         share = joint_shares(problem%model%obstacle(list%obstacle(c)), -candidate_offset(problem, state, list, c), &
+            & node_track(problem, state, c), node_track(problem, state, list%neighbour(2, c)))
+      end associate
+   end function track_joints
 
    !> The element at a candidate that what is asked of the rod there is told by: that after it, at the end of a stretch that
    !> before. Where the rod is not smooth `which` says on which side.

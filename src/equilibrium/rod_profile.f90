@@ -23,7 +23,8 @@ module rod_profile
    implicit none
    private
    public :: profile_t, new_profile, mend_ends, mended_by, profile_place, profile_displacement, mended_displacement, &
-      & profile_home, profile_angle, profile_rate, profile_error, profile_doubt, element_place
+      & profile_home, profile_angle, profile_rate, profile_error, profile_doubt, mended_error, &
+      & element_place
 
    !> One element of one state. Polynomials by their coefficients of tau^0, tau^1, ...
    type :: profile_t
@@ -369,13 +370,27 @@ contains
       rate(1:2) = rate(1:2) + load_change * load%strain_rate * d + profile%stretch * rate(3) * [-d(2), d(1)]
    end function profile_rate
 
-   !> What a place may err by: what mending by one more derivative would change there, or has changed by the last one.
+   !> What a place may err by at the most: what mending has changed there, and what that leaves.
    pure real(wp) function profile_doubt(profile, tau) result(doubt)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
-      doubt = profile_error(profile)
-      if (profile%mended) doubt = norm2(mended_to(profile, 3, tau) - mended_to(profile, 2, tau))
+      doubt = max(norm2(mended_by(profile, tau)), profile_error(profile))
    end function profile_doubt
+
+   !> What a mended place errs by, about. Two derivatives leave what a third one would add; and the nodes err, too: by O(h^(2 s))
+   !> where the polynomial of s stages does by O(h^(s + 1)) and the rod bends by O(h^2) in the element.
+   pure real(wp) function mended_error(profile, tau) result(error)
+      type(profile_t), intent(in) :: profile
+      real(wp), intent(in) :: tau
+      real(wp) :: mended, bend
+      integer :: k
+      error = profile_error(profile)
+      if (.not. profile%mended) return
+      mended = maxval([(norm2(mended_by(profile, 0.25_wp * k)), k=1, 3)])
+      bend = norm2(profile%axis(:, 2) + profile%moved(:, 2))
+      if (bend > mended) mended = mended**2 / bend
+      error = max(norm2(mended_to(profile, 3, tau) - mended_to(profile, 2, tau)), mended)
+   end function mended_error
 
    !> About how far the displacements of a GE element are from those of the rod between its nodes: the next term of the polynomial,
    !> as the last ones fall, times the largest of the monic polynomial of one degree more that vanishes with the collocation,

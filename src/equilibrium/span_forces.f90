@@ -6,7 +6,7 @@ module span_forces
    use rod_state, only: state_t, candidate_gap, node_position, element_load
    use ge_element, only: ge_load_t
    use section_forces, only: end_forces
-   use conforming_span, only: conforming_forces, rolled_t, rolled
+   use conforming_span, only: conforming_forces, rolled_t, rolled, track_joints
    use touchdown_points, only: point_force
    use breakpoint_forces, only: held_force
    use state_transfer, only: find_point
@@ -170,8 +170,10 @@ contains
       real(wp), intent(in) :: middle(2)
       real(wp), intent(out) :: force(3), moment
       real(wp) :: local(3), x(2), angle, density, ends(3, 2), place(2, 2)
+      real(wp), allocatable :: part(:)
+      real(wp) :: weight
       type(ge_load_t) :: load
-      integer :: i
+      integer :: i, k
       load = element_load(problem, state, e)
       call end_forces(problem, state, e, ends(:, 1), ends(:, 2))
       do i = 1, 2
@@ -184,11 +186,16 @@ contains
          moment = ends(3, 1) - ends(3, 2) + place(1, 1) * ends(2, 1) - place(2, 1) * ends(1, 1) - place(1, 2) * ends(2, 2) + &
             & place(2, 2) * ends(1, 2) - 0.5_wp * load%pressure * (dot_product(place(:, 2), place(:, 2)) - &
             & dot_product(place(:, 1), place(:, 1)))
-         do i = 1, tab%stages
-            call conforming_forces(problem, state, e, tab%c(i), local, x, angle, density)
-            force(3) = force(3) + density * tab%b(i) * length
-            x = x - middle
-            moment = moment - tab%b(i) * length * (x(1) * load%line(2) - x(2) * load%line(1))
+         ! Where the track is joined the density has a kink.
+         part = [0.0_wp, track_joints(problem, state, e), 1.0_wp]
+         do k = 2, size(part)
+            do i = 1, tab%stages
+               weight = tab%b(i) * (part(k) - part(k - 1)) * length
+               call conforming_forces(problem, state, e, part(k - 1) + tab%c(i) * (part(k) - part(k - 1)), local, x, angle, density)
+               force(3) = force(3) + weight * density
+               x = x - middle
+               moment = moment - weight * (x(1) * load%line(2) - x(2) * load%line(1))
+            end do
          end do
       end associate
    end subroutine line_force

@@ -5,7 +5,7 @@ module free_span_gap
    use model, only: family_ge
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t, obstacle_shift
-   use rod_profile, only: profile_t, new_profile, mend_ends, profile_doubt, profile_place
+   use rod_profile, only: profile_t, new_profile, mend_ends, mended_error, profile_place
    use obstacle_geometry, only: obstacle_gap
    use state_transfer, only: find_point
    use golden_section, only: golden_section_t, sections_to_rounding
@@ -282,7 +282,7 @@ contains
       gap = gap_in(problem, state, line%contact, line%profile(e), tau)
    end function gap_along
 
-   !> What the gap there may err by.
+   !> What the gap there may err by: the element's polynomials, and what the iteration has left at touches, where it is zero.
    real(wp) function doubt(problem, state, line, place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -291,7 +291,9 @@ contains
       real(wp) :: tau
       integer :: e
       call find_part(problem, state, line, place, e, tau)
-      doubt = profile_doubt(line%profile(e), tau)
+      doubt = mended_error(line%profile(e), tau)
+      if (line%touches(1)) doubt = doubt + abs(line%gap(1))
+      if (line%touches(2)) doubt = doubt + abs(line%gap(size(line%gap)))
    end function doubt
 
    !> The element at a place along the stretch, and which part of it lies before.

@@ -3,8 +3,9 @@ module line_pressure
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t, element_load, candidate_offset
-   use conforming_span, only: conforming_forces, excess_curvature, node_track, track_sense, rod_angle, bend_at
-   use obstacle_track, only: track_t, jump_between, joint_shares
+   use conforming_span, only: conforming_forces, excess_curvature, node_track, track_sense, rod_angle, bend_at, &
+      & track_joints
+   use obstacle_track, only: track_t, jump_between
    use ge_element, only: ge_load_t
    use contact_touch, only: touch_t
    use state_transfer, only: find_point
@@ -37,7 +38,7 @@ contains
       do e = line%element(1), line%element(2)
          associate (s => state%geometry%element(e)%s + problem%origin(e))
             call merge_places(pressure%at, [(s(1) + (s(2) - s(1)) * i / samples, i=0, samples)])
-            call merge_places(pressure%at, s(1) + (s(2) - s(1)) * joints(problem, state, e))
+            call merge_places(pressure%at, s(1) + (s(2) - s(1)) * track_joints(problem, state, e))
          end associate
       end do
       pressure%density = [(density_at(problem, state, line, pressure%at(i)), i=1, size(pressure%at))]
@@ -76,18 +77,6 @@ contains
          call search%tell(density_at(problem, state, line, place))
       end do
    end function least_between
-
-   !> Where the track of an element that lies on it is joined, as shares of the element: as good as it is stretched alike all along.
-   pure function joints(problem, state, e) result(share)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: e                     !! on an obstacle
-      real(wp), allocatable :: share(:)
-      associate (c => problem%conforms(e), list => problem%candidates)
-         share = joint_shares(problem%model%obstacle(list%obstacle(c)), -candidate_offset(problem, state, list, c), &
-            & node_track(problem, state, c), node_track(problem, state, list%neighbour(2, c)))
-      end associate
-   end function joints
 
    !> Density of a line's force at one place along its stretch.
    real(wp) function density_at(problem, state, line, at) result(density)
