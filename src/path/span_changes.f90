@@ -24,6 +24,7 @@ module span_changes
    use contact_in_doubt, only: ask_nodes
    use path_continuity, only: heading_t
    use path_control, only: path_length
+   use path_events, only: event_t, value_events
    use path_run, only: run_t, copy_run
    use path_acceptance, only: accept
    use accuracy_asked, only: wants_another
@@ -56,6 +57,8 @@ contains
       type(leg_t) :: leg, near
       type(change_t) :: change
       type(answer_t) :: answer
+      type(problem_t) :: next
+      type(run_t) :: on
       logical :: shorter
       finished = .false.
       leg = new_leg(problem, run, trial, ahead, stuck)
@@ -102,68 +105,99 @@ contains
       end if
       if (finished .or. allocated(outcome%why)) return
       if (change%kind == change_by_rule) then
-         call take_answer(problem, run, leg, change, answer, timers)
+         call take_answer(problem, run, leg, change, answer, next, on, timers)
+         call go_on(problem, step, run, next, on, recorder, finished, outcome, timers)
       else
          call come_nearer(problem, step, run, leg, change, timers)
          call take_next(problem, step, run, change%next, recorder, finished, outcome, timers)
       end if
    end subroutine pass_change
 
-   !> Goes on with the set of the answer. Where a point lies down, and another does so before the line of the first has the length
-   !> that it begins with, as its image at a mirror that the mesh does not know, there is none with that alone: both at once.
-   subroutine take_answer(problem, run, leg, change, answer, timers)
-      type(problem_t), intent(inout) :: problem
-      type(run_t), intent(inout) :: run          !! at the change's place
+   !> The set of the answer, and the run with it. Where a point lies down, and another does so before the line of the first has the
+   !> length that it begins with, as its image at a mirror that the mesh does not know, there is none with that alone: both at once.
+   subroutine take_answer(problem, run, leg, change, answer, next, on, timers)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run             !! at the change's place
       type(leg_t), intent(in) :: leg
       type(change_t), intent(in) :: change       !! by a rule
       type(answer_t), intent(in) :: answer
+      type(problem_t), intent(out) :: next
+      type(run_t), intent(out) :: on
       type(timers_t), intent(inout) :: timers
-      type(problem_t) :: next
-      type(run_t) :: on
       type(answer_t) :: larger
       integer :: more, lines
       logical :: grows
-      call copy_problem(problem, next)
-      call copy_run(run, on)
       if (change%tests(change%which)%kind == test_curvature .and. answer%opens(1) /= answer%opens(2)) then
-         call divide(problem, run, leg, change, answer, timers)
+         call divide(problem, run, leg, change, answer, next, on, timers)
          return
       end if
       larger = answer
       more = 0
       do
+         call start()
          call take_set(next, on, change%tests(change%which), change%begins, larger, line_reach(problem, leg, change%which), grows, &
             & timers)
          if (grows .and. more > 0) grows = spans_hold(next, on%state, on%system%force_scale)
-         if (grows) exit
+         if (grows) return
          more = more + 1
          lines = count(larger%touch%line)
          larger = answer_to(problem, change%place, change%tests, change%which, leg%before%value - leg%after%value, run%touches, &
             & more)
-         call copy_problem(problem, next)
-         call copy_run(run, on)
          if (count(larger%touch%line) > lines) cycle
          ! Perhaps the next increment finds it.
+         call start()
          call take_set(next, on, change%tests(change%which), change%begins, answer, line_reach(problem, leg, change%which), grows, &
             & timers)
-         exit
+         return
       end do
-      call copy_problem(next, problem)
-      call copy_run(on, run)
+
+   contains
+
+      subroutine start()
+         call copy_problem(problem, next)
+         call copy_run(run, on)
+      end subroutine start
    end subroutine take_answer
 
-   !> Goes on with the two points of a divided one. Where the rod comes down beside a point just before that is flat, by less than
-   !> is told, points that are near would have to pull, and others further apart do not.
-   subroutine divide(problem, run, leg, change, answer, timers)
+   !> The run with its next set. Where that is known at another load only, values that are asked for may lie on the way there.
+   subroutine go_on(problem, step, run, next, on, recorder, finished, outcome, timers)
       type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! at the change's place
+      type(problem_t), intent(in) :: next
+      type(run_t), intent(in) :: on              !! where the next set is known
+      class(recorder_t), intent(inout) :: recorder
+      logical, intent(out) :: finished
+      type(outcome_t), intent(inout) :: outcome
+      type(timers_t), intent(inout) :: timers
+      type(event_t), allocatable :: events(:)
+      type(next_t) :: ahead
+      finished = .false.
+      if (.not. allocated(on%stuck)) call value_events(next, step, run%probe, on%probe, on%state, on%state, events)
+      if (allocated(on%stuck) .or. size(events) == 0) then
+         call copy_problem(next, problem)
+         call copy_run(on, run)
+         return
+      end if
+      call copy_problem(next, ahead%problem)
+      ahead%state = on%state
+      ahead%system = on%system
+      ahead%heading = on%heading
+      call take_next(problem, step, run, ahead, recorder, finished, outcome, timers)
+   end subroutine go_on
+
+   !> The two points of a divided one. Where the rod comes down beside a point just before that is flat, by less than is told,
+   !> points that are near would have to pull, and others further apart do not.
+   subroutine divide(problem, run, leg, change, answer, next, on, timers)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run             !! at the change's place
       type(leg_t), intent(in) :: leg
       type(change_t), intent(in) :: change
       type(answer_t), intent(in) :: answer       !! with points as near as any begin
+      type(problem_t), intent(inout) :: next
+      type(run_t), intent(inout) :: on
       type(timers_t), intent(inout) :: timers
       integer, parameter :: most = 4             ! doublings of their distance: what is told is not that deep
-      type(problem_t) :: next
-      type(run_t) :: on
       type(answer_t) :: wider
       integer :: try
       logical :: grows
@@ -178,8 +212,6 @@ contains
          wider = answer_to(problem, change%place, change%tests, change%which, leg%before%value - leg%after%value, run%touches, &
             & apart=2.0_wp**(try + 1) * first_length)
       end do
-      call copy_problem(next, problem)
-      call copy_run(on, run)
    end subroutine divide
 
    !> True for points that the rod pushes, or that are none.
