@@ -61,10 +61,12 @@ contains
          if (told) return
       end if
       sighting%event%scale = bracket%scale
-      ! Where the contact set changes the function may jump: no zero can be interpolated there.
-      if (.not. division%smooth) return
+      ! Where contact at nodes changes the function may jump: no zero can be interpolated there. Foundations that act along the
+      ! elements take hold and let go little by little.
+      if (.not. division%smooth .and. any(run%state%active .neqv. trial%active)) return
       call narrow_bracket(found)
       if (found) call interpolate_zero(found)
+      if (.not. (found .or. branching)) call close_in(found)
       if (found) call bring_to_balance(found)
       if (found) found = max(run%system%force_residual, run%system%defect_residual) <= max(step%tolerance, run%system%round_off)
       if (.not. found) then
@@ -158,6 +160,21 @@ contains
          if (run%heading%load * ahead%load > 0.0_wp) sighting%place%load_factor = min(max(sighting%place%load_factor, &
             & min(run%state%load_factor, trial%load_factor)), max(run%state%load_factor, trial%load_factor))
       end subroutine interpolate_zero
+
+      !> Where a foundation takes hold the function may bend so much within the reach of the samples that they take it for a jump.
+      subroutine close_in(found)
+         logical, intent(out) :: found
+         found = .false.
+         do while (next_guess(bracket, epsilon(h), centre))
+            if (.not. sampled(centre, sighting%place, f)) return
+            found = abs(f) <= step%locate_tolerance * bracket%scale
+            if (found) exit
+            call take_value(bracket, centre, f)
+         end do
+         if (.not. found) return
+         sighting%fraction = centre
+         sighting%heading = heading_of(problem, run, sighting%place)
+      end subroutine close_in
 
       !> Ends of contact that have gone far between the samples make more of the cubic's error than the iteration leaves. But at
       !> bifurcations, see above.
