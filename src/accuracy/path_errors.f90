@@ -411,6 +411,9 @@ contains
          bars%monitor(m) = new_error_bar(correction(m + 1), unseen(m + 1), sizes(m + 1), noise(m + 1), &
             & kind_size(m + 1))
          bars%monitor(m)%bar = bars%monitor(m)%bar + abs(shares%inside(m + 1))
+         associate (bar => bars%monitor(m))
+            bar%no_number = bar%bounded .and. abs(value(m + 1)) <= bar%bar .and. 2.0_wp * bar%rounding >= bar%bar
+         end associate
       end do
       bars%share = shares%element(:n, :)
       bars%rest = shares%rest(:n)

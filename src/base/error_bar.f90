@@ -21,6 +21,7 @@ module error_bar
       real(wp) :: correction = 0.0_wp         !! C
       real(wp) :: bar = 0.0_wp                !! > 0
       real(wp) :: rounding = 0.0_wp           !! what of the bar may be rounding, which no mesh takes away
+      logical :: no_number = .false.          !! the number itself is no more than that: it has no relative error
    end type error_bar_t
 
    !> Where contact with an obstacle begins or ends along a rod.
@@ -125,6 +126,7 @@ contains
       real(wp), intent(in) :: allowed         !! > 0
       real(wp), intent(in) :: size            !! > 0
       part = bar%bar / (allowed * size)
+      if (bar%no_number) part = 0.0_wp
       if (lacks_bound(bar, allowed)) part = huge(part)
    end function allowed_part
 
