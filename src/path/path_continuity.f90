@@ -20,9 +20,9 @@ module path_continuity
    use force_law, only: segment_unknown
    implicit none
    private
-   public :: heading_t, normal_plane, relation_t, heading_at, relate, same_path, too_far, at_corner, chord_between, seen_from, &
-      & between, part_at, &
-      & lies_between, goes_back, alike, blend_geometry, largest_turn, largest_distance
+   public :: heading_t, normal_plane, relation_t, heading_at, relate, same_path, turned_over, too_far, at_corner, &
+      & chord_between, seen_from, between, part_at, lies_between, goes_back, alike, blend_geometry, largest_turn, &
+      & largest_distance
 
    !> Unit tangent of a path at a point.
    type :: heading_t
@@ -38,11 +38,13 @@ module path_continuity
       real(wp) :: distance = 0.0_wp             !! |chord - mean of the tangents|, of the chord; 1/8 turn^2 on a circle
       real(wp) :: load = 0.0_wp                 !! how far the load's mean rate is from between its rates, of the faster one
       real(wp) :: bending = 0.0_wp              !! the same of the rotations' rates, as vectors
+      real(wp) :: rotation = 0.0_wp             !! [rad] largest, where the first tangent is not known
    end type relation_t
 
    real(wp), parameter :: largest_turn = 0.5_wp !! of the tangent in one increment
    real(wp), parameter :: largest_distance = 0.5_wp * largest_turn**2 !! four times what a circle's arc of that turn gives
    real(wp), parameter :: largest_load = largest_distance !! of a rate that is not monotone over the increment
+   real(wp), parameter :: right_angle = acos(0.0_wp)
    real(wp), parameter :: no_motion = 1.0e-10_wp !! arc length of rounding, where loads only stress what cannot move
 
 contains
@@ -102,6 +104,7 @@ contains
       if (fresh) then
          first = chord
          rates(1) = rise
+         relation%rotation = length * maxval(abs(chord(3, :)))
       else
          call seen(before, first, rates(1), from)
       end if
@@ -149,8 +152,15 @@ contains
       type(relation_t), intent(in) :: relation
       same_path = .not. relation%told .or. (relation%turn <= largest_turn .and. relation%distance <= largest_distance .and. &
          & relation%load <= largest_load .and. &
-         & relation%bending <= largest_load)
+         & relation%bending <= largest_load .and. .not. turned_over(relation))
    end function same_path
+
+   !> True for a rod that Newton's method may have turned over, from a start that tells no tangent: what turns by more than a right
+   !> angle at once is not believed.
+   pure logical function turned_over(relation)
+      type(relation_t), intent(in) :: relation
+      turned_over = relation%told .and. relation%rotation > right_angle
+   end function turned_over
 
    !> True for a point much further away than its increment was to go. Strategies whose corrections are only normal to
    !> something can get there; on one path they are off by the square of what it turns.
@@ -167,7 +177,6 @@ contains
    !> foundations have corners, and so have contacts.
    pure logical function at_corner(longer, shorter)
       type(relation_t), intent(in) :: longer, shorter !! of two increments from one point
-      real(wp), parameter :: right_angle = acos(0.0_wp)
       real(wp), parameter :: as_much = 0.75_wp  ! half of it would be a curve's
       at_corner = longer%told .and. shorter%told .and. shorter%length < as_much * longer%length .and. &
          & shorter%turn > as_much * longer%turn .and. shorter%turn < right_angle

@@ -6,7 +6,7 @@ module path_follower
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use path_control, only: is_arc_length, set_tangent
-   use path_continuity, only: heading_t, relation_t, relate, same_path, too_far, at_corner
+   use path_continuity, only: heading_t, relation_t, relate, same_path, turned_over, too_far, at_corner
    use corrector, only: increment_t, take_increment
    use path_run, only: run_t, copy_run, footing_t, heading_of, turned_round
    use step_control, only: begin_arc_length, next_increment, smallest, shorten_to_stop
@@ -211,7 +211,7 @@ contains
             if (astray) report%message = 'the path turns round and leads back over the points that it has passed'
          end if
          ! The same point on another mesh, where the run's point may not be in equilibrium, does not come from elsewhere.
-         astray = astray .and. .not. taken
+         astray = astray .and. .not. (taken .and. .not. turned_over(relation))
       end subroutine look_astray
 
       !> From the last point again, which no increment has led on from: past a change of contact, on a finer mesh, around a corner,
