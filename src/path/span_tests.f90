@@ -46,6 +46,7 @@ module span_tests
    real(wp), parameter :: test_slack(10) = [1.0e-9_wp, 1.0e-9_wp, 1.0e-9_wp, 1.0e-6_wp, 0.0_wp, 1.0e-9_wp, 0.0_wp, 1.0e-9_wp, &
       & 0.0_wp, 1.0e-9_wp]
 
+   real(wp), parameter :: parallel_enough = sqrt(epsilon(1.0_wp)) !! [rad] what a support keeps is that as good as rounding
    real(wp), parameter :: well_below = 10.0_wp !! slacks, at a place where a test is zero
 
    type :: span_test_t
@@ -133,7 +134,9 @@ contains
             end if
             if (problem%model%fixed(3, node)) then
                do side = 1, 2
-                  if (rests_beside(problem, c, side)) tests = [tests, curvature(side)]
+                  if (.not. rests_beside(problem, c, side)) cycle
+                  ! Where it leaves the obstacle at an angle that the support keeps no curvature brings it back.
+                  if (rise(side) <= parallel_enough) tests = [tests, curvature(side)]
                end do
             end if
             if (problem%touch(test%touch)%line) then
@@ -150,8 +153,7 @@ contains
                   if (problem%candidates%element(side, c) == 0) cycle
                   test%kind = test_slope
                   test%sense = merge(1.0_wp, -1.0_wp, side == 2)
-                  test%value = test%sense * track_rotation(problem, state, c, side) * track_sense(problem, state, c, &
-                     & node_track(problem, state, c), side)
+                  test%value = rise(side)
                   tests = [tests, test]
                end do
             end if
@@ -159,6 +161,13 @@ contains
       end do
 
    contains
+
+      !> Slope of the gap from a touched node on.
+      real(wp) function rise(side)
+         integer, intent(in) :: side
+         rise = merge(1.0_wp, -1.0_wp, side == 2) * track_rotation(problem, state, c, side) * &
+            & track_sense(problem, state, c, node_track(problem, state, c), side)
+      end function rise
 
       !> Of a point, or beside a support that takes the moment.
       type(span_test_t) function curvature(side)
