@@ -65,6 +65,7 @@ module path_run
       !! eigenvalue may have gone through zero as it did
       logical :: arrives = .false.               !! a line has become a point, or a point has come to a breakpoint that stops
       !! it: it is as curved there as its obstacle, or still a little more
+      logical :: rises = .false.                 !! and less along the path from where the run stands
       real(wp) :: motion(2) = 0.0_wp             !! largest displacement and rotation so far
       type(finer_problem_t) :: finer             !! what errors on the mesh are told by
       type(refinement_t) :: refinement           !! what the meshes of the point have been worth

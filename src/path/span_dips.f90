@@ -7,7 +7,7 @@ module span_dips
    use problem, only: problem_t
    use rod_state, only: state_t
    use bordered_system, only: linearise
-   use span_tests, only: span_test_t, run_span_tests, test_force, test_slack
+   use span_tests, only: span_test_t, run_span_tests, test_force, test_curvature, test_slack
    use span_change, only: leg_t
    use tangent_step, only: states_along
    use touchdown_points, only: touchdown_steps
@@ -66,10 +66,26 @@ contains
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run          !! its system is factored there
       real(wp) :: scale
+      if (run%arrives) run%rises = curvature_rises(problem, run)
       if (allocated(run%slopes%here) .or. .not. problem%has_spans() .or. problem%is_sampled()) return
       scale = max(run%system%force_scale, tiny(scale))
       run%slopes%here = slopes_at(problem, run, run%state, run%heading, run_span_tests(problem, run%state, scale), scale)
    end subroutine note_slopes
+
+   !> True where points that stay at their places, and are more curved than the obstacle, grow less curved along the path.
+   logical function curvature_rises(problem, run) result(rises)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run              !! its system is factored where it stands
+      type(span_test_t), allocatable :: first(:), last(:)
+      type(state_t) :: here, ahead
+      real(wp) :: step
+      rises = .false.
+      if (.not. run%system%ok) return
+      call states_along(problem, run%system, run%state, run%heading%load, here, ahead, step)
+      first = run_span_tests(problem, here, 1.0_wp)
+      last = run_span_tests(problem, ahead, 1.0_wp)
+      rises = all(last%value > first%value .or. first%kind /= test_curvature .or. first%value >= 0.0_wp)
+   end function curvature_rises
 
    !> Slopes of tests along the path, by its length, those of other tests than forces 0; behind them those of the places of all
    !> candidates.

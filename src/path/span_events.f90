@@ -33,7 +33,7 @@ contains
       integer :: round
       logical :: fails
       run%arrives = run%arrives .and. any(leg%before%kind == test_curvature .and. leg%before%value < 0.0_wp)
-      call let_arrive(leg, run%arrives)
+      call let_arrive(leg, run%arrives, run%rises)
       change%tests = leg%after
       near = leg
       fails = any_fails(leg%after)
@@ -65,14 +65,16 @@ contains
    !> A point that rolls to the end of a rod is held there as soon as the span beyond is as short as none: until it really is there
    !> the rod still turns in, from a slope just below zero. What a line has shrunk to, and a point that has come to a breakpoint,
    !> are as curved as the obstacle at first; on another mesh, or as long as a span is left, they may be a little more.
-   pure subroutine let_arrive(leg, arrives)
+   pure subroutine let_arrive(leg, arrives, rises)
       type(leg_t), intent(inout) :: leg
-      logical, intent(in) :: arrives              !! see run_t
+      logical, intent(in) :: arrives, rises       !! see run_t
       integer :: k
       do k = 1, size(leg%after)
          associate (before => leg%before(k), after => leg%after(k))
             if (.not. (after%kind == test_slope .or. arrives .and. after%kind == test_curvature)) cycle
-            if (before%value < 0.0_wp .and. after%value > before%value) after%value = max(after%value, 0.0_wp)
+            ! On a new mesh the first point is not in balance, and its value a guess.
+            if (before%value < 0.0_wp .and. (after%value > before%value .or. arrives .and. rises)) &
+               & after%value = max(after%value, 0.0_wp)
          end associate
       end do
    end subroutine let_arrive

@@ -17,8 +17,7 @@ module span_set
    use tangent_step, only: states_along
    use shrunk_line, only: come_to_rest
    use path_control, only: control_t, is_arc_length
-   use path_continuity, only: heading_at, normal_plane
-   use mesh_request, only: stays_within
+   use path_continuity, only: heading_at
    use path_events, only: new_probe
    use path_run, only: run_t, copy_run, heading_of
    use corrector, only: increment_t, correct
@@ -67,7 +66,6 @@ contains
       if (ok .and. test%kind == test_length .and. size(answer%crosses, 2) == 0) &
          & call come_to_rest(next, on, candidate_of(next, before(test%touch)%number), reach, &
          & flat, timers)
-      if (ok .and. test%kind == test_crossing .and. size(answer%crosses, 2) == 0) call stand_there(next, on, timers)
       if (.not. ok) then
          run%stuck = 'no way on from where '//trim(test_words(test%kind))
          return
@@ -113,24 +111,6 @@ contains
       call copy_problem(next, problem)
       call copy_run(on, run)
    end subroutine take_set
-
-   !> The run in equilibrium where a contact has come to the breakpoint that stops it, from as near as none. What the strategy
-   !> prescribes stays, else across the path. Where none is found the next increment may find one.
-   subroutine stand_there(problem, run, timers)
-      type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run          !! its system factored
-      type(timers_t), intent(inout) :: timers
-      type(control_t) :: hold
-      type(increment_t) :: report
-      type(state_t) :: there
-      hold = run%control
-      if (is_arc_length(run%control%method)) hold = normal_plane(problem, run%state, run%heading)
-      hold%increment = 0.0_wp
-      there = run%state
-      call correct(problem, run%state, hold, .true., there, run%system, report, timers)
-      if (report%converged .and. stays_within(problem, run%state, there, run%motion)) run%state = there
-      call linearise(problem, run%state, run%state, run%system, timers)
-   end subroutine stand_there
 
    !> The run in the sense in which something grows.
    subroutine head_for(problem, run, rate)
