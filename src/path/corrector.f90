@@ -34,6 +34,7 @@ module corrector
       logical :: hopeless = .false.            !! nor would a shorter one: to first order it is the same problem
    end type increment_t
 
+   real(wp), parameter :: coarsest = 0.01_wp !! of the rod's rotation: a hinge that turns by more is not where its clamp has it
    integer, parameter :: settling_grip = 20     !! times the most iterations while foundations still change where they touch
    real(wp), parameter :: far = 0.01_wp         !! part of a span that a touchdown point goes and is still on its way
    integer, parameter :: stalled = 4            !! times the most iterations without a smaller residual: it goes round in circles
@@ -404,8 +405,9 @@ contains
       if (.not. problem%has_spans()) return
       call misfit(problem, state, distance, moment)
       worst = max(worst, moment / (problem%size * max(system%force_scale, tiny(worst))))
-      ! Where a touchdown point is held the hinge of a neutral span turns.
-      if (.not. any(problem%candidates%held)) worst = max(worst, maxval(abs(state%u(3, problem%hinge))))
+      ! Where a touchdown point is held the hinge of a neutral span turns. By what the mesh errs it does so anyway.
+      if (size(problem%hinge) > 0 .and. .not. any(problem%candidates%held)) worst = max(worst, problem%model%step(problem%step)% &
+         & tolerance * maxval(abs(state%u(3, problem%hinge))) / max(coarsest * maxval(abs(state%u(3, :))), tiny(worst)))
    end function constraint_residual
 
    !> Signs of all gaps and reactions at a converged state.
