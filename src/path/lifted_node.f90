@@ -18,7 +18,7 @@ module lifted_node
    use section_forces, only: end_forces
    implicit none
    private
-   public :: inside_line, lifted_beside, lifted_ahead
+   public :: inside_line, lifted_beside, lifted_ahead, lifted_at_mirror
 
 contains
 
@@ -51,6 +51,16 @@ contains
       length = lifted_lengths(held_couple(problem, state, candidate) * track_sense(problem, state, candidate, &
          & node_track(problem, state, candidate)), held_force(problem, state, candidate), 0.5_wp * sum(density))
    end function lifted_beside
+
+   !> Length that lifts off beside a node that keeps its direction, as on a mirror, whose image a force lifts as much; huge where
+   !> nothing presses.
+   pure real(wp) function lifted_at_mirror(force, density) result(length)
+      real(wp), intent(in) :: force         !! on the node, away from the obstacle, on this side of the mirror
+      real(wp), intent(in) :: density       !! of the obstacle's force beside it, > 0 where it presses
+      real(wp) :: both(2)
+      both = lifted_lengths(0.0_wp, -2.0_wp * force, density)
+      length = both(1)
+   end function lifted_at_mirror
 
    !> The shorter length of those that would lift off beside a node if a line that comes to it went on past it; 0 where no couple
    !> turns it.

@@ -6,6 +6,7 @@ module span_rules
    use contact_touch, only: touch_t
    use touch_edits, only: lost, spread_out, parted, shrunk, end_moved, moved, continued, numbered
    use line_pressure, only: virtual_pressure
+   use lifted_node, only: lifted_at_mirror
    use passages, only: pass_breakpoints, is_turned, behind
    use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_pressure, test_length, test_crossing, &
       & test_slope, test_leaving, test_couple, test_slack, line_share, &
@@ -275,17 +276,22 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: c                     !! candidate
       real(wp), intent(in) :: sense                !! of a test of its curvature
-      real(wp) :: force, jump
+      real(wp) :: force, jump, density
       if (abs(sense) > 0.0_wp) then
-         would_press = virtual_pressure(problem, state, c, merge(1, 2, sense < 0.0_wp)) >= 0.0_wp
+         density = virtual_pressure(problem, state, c, merge(1, 2, sense < 0.0_wp))
       else
-         would_press = virtual_pressure(problem, state, c) >= 0.0_wp
+         density = virtual_pressure(problem, state, c)
       end if
+      would_press = density >= 0.0_wp
       if (problem%candidates%moves(c) .or. stands(problem, state, c)) return
       force = held_force(problem, state, c)
       jump = point_force(problem, state, c)
       ! What the obstacle holds more than the rod does comes from the outside, and presses.
-      would_press = would_press .and. jump - force <= test_slack(test_force) * abs(force)
+      if (jump - force <= test_slack(test_force) * abs(force) .or. .not. would_press) return
+      ! What pulls there lifts as little as is taken for none, or more.
+      would_press = problem%model%fixed(3, problem%candidates%node(c))
+      if (would_press) would_press = lifted_at_mirror(jump - force, density) <= line_share * &
+         & problem%layout%stretch(problem%touch(problem%candidates%touch(c))%stretch)%length
    end function would_press
 
    !> A point two points; on a mirror, or where a support holds the rotation, one on each side that is flat.

@@ -11,10 +11,10 @@ module span_tests
    use free_span, only: free_span_t, free_spans, span_ends
    use free_span_gap, only: least_gap
    use line_pressure, only: least_pressure
-   use conforming_span, only: rolled_t, rolled, excess_curvature, node_track, track_sense, track_rotation
+   use conforming_span, only: conforming_forces, rolled_t, rolled, excess_curvature, node_track, track_sense, track_rotation
    use touchdown_points, only: point_force
    use breakpoint_forces, only: held_force, held_couple, at_breakpoint, left_over
-   use lifted_node, only: inside_line, lifted_beside
+   use lifted_node, only: inside_line, lifted_beside, lifted_at_mirror
    use contact_touch, only: touch_t
    use touch_candidates, only: present_touches
    implicit none
@@ -210,6 +210,23 @@ contains
          end do
       end function turned
 
+      !> True for a line's node on a mirror that a force lifts by as little as is taken for none.
+      logical function lifts_little(c, push)
+         integer, intent(in) :: c
+         real(wp), intent(in) :: push          !! over the scale
+         real(wp) :: local(3), place(2), angle, density
+         integer :: side, e
+         lifts_little = push < 0.0_wp .and. problem%model%fixed(3, problem%candidates%node(c)) .and. &
+            & count(problem%candidates%element(:, c) > 0) == 1
+         if (.not. lifts_little) return
+         side = findloc(problem%candidates%element(:, c) > 0, .true., 1)
+         e = problem%candidates%element(side, c)
+         lifts_little = problem%conforms(e) > 0
+         if (.not. lifts_little) return
+         call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, place, angle, density)
+         lifts_little = lifted_at_mirror(-push * scale, density) <= line_share * problem%layout%stretch(problem%stretch(e))%length
+      end function lifts_little
+
       !> Concentrated force over the scale.
       real(wp) function push(c)
          integer, intent(in) :: c
@@ -221,7 +238,8 @@ contains
          end if
          push = held_force(problem, state, c) / scale
          ! Where a line goes on nothing is held, and what is left is what equilibrium leaves. A point's force has its zero there.
-         if (problem%touch(problem%candidates%touch(c))%line .and. abs(push) <= left_over(problem)) push = 0.0_wp
+         if (problem%touch(problem%candidates%touch(c))%line .and. (abs(push) <= left_over(problem) .or. lifts_little(c, push))) &
+            & push = 0.0_wp
          ! A support that leaves takes the node along, and so does another obstacle.
          if (closes_gap(problem, state, c)) return
          call candidate_gap(problem, state, c, lift, normal, bend)
