@@ -28,6 +28,7 @@ DEGREE = 14
 STEP = 1e-30        # of complex differentiation: no difference is formed, so any tiny one does
 FINE = 1e-13        # Newton's last correction, scaled; or where rounding stops it, if that is below COARSE
 COARSE = 1e-7
+QUADRATIC = 1e-4    # of the correction before: the next one would be smaller by the square of this, and so below FINE
 
 
 # Obstacles ---------------------------------------------------------------------------------------------------------------
@@ -359,7 +360,7 @@ class Problem:
             if not np.isfinite(now) or now > 1e3:
                 break
             vector = vector + self.scale * change
-            if now < FINE or (now < COARSE and now > 0.3 * before):
+            if now < FINE or (now < COARSE and (now > 0.3 * before or now < QUADRATIC * before)):
                 return self._unpack(vector)
             before = now
         raise ArithmeticError("Newton's method does not converge")

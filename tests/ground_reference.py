@@ -91,11 +91,15 @@ def half_space_buckling(young, poisson, b, ei):
 GAUSS_POINT, GAUSS_WEIGHT = np.polynomial.legendre.leggauss(60)
 
 
+_S = 0.5 * (GAUSS_POINT + 1.0)
+CLUSTERED_POINT = _S**4 * (35.0 - 84.0 * _S + 70.0 * _S**2 - 20.0 * _S**3)
+CLUSTERED_WEIGHT = 0.5 * GAUSS_WEIGHT * 140.0 * _S**3 * (1.0 - _S) ** 3
+
+
 def clustered(low, high):
-    """Points and weights between two ends at both of which the integrand may be singular."""
-    s, w = 0.5 * (GAUSS_POINT + 1.0), 0.5 * GAUSS_WEIGHT
-    return (low + (high - low) * s**4 * (35.0 - 84.0 * s + 70.0 * s**2 - 20.0 * s**3),
-            (high - low) * w * 140.0 * s**3 * (1.0 - s) ** 3)
+    """Points and weights between two ends, or between many pairs of them, at both of which the integrand may be singular."""
+    low, length = np.asarray(low)[..., None], np.asarray(high - low)[..., None]
+    return low + length * CLUSTERED_POINT, length * CLUSTERED_WEIGHT
 
 
 def pressure_equations(a, young, poisson, b, ei, terms, edge):
@@ -109,22 +113,22 @@ def pressure_equations(a, young, poisson, b, ei, terms, edge):
 
     def basis(t):
         angle = np.arccos(np.clip(t / a, -1.0, 1.0))
-        return np.array([np.cos(2 * j * angle) for j in range(terms)]) * np.sin(angle) ** edge
+        return np.cos(np.multiply.outer(2 * np.arange(terms), angle)) * np.sin(angle) ** edge
 
     points = a * np.cos(np.pi * (2 * np.arange(terms + 1) + 1) / (4 * (terms + 1)))
-    rows = np.zeros((terms + 1, terms + 1))
-    for row, x in zip(rows, points):
-        for low, high in ((-a, 0.0), (0.0, x), (x, a)):
-            t, w = clustered(low, high)
-            row[:-1] += soft * (basis(t) * across(x - t, b)) @ w
-        for low, high in ((0.0, x), (x, a)):
-            # What a force at t lifts the point x by, the middle held and level.
-            t, w = clustered(low, high)
-            m = np.minimum(x, t)
-            row[:-1] += (basis(t) * (x * t * m - (x + t) * m**2 / 2.0 + m**3 / 3.0)) @ w / ei
-        row[-1] = -1.0
-    t, w = clustered(0.0, a)
-    return rows, 2.0 * basis(t) @ w, (basis(t) * t) @ w
+    rows = np.full((terms + 1, terms + 1), -1.0)
+    x = points[:, None]
+    # On (-a, 0) the pressures are those of (0, a).
+    near, far = clustered(0.0 * points, points), clustered(points, a + 0.0 * points)
+    t, w = (np.concatenate(both, axis=1) for both in zip(near, far))
+    m = np.minimum(x, t)
+    # What a force at t lifts the point x by, the middle held and level.
+    lift = (x * t * m - (x + t) * m**2 / 2.0 + m**3 / 3.0) / ei
+    u, v = clustered(0.0, a)
+    on_left = basis(u)
+    rows[:, :-1] = (np.einsum("jpt,pt->pj", basis(t), (soft * across(x - t, b) + lift) * w)
+                    + (soft * across(x + u, b) * v) @ on_left.T)
+    return rows, 2.0 * on_left @ v, (on_left * u) @ v
 
 
 def half_space_lift_off(young, poisson, b, ei, terms=20):

@@ -7,6 +7,8 @@ from the apex. Everything else (iterations, arc length, reactions) is made up, b
 
 from __future__ import annotations
 
+import functools
+
 import h5py
 import numpy as np
 
@@ -31,6 +33,11 @@ RING = np.array([
 
 def ring_shape(row, n_elements):
     """Displacements (nodes, 3), reactions, gaps (nodes) and arc length of lift-off of the half ring, apex first."""
+    return _integrated(tuple(row), n_elements)
+
+
+@functools.cache
+def _integrated(row, n_elements):
     v, p, phi, h0, kap0 = row
     s = np.linspace(0.0, np.pi, n_elements + 1)
 

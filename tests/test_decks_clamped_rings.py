@@ -53,27 +53,27 @@ def ring(axial, load, stop, side=1, kind="GE8", count=", 3", first=0.1, largest=
 def load_of_first_contact(axial, steps=1000):
     """Weight per length at which the ring is as curved as the host beside its clamp. Half of it from the crown, where the force is
     (H, 0): F = (H, p s), M' = -r' x F, the tangent's angle turns by M - 1."""
-    def bottom(unknown):
+    def bottom(unknown):  # one set of unknowns a column
         thrust, moment, p = unknown
 
         def rate(s, z):
-            c, n = math.cos(z[2]), math.sin(z[2])
+            c, n = np.cos(z[2]), np.sin(z[2])
             stretch = 1.0 + (thrust * c + p * s * n) / axial
             return np.array([stretch * c, stretch * n, z[3] - 1.0, -stretch * (c * p * s - n * thrust)])
-        z, h = np.array([0.0, 0.0, 0.0, moment]), math.pi / steps
+        z, h = np.array([0.0 * moment, 0.0 * moment, 0.0 * moment, moment]), math.pi / steps
         for k in range(steps):
             s = k * h
             a = rate(s, z)
             b = rate(s + 0.5 * h, z + 0.5 * h * a)
             c = rate(s + 0.5 * h, z + 0.5 * h * b)
             z = z + h * (a + 2.0 * b + 2.0 * c + rate(s + h, z + h * c)) / 6.0
-        stretch = 1.0 + (thrust * math.cos(z[2]) + p * math.pi * math.sin(z[2])) / axial
+        stretch = 1.0 + (thrust * np.cos(z[2]) + p * math.pi * np.sin(z[2])) / axial
         return np.array([z[0], z[2] + math.pi, z[3] - 1.0 + stretch / (1.0 + GAP)])
     x = np.array([0.0, 0.0, 0.06])
+    moved = 1e-5 * np.hstack([np.eye(3), -np.eye(3), np.zeros((3, 1))])
     for _ in range(8):
-        f = bottom(x)
-        slope = np.array([(bottom(x + d) - bottom(x - d)) / 2e-5 for d in 1e-5 * np.eye(3)]).T
-        x = x - np.linalg.solve(slope, f)
+        f = bottom(x[:, None] + moved)
+        x = x - np.linalg.solve((f[:, :3] - f[:, 3:6]) / 2e-5, f[:, 6])
     assert np.max(np.abs(bottom(x))) < 1e-11
     return x[2]
 

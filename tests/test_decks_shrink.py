@@ -80,7 +80,7 @@ def test_shrink_fit_on_a_foundation(load, k):
 # Lobes -----------------------------------------------------------------------------------------------------------
 
 
-def lobe(v, strain, radius, unknown, guess, ea=120000.0, steps=600):
+def lobe(v, strain, radius, unknown, guess, ea=120000.0, steps=300):
     """Half a lobe of a ring, stress-free radius 1, EI = 1, in a rigid cavity: apex thrust P, apex moment, stress-free length, angle
     where it ends, and `strain` or `radius` (`unknown`), for the apex at 1 - v.
 

@@ -118,12 +118,17 @@ def column(length, force):
                       ("-39.478417604357434", n(-39.478417604357434 * force)), ("ABOVE, 0.05", f"ABOVE, {n(0.05 * length)}"))
 
 
+@functools.cache
+def in_ordinary_units():
+    return dr.run_deck(column(1.0, 1.0))
+
+
 @dr.release_only
 @pytest.mark.parametrize("length, force", [(1e-10, 1.0), (1e10, 1.0), (1e-12, 1e12), (1e12, 1e-12)])
 def test_units_far_from_one(length, force):
     """Rows of forces and of moments, 1e12 apart in numbers: which is the pivot must not depend on that, or Newton's method gets
     a tangent without digits. Same points, same iterations but for one here and there, which rounding decides."""
-    one, two = (dr.run_deck(column(*units)) for units in ((1.0, 1.0), (length, force)))
+    one, two = in_ordinary_units(), dr.run_deck(column(length, force))
     assert one.results.n_points == two.results.n_points
     assert abs(sum(one.column("iterations")) - sum(two.column("iterations"))) <= 0.05 * sum(one.column("iterations"))
     dr.assert_close([c.load_factor for c in two.labelled("LP")], [c.load_factor for c in one.labelled("LP")], relative=SMALL)
