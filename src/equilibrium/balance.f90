@@ -6,6 +6,7 @@ module balance
    use rod_state, only: state_t, node_position, element_displacement, element_load, candidate_gap, candidate_opening, &
       & is_stress_free
    use contact_set, only: gap_tolerance
+   use contact_touch, only: line_share
    use force_law, only: foundation_reaction
    use tied_nodes, only: turned_arm
    use node_loads, only: node_push_t, dead_node_load, node_pushes
@@ -170,7 +171,7 @@ contains
                total = total - [counted, x(1) * counted(2) - x(2) * counted(1)]
                call note_worst(accuracy%penetration, abs(gap - roll%rise) / problem%size, at, &
                   & node=problem%model%mesh%node_label(node))
-               call note_worst(accuracy%tension, (-push - 1.0e-8_wp * scale) / max(accuracy%reaction, &
+               call note_worst(accuracy%tension, (-push - least_push(c) - 1.0e-8_wp * scale) / max(accuracy%reaction, &
                   & least_reaction * scale), at, node=problem%model%mesh%node_label(node))
             end associate
          end do
@@ -202,6 +203,23 @@ contains
             end associate
          end do
       end subroutine add_spans
+
+      !> What presses a line on a mirror, or beside another support that keeps a direction, over as little as may lift off and is
+      !> taken for none: a force that pulls by less lifts no more.
+      real(wp) function least_push(c)
+         integer, intent(in) :: c
+         real(wp) :: density, local(3), x(2), angle
+         integer :: side, e
+         least_push = 0.0_wp
+         if (.not. problem%model%fixed(3, problem%candidates%node(c))) return
+         do side = 1, 2
+            e = problem%candidates%element(side, c)
+            if (e == 0) cycle
+            if (problem%conforms(e) == 0) cycle
+            call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, x, angle, density)
+            least_push = least_push + max(density, 0.0_wp) * line_share * problem%layout%stretch(problem%stretch(e))%length
+         end do
+      end function least_push
 
       !> What places between nodes err by: no penetration.
       real(wp) function place_doubt(e, tau) result(doubt)

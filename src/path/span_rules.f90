@@ -47,7 +47,7 @@ contains
       real(wp), intent(in), optional :: apart     !! of the stretch, that the points of a divided one begin with
       type(answer_t) :: answer
       type(span_test_t) :: test
-      real(wp) :: share
+      real(wp) :: share, lifted
       logical :: passed, meets, pressed
       logical :: too(problem%candidates%n)
       integer :: k, c
@@ -70,8 +70,11 @@ contains
       case (test_curvature)
          ! Against a straight wall a uniform rod lies without pressure.
          pressed = would_press(problem, state, test%candidate, test%sense)
+         lifted = pulled_off(problem, state, test%candidate, test%sense)
          if (pressed) then
             call lay_down_points(problem, state, test, too, answer)
+         else if (lifted > 0.0_wp .and. lifted <= first_length * stretch_length(problem, answer%touch(test%touch))) then
+            call lay_down_behind(problem, state, test, lifted, answer)
          else
             share = first_length
             if (present(apart)) share = apart
@@ -212,6 +215,24 @@ contains
       end do
    end subroutine lay_down_points
 
+   !> A point on a mirror that a force pulls off while what is beside it is pressed: a line that begins behind the lifted part.
+   subroutine lay_down_behind(problem, state, test, lifted, answer)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(span_test_t), intent(in) :: test
+      real(wp), intent(in) :: lifted               !! length
+      type(answer_t), intent(inout) :: answer
+      integer :: beside(2), side
+      associate (c => test%candidate)
+         call go_beside(problem, c, flat_sides(problem, state, c, test, .false.), first_length, .true., answer, beside)
+      end associate
+      do side = 1, 2
+         if (beside(side) == 0) cycle
+         answer%opens = beside(side)
+         answer%touch(beside(side))%at = answer%touch(beside(side))%at + merge(-lifted, lifted, side == 1)
+      end do
+   end subroutine lay_down_behind
+
    !> Of the other points that become less curved along the path those that straight lines have as curved as the obstacle first.
    pure function flat_next(problem, tests, which, fall, more) result(next)
       type(problem_t), intent(in) :: problem
@@ -276,23 +297,45 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: c                     !! candidate
       real(wp), intent(in) :: sense                !! of a test of its curvature
-      real(wp) :: force, jump, density
+      real(wp) :: lifted
+      would_press = density_beside(problem, state, c, sense) >= 0.0_wp
+      if (.not. would_press) return
+      ! What pulls there lifts as little as is taken for none, or more.
+      lifted = pulled_off(problem, state, c, sense)
+      would_press = lifted <= line_share * problem%layout%stretch(problem%touch(problem%candidates%touch(c))%stretch)%length
+   end function would_press
+
+   !> The density of the obstacle's force beside a point.
+   real(wp) function density_beside(problem, state, c, sense) result(density)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: c                     !! candidate
+      real(wp), intent(in) :: sense                !! of a test of its curvature
       if (abs(sense) > 0.0_wp) then
          density = virtual_pressure(problem, state, c, merge(1, 2, sense < 0.0_wp))
       else
          density = virtual_pressure(problem, state, c)
       end if
-      would_press = density >= 0.0_wp
+   end function density_beside
+
+   !> Length that what acts on a touched breakpoint would lift off beside it if a line lay there; huge where no line does, 0 where
+   !> nothing pulls.
+   real(wp) function pulled_off(problem, state, c, sense) result(length)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: c                     !! candidate
+      real(wp), intent(in) :: sense                !! of a test of its curvature
+      real(wp) :: force, jump
+      length = 0.0_wp
       if (problem%candidates%moves(c) .or. stands(problem, state, c)) return
       force = held_force(problem, state, c)
       jump = point_force(problem, state, c)
       ! What the obstacle holds more than the rod does comes from the outside, and presses.
-      if (jump - force <= test_slack(test_force) * abs(force) .or. .not. would_press) return
-      ! What pulls there lifts as little as is taken for none, or more.
-      would_press = problem%model%fixed(3, problem%candidates%node(c))
-      if (would_press) would_press = lifted_at_mirror(jump - force, density) <= line_share * &
-         & problem%layout%stretch(problem%touch(problem%candidates%touch(c))%stretch)%length
-   end function would_press
+      if (jump - force <= test_slack(test_force) * abs(force)) return
+      length = huge(length)
+      if (.not. problem%model%fixed(3, problem%candidates%node(c))) return
+      length = lifted_at_mirror(jump - force, density_beside(problem, state, c, sense))
+   end function pulled_off
 
    !> A point two points; on a mirror, or where a support holds the rotation, one on each side that is flat.
    subroutine divide_point(problem, state, test, share, answer)

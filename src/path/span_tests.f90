@@ -15,7 +15,7 @@ module span_tests
    use touchdown_points, only: point_force
    use breakpoint_forces, only: held_force, held_couple, at_breakpoint, left_over
    use lifted_node, only: inside_line, lifted_beside, lifted_at_mirror
-   use contact_touch, only: touch_t
+   use contact_touch, only: touch_t, shortest, line_share
    use touch_candidates, only: present_touches
    implicit none
    private
@@ -23,6 +23,7 @@ module span_tests
       & test_words
    public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_flat, test_crossing, test_slope, test_leaving, &
       & test_couple
+   public :: shortest, line_share
 
    ! What is tested.
    integer, parameter :: test_gap = 1       !! least gap of a free span
@@ -63,10 +64,6 @@ module span_tests
       !! the touch, after it; slope: likewise; leaving: which way; curvature: on which side of a support that holds the rotation, 0:
       !! the rod turns there
    end type span_test_t
-
-   real(wp), parameter, public :: shortest = 1.0e-4_wp !! of a stretch: spans as short as that are taken for none
-   !> Of its stretch, that a line begins with, or a touch goes on beside a breakpoint: not so short that it is taken for none.
-   real(wp), parameter, public :: line_share = 2.0_wp * shortest
 
 contains
 
