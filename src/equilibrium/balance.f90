@@ -204,8 +204,8 @@ contains
          end do
       end subroutine add_spans
 
-      !> What presses a line on a mirror, or beside another support that keeps a direction, over as little as may lift off and is
-      !> taken for none: a force that pulls by less lifts no more.
+      !> What may pull at a line on a mirror, or beside another support that keeps a direction: what lifts no more of it than is
+      !> taken for none, two thirds of what presses that (lifted_node).
       real(wp) function least_push(c)
          integer, intent(in) :: c
          real(wp) :: density, local(3), x(2), angle
@@ -217,7 +217,8 @@ contains
             if (e == 0) cycle
             if (problem%conforms(e) == 0) cycle
             call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, x, angle, density)
-            least_push = least_push + max(density, 0.0_wp) * line_share * problem%layout%stretch(problem%stretch(e))%length
+            least_push = least_push + 2.0_wp / 3.0_wp * max(density, 0.0_wp) * line_share * &
+               & problem%layout%stretch(problem%stretch(e))%length
          end do
       end function least_push
 

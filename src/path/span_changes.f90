@@ -184,6 +184,7 @@ contains
       ahead%system = on%system
       ahead%heading = on%heading
       call take_next(problem, step, run, ahead, recorder, finished, outcome, timers)
+      run%arrives = on%arrives
    end subroutine go_on
 
    !> The two points of a divided one. Where the rod comes down beside a point just before that is flat, by less than is told,

@@ -73,7 +73,7 @@ contains
          associate (before => leg%before(k), after => leg%after(k))
             if (.not. (after%kind == test_slope .or. arrives .and. after%kind == test_curvature)) cycle
             ! On a new mesh the first point is not in balance, and its value a guess.
-            if (before%value < 0.0_wp .and. (after%value > before%value .or. arrives .and. rises)) &
+            if (before%value < 0.0_wp .and. (after%value > before%value .or. after%kind == test_curvature .and. rises)) &
                & after%value = max(after%value, 0.0_wp)
          end associate
       end do
