@@ -7,7 +7,7 @@ module lying_ahead
    use next_spans, only: next_t
    use state_transfer, only: carried, carried_field
    use path_control, only: path_length, displacement_between
-   use path_continuity, only: heading_t, relate, same_path
+   use path_continuity, only: heading_t, relate, same_path, stands_still
    use path_run, only: run_t, heading_of
    implicit none
    private
@@ -57,7 +57,8 @@ contains
       there = chord(problem, from, place)
       there%load = heading%load
       if (present(rate)) there%load = rate
-      leads = same_path(relate(problem, from, place, heading, there, fresh))
+      leads = same_path(relate(problem, from, place, heading, there, fresh .or. stands_still(heading, place%load_factor - &
+         & from%load_factor)))
    end function leads_to
 
    !> The same of an equilibrium with another set, from where the run stands.

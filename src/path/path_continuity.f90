@@ -21,7 +21,7 @@ module path_continuity
    implicit none
    private
    public :: heading_t, normal_plane, relation_t, heading_at, relate, same_path, turned_over, too_far, at_corner, &
-      & chord_between, seen_from, between, part_at, lies_between, goes_back, alike, blend_geometry, largest_turn, &
+      & stands_still, chord_between, seen_from, between, part_at, lies_between, goes_back, alike, blend_geometry, largest_turn, &
       & largest_distance
 
    !> Unit tangent of a path at a point.
@@ -181,6 +181,13 @@ contains
       at_corner = longer%told .and. shorter%told .and. shorter%length < as_much * longer%length .and. &
          & shorter%turn > as_much * longer%turn .and. shorter%turn < right_angle
    end function at_corner
+
+   !> True where over a change of the load factor nothing moves but by rounding: such a tangent tells no direction.
+   pure logical function stands_still(heading, rise)
+      type(heading_t), intent(in) :: heading
+      real(wp), intent(in) :: rise
+      stands_still = abs(rise) <= no_motion * abs(heading%load)
+   end function stands_still
 
    !> Difference of the displacements of the material points at the nodes of `from`.
    pure function chord_between(problem, from, to) result(chord)

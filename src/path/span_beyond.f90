@@ -13,6 +13,7 @@ module span_beyond
    use span_opening, only: open_line
    use span_rules, only: beginning_together
    use span_set, only: begin_touches, touched_at
+   use lying_ahead, only: leads_to_next
    use path_control, only: control_t, path_length
    use path_continuity, only: largest_distance
    use path_run, only: run_t, copy_run, heading_of
@@ -33,6 +34,7 @@ contains
       type(leg_t), intent(in) :: leg
       type(change_t), intent(inout) :: change    !! by a rule on entry
       type(timers_t), intent(inout) :: timers
+      type(run_t) :: there
       real(wp) :: tau
       logical :: found
       associate (next => change%next, test => change%tests(change%which))
@@ -40,6 +42,14 @@ contains
             ! Here nothing tells yet where the span that opens ends; a little further on it does.
             call open_line(problem, change%place, leg%to, leg%after(change%which), leg%scale, run%touches + 1, next, &
                & found, timers)
+            if (found .and. test%kind == test_pressure) then
+               ! Such a span grows with its length to the sixth power: its path goes on without a corner. Where the load soon turns
+               ! back, another equilibrium may be all there is at the end of the leg.
+               call copy_run(run, there)
+               there%state = change%place
+               there%heading = change%heading
+               found = leads_to_next(problem, there, next)
+            end if
             change%kind = merge(change_opening, change_missed, found)
             return
          end if
