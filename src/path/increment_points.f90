@@ -6,7 +6,8 @@ module increment_points
    use rod_state, only: state_t, is_stress_free
    use bordered_system, only: linearise
    use path_control, only: control_t, is_arc_length, metric, path_length, displacement_between
-   use path_continuity, only: heading_t, chord_between, seen_from, between, part_at, alike
+   use path_continuity, only: heading_t, chord_between, seen_from, between, part_at, alike, &
+      & stands_still
    use corrector, only: increment_t, take_increment, correct
    use path_run, only: run_t
    use timing, only: timers_t
@@ -35,6 +36,8 @@ contains
       type(state_t), intent(in) :: trial           !! its end
       type(heading_t), intent(in) :: ahead         !! tangent there
       logical, intent(in) :: load_tells            !! the load grows steadily over the increment
+      real(wp) :: rise
+      logical :: still
       division%smooth = alike(problem, run%state, trial)
       division%chord = chord_between(problem, run%state, trial)
       division%length = sqrt(metric(problem, division%chord, division%chord))
@@ -42,9 +45,12 @@ contains
          control = run%control
          division%whole = control%increment
          if (is_arc_length(control%method)) then
-            if (load_tells .and. division%smooth) then
+            rise = trial%load_factor - run%state%load_factor
+            ! Of what nothing moves by more than rounding only the load tells parts.
+            still = stands_still(run%heading, rise) .and. stands_still(ahead, rise) .and. abs(rise) > 0.0_wp
+            if ((load_tells .and. division%smooth) .or. still) then
                control%method = method_load
-               division%whole = trial%load_factor - run%state%load_factor
+               division%whole = rise
                division%slopes = [run%heading%load, ahead%load] * path_length(problem, run%state, trial) / division%whole
             else if (division%length > 0.0_wp) then
                control%method = method_linearised
