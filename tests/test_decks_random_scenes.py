@@ -420,3 +420,60 @@ def test_a_wall_that_is_no_right_angle_to_the_mirror():
     for found, near in zip(run.labelled("C+"), nodes.labelled("C+")):
         assert found.load_factor == pytest.approx(near.load_factor, rel=1e-3)
     assert run.column("mid")[-1] == pytest.approx(nodes.column("mid")[-1], rel=1e-4)
+
+
+UPHEAVAL = """*HEADING
+Half of a pipe laid over a hill, then pushed together until it rises
+*NODE
+1, 0., {top}
+2, {length}, {top}
+*LINE, ELSET=ROD, NSET=ROD, TYPE=GE8
+1, 2{elements}
+*BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS
+{axial}, 1.
+*BOUNDARY
+1, XSYMM
+*OBSTACLE, NAME=GROUND, TYPE=SPLINE
+{hill}
+*CONTACT, OBSTACLE=GROUND, NSET=ROD
+*MONITOR, NAME=mid
+1, U2
+*STEP
+{accuracy}*STATIC, METHOD=LOAD
+0.01, , 0.2
+*DLOAD
+ROD, PY, {weight}
+*END STEP
+*STEP
+{accuracy}*STATIC
+0.05, , 0.01
+*CLOAD
+2, 1, {thrust}
+*STOP
+mid, ABOVE, {last}
+*END STEP
+"""
+HILLS = [  # height and width, length, weight, thrust, what is found before the limit point, and that roughly
+    dict(top=0.0267, width=0.84, length=5.5, axial=3.4e6, weight=-0.125, thrust=-7.1, last=0.13, opens=["C-", "C-"], limit=1.12),
+    dict(top=0.0084, width=1.7, length=11.3, axial=1.7e6, weight=-0.538, thrust=-14.7, last=0.042, opens=[], limit=2.71),
+]
+
+
+@pytest.mark.parametrize("hill", HILLS, ids=lambda hill: f"{hill['top']}")
+def test_a_pipe_rises_off_a_hill(hill):
+    """Where pressure vanishes a span opens, and soon the load turns back. Equilibria far away are not taken for what opens."""
+    spaced = 0.35 * hill["width"]
+    points = [(spaced * k, hill["top"] * math.exp(-0.5 * (0.35 * k)**2)) for k in range(-16, 17)]
+    fields = dict(hill, hill="\n".join(f"{x!r}, {y!r}" for x, y in points))
+    runs = [dr.run_deck(UPHEAVAL.format(elements="", accuracy=f"*ACCURACY, TOLERANCE={asked}\n", **fields)) for asked in (1e-5, 1e-7)]
+    runs.append(dr.run_deck(UPHEAVAL.format(elements=", 20", accuracy="", **fields)))
+    for run in runs:
+        assert run.returncode == 0, run.stdout
+        rising = [c for c in run.results.critical if c.step == 2]
+        assert [c.label for c in rising] == hill["opens"] + ["LP", "EP"]
+        assert rising[-2].load_factor == pytest.approx(hill["limit"], rel=0.02)
+        # Nothing but the limit point changes stability.
+        pivots = run.column("negative_pivots")[run.column("step") == 2]
+        assert np.count_nonzero(np.diff(pivots)) == 1 and pivots[-1] == 1
+        within_bars(run.labelled("LP")[0], runs[0].labelled("LP")[0])
+        within_bars(rising[-1], runs[0].results.critical[-1])

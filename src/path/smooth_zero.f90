@@ -19,7 +19,8 @@ module smooth_zero
    use path_continuity, only: heading_t, normal_plane
    use path_samples, only: state_between, lagrange, zero_of_cubic, n_samples
    use increment_points, only: division_t, point_within
-   use path_events, only: event_t, event_value, event_bifurcation, event_release
+   use path_events, only: event_t, event_value, event_bifurcation, event_limit, &
+      & event_release
    use sightings, only: sighting_t
    use weak_lines, only: release_lines
    use tangent_modes, only: modes_t, lowest_modes, numbered_eigenvalue
@@ -70,7 +71,11 @@ contains
       if (found) call bring_to_balance(found)
       if (found) found = max(run%system%force_residual, run%system%defect_residual) <= max(step%tolerance, run%system%round_off)
       if (.not. found) then
-         if (run%shrunk) call take_beginning()
+         if (run%shrunk) then
+            call take_beginning()
+         else if (sighting%event%kind == event_limit) then
+            call take_nearer_end()
+         end if
          return
       end if
       sighting%event%pivots = run%system%negative_pivots
@@ -112,6 +117,27 @@ contains
          sighting%report%residual = max(run%system%force_residual, run%system%defect_residual)
          sighting%located = run%shrunk .and. sighting%report%residual <= max(step%tolerance, run%system%round_off)
       end subroutine take_beginning
+
+      !> Where an increment is so short that rounding lets no point within it be told, the load beyond its higher end, or below its
+      !> lower one, is at most what its rate there makes over all of it.
+      subroutine take_nearer_end()
+         real(wp) :: left
+         if (run%state%load_factor * sighting%event%before > trial%load_factor * sighting%event%before) then
+            sighting%place = run%state
+            sighting%heading = run%heading
+            sighting%fraction = 0.0_wp
+         else
+            sighting%place = trial
+            sighting%heading = ahead
+            sighting%fraction = 1.0_wp
+         end if
+         left = abs(sighting%heading%load) * path_length(problem, run%state, trial)
+         if (left > step%locate_tolerance * abs(sighting%place%load_factor)) return
+         call linearise(problem, sighting%place, sighting%place, run%system, timers)
+         sighting%report%residual = max(run%system%force_residual, run%system%defect_residual)
+         sighting%located = sighting%report%residual <= max(step%tolerance, run%system%round_off)
+         sighting%event%pivots = run%system%negative_pivots
+      end subroutine take_nearer_end
 
       !> To within the reach of the samples.
       subroutine narrow_bracket(found)
