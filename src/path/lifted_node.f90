@@ -9,6 +9,9 @@
 !>
 !> Without a force v = 2 - sqrt(3) and C = (2 sqrt(3) - 3) r m^2, without a couple v = 1 and m = -3 F/(4 r). However little the
 !> couple is, and however large a force presses: no node inside a line carries one.
+!>
+!> At the end of a line, which a couple holds down, w = r x^3 (l - x)/(24 EI) from the line's new end: as good as no slope at the
+!> node, where the moment is -r l^2/4.
 module lifted_node
    use kinds, only: wp
    use problem, only: problem_t
@@ -18,7 +21,7 @@ module lifted_node
    use section_forces, only: end_forces
    implicit none
    private
-   public :: inside_line, lifted_beside, lifted_ahead, lifted_at_mirror
+   public :: inside_line, lifted_beside, lifted_ahead, lifted_at_mirror, lifted_at_end
 
 contains
 
@@ -61,6 +64,20 @@ contains
       both = lifted_lengths(0.0_wp, -2.0_wp * force, density)
       length = both(1)
    end function lifted_at_mirror
+
+   !> Length that lifts off before the node at a line's end, and how far; huge where nothing presses.
+   pure subroutine lifted_at_end(couple, density, bending, length, height)
+      real(wp), intent(in) :: couple        !! on the node, either way
+      real(wp), intent(in) :: density       !! of the obstacle's force beside it, > 0 where it presses
+      real(wp), intent(in) :: bending       !! compliance 1/EI
+      real(wp), intent(out) :: length, height
+      length = huge(length)
+      height = huge(height)
+      if (.not. density > 0.0_wp) return
+      length = 2.0_wp * sqrt(abs(couple) / density)
+      ! w is largest at 3 l/4.
+      height = 27.0_wp / 256.0_wp * density * length**4 * bending / 24.0_wp
+   end subroutine lifted_at_end
 
    !> The shorter length of those that would lift off beside a node if a line that comes to it went on past it; 0 where no couple
    !> turns it.
