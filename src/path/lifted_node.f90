@@ -14,14 +14,15 @@
 !> node, where the moment is -r l^2/4.
 module lifted_node
    use kinds, only: wp
-   use problem, only: problem_t
+   use problem, only: problem_t, rounding_gap
+   use contact_touch, only: line_share
    use rod_state, only: state_t
    use conforming_span, only: conforming_forces, node_track, track_sense
    use breakpoint_forces, only: held_force, held_couple, left_over
    use section_forces, only: end_forces
    implicit none
    private
-   public :: inside_line, lifted_beside, lifted_ahead, lifted_at_mirror, lifted_at_end
+   public :: inside_line, lifted_beside, lifted_ahead, lifted_at_mirror, stays_down
 
 contains
 
@@ -65,19 +66,21 @@ contains
       length = both(1)
    end function lifted_at_mirror
 
-   !> Length that lifts off before the node at a line's end, and how far; huge where nothing presses.
-   pure subroutine lifted_at_end(couple, density, bending, length, height)
+   !> True for the node at a line's end where what a couple lifts before it is as short as is taken for none, or as high as rounding.
+   pure logical function stays_down(problem, element, couple, density)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: element        !! beside the node, of the line
       real(wp), intent(in) :: couple        !! on the node, either way
       real(wp), intent(in) :: density       !! of the obstacle's force beside it, > 0 where it presses
-      real(wp), intent(in) :: bending       !! compliance 1/EI
-      real(wp), intent(out) :: length, height
-      length = huge(length)
-      height = huge(height)
-      if (.not. density > 0.0_wp) return
+      real(wp) :: length, height
+      stays_down = density > 0.0_wp
+      if (.not. stays_down) return
       length = 2.0_wp * sqrt(abs(couple) / density)
       ! w is largest at 3 l/4.
-      height = 27.0_wp / 256.0_wp * density * length**4 * bending / 24.0_wp
-   end subroutine lifted_at_end
+      height = 27.0_wp / 256.0_wp * density * length**4 * problem%compliance(element)%bending / 24.0_wp
+      stays_down = length <= line_share * problem%layout%stretch(problem%stretch(element))%length .or. height <= &
+         & rounding_gap(problem)
+   end function stays_down
 
    !> The shorter length of those that would lift off beside a node if a line that comes to it went on past it; 0 where no couple
    !> turns it.

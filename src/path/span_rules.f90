@@ -6,7 +6,7 @@ module span_rules
    use contact_touch, only: touch_t
    use touch_edits, only: lost, spread_out, parted, shrunk, end_moved, moved, continued, numbered
    use line_pressure, only: virtual_pressure
-   use lifted_node, only: lifted_at_mirror
+   use lifted_node, only: lifted_at_mirror, stays_down
    use passages, only: pass_breakpoints, is_turned, behind
    use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_pressure, test_length, test_crossing, &
       & test_slope, test_leaving, test_couple, test_slack, line_share, &
@@ -440,15 +440,17 @@ contains
       type(answer_t), intent(inout) :: answer
       type(touch_t), allocatable :: set(:)
       real(wp) :: excess(2), length
-      integer :: k, way, side, stretch
+      integer :: k, way, side, stretch, e
       k = test%touch
       way = nint(test%sense)
       side = merge(1, 2, way < 0)
-      stretch = problem%stretch(problem%candidates%element(side, test%candidate))
+      e = problem%candidates%element(side, test%candidate)
+      stretch = problem%stretch(e)
       length = line_share * problem%layout%stretch(stretch)%length
       excess = problem%size * excess_inside(problem, state, test%candidate, side, length)
       set = continued(answer%touch, k, stretch, behind(problem, stretch, way, length, .false.))
-      if (excess(1) < -flat_excess) then
+      if (excess(1) < -flat_excess .and. .not. stays_down(problem, e, excess(1) / (problem%size * problem%compliance(e)%bending), &
+         & virtual_pressure(problem, state, test%candidate, side))) then
          answer%touch = set
          answer%opens = [k, size(set)]
          if (way < 0) answer%opens = answer%opens([2, 1])

@@ -14,7 +14,7 @@ module span_tests
    use conforming_span, only: conforming_forces, rolled_t, rolled, excess_curvature, node_track, track_sense, track_rotation
    use touchdown_points, only: point_force
    use breakpoint_forces, only: held_force, held_couple, at_breakpoint, left_over
-   use lifted_node, only: inside_line, lifted_beside, lifted_at_mirror, lifted_at_end
+   use lifted_node, only: inside_line, lifted_beside, lifted_at_mirror, stays_down
    use contact_touch, only: touch_t, shortest, line_share
    use touch_candidates, only: present_touches
    implicit none
@@ -201,7 +201,7 @@ contains
          if (turned <= left_over(problem)) turned = 0.0_wp
          if (.not. turned > 0.0_wp) return
          if (.not. inside_line(problem, c)) then
-            if (lifts_end_little(c)) turned = 0.0_wp
+            if (ends_down(c)) turned = 0.0_wp
             return
          end if
          length = lifted_beside(problem, state, c)
@@ -211,20 +211,18 @@ contains
          end do
       end function turned
 
-      !> True for the node at a line's end that a couple lifts so little of, or by so little.
-      logical function lifts_end_little(c)
+      !> True for the node at a line's end that a couple lifts by as little as is taken for none.
+      logical function ends_down(c)
          integer, intent(in) :: c
-         real(wp) :: local(3), place(2), angle, density, length, height
+         real(wp) :: local(3), place(2), angle, density
          integer :: side, e
-         lifts_end_little = count(problem%candidates%element(:, c) > 0) == 1
-         if (.not. lifts_end_little) return
+         ends_down = count(problem%candidates%element(:, c) > 0) == 1
+         if (.not. ends_down) return
          side = findloc(problem%candidates%element(:, c) > 0, .true., 1)
          e = problem%candidates%element(side, c)
          call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, place, angle, density)
-         call lifted_at_end(held_couple(problem, state, c), density, problem%compliance(e)%bending, length, height)
-         lifts_end_little = length <= line_share * problem%layout%stretch(problem%stretch(e))%length .or. height <= &
-            & rounding_gap(problem)
-      end function lifts_end_little
+         ends_down = stays_down(problem, e, held_couple(problem, state, c), density)
+      end function ends_down
 
       !> True for a line's node on a mirror that a force lifts by as little as is taken for none.
       logical function lifts_little(c, push)
