@@ -89,12 +89,25 @@ contains
          rest = k
          do i = 1, size(zone, 2)
             if (least_density(problem, place, before(k), zone(:, i)) > nothing) cycle
+            ! It opens inside, and only further on to an end of the line.
+            if (reaches_end(problem, place, before(k), now(k), zone(:, i), nothing)) return
             call open_zone(problem, state, now(k), zone(:, i), set, rest, told)
             if (.not. told) return
          end do
       end do
       if (.not. same_set(set, now)) touch = numbered(set, number - 1)
    end subroutine opened_touches
+
+   !> True for a zone at an end of a line that is pressed there where it opens.
+   logical function reaches_end(problem, place, before, now, zone, nothing) result(reaches)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: place           !! where it opens
+      type(touch_t), intent(in) :: before, now     !! the line there, and beyond
+      real(wp), intent(in) :: zone(2)              !! beyond
+      real(wp), intent(in) :: nothing              !! density that counts as none
+      reaches = zone(1) <= now%at(1) .and. density_at(problem, place, before, before%at(1)) > nothing
+      reaches = reaches .or. zone(2) >= now%at(2) .and. density_at(problem, place, before, before%at(2)) > nothing
+   end function reaches_end
 
    !> One zone of a line open.
    subroutine open_zone(problem, state, line, zone, set, rest, told)
