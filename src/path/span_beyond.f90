@@ -43,12 +43,13 @@ contains
             call open_line(problem, change%place, leg%to, leg%after(change%which), leg%scale, run%touches + 1, next, &
                & found, timers)
             if (found .and. test%kind == test_pressure) then
-               ! Such a span grows with its length to the sixth power: its path goes on without a corner. Where the load soon turns
-               ! back, another equilibrium may be all there is at the end of the leg.
+               ! Such a span grows with its length to the sixth power: its path goes on without a corner, and no eigenvalue changes
+               ! its sign. Where the load soon turns back, another equilibrium may be all there is at the end of the leg.
                call copy_run(run, there)
                there%state = change%place
                there%heading = change%heading
-               found = leads_to_next(problem, there, next)
+               found = next%system%negative_pivots == run%system%negative_pivots
+               if (found) found = leads_to_next(problem, there, next)
             end if
             change%kind = merge(change_opening, change_missed, found)
             return
