@@ -11,7 +11,7 @@ module obstacle_curve
    private
    public :: obstacle_curve_t, foot_t, nearest_point, curve_samples, sharpest_turn, crosses_itself
    public :: piece_t, straight_piece, arc_piece, quintic_pieces, join_pieces
-   public :: shape_straight, shape_arc, shape_quintic, arc_length, turned_angle, polynomial_at
+   public :: shape_straight, shape_arc, shape_quintic, arc_length, turned_angle, polynomial_at, first_derivatives
 
    integer, parameter :: shape_straight = 1, shape_arc = 2, shape_quintic = 3
 
@@ -38,8 +38,11 @@ module obstacle_curve
       real(wp) :: tangent(2, 2) = 0.0_wp !! unit, in the sense of the curve
       real(wp), allocatable :: start(:) !! (pieces + 1) arc length at the first point of each piece and the last one of all
       real(wp), allocatable :: turned(:) !! (pieces + 1) [rad] and the angle by which the curve has turned to the left
+      logical, allocatable :: jumps(:)  !! (0:pieces) the curvature does where piece i ends, and the next one begins
       real(wp) :: abscissa(n_gauss) = 0.0_wp, weight(n_gauss) = 0.0_wp !! of arc_length
    end type obstacle_curve_t
+
+   real(wp), parameter :: smooth = 1.0e-9_wp !! jump of curvature times length of a piece: far above rounding in splines
 
    !> The nearest point of a curve.
    type :: foot_t
@@ -121,7 +124,7 @@ contains
       end do
    end function polynomial_at
 
-   !> Value and two derivatives, as often as feet are looked for.
+   !> Value and two derivatives by the parameter: polynomial_at for those who ask often.
    pure subroutine first_derivatives(c, t, x, d, dd)
       real(wp), intent(in) :: c(2, 6), t
       real(wp), intent(out) :: x(2), d(2), dd(2)
@@ -151,6 +154,10 @@ contains
          curve%start(i + 1) = curve%start(i) + arc_length(curve, i, 1.0_wp)
          curve%turned(i + 1) = curve%turned(i) + turned_angle(curve, i, 1.0_wp)
       end do
+      allocate (curve%jumps(0:size(pieces)))
+      do i = 0, size(pieces)
+         curve%jumps(i) = curvature_jumps(curve, i)
+      end do
       allocate (curve%ball(3, 2 * curve%leaves - 1), source=-1.0_wp)
       do i = 1, size(pieces)
          curve%ball(:, curve%leaves + i - 1) = piece_ball(pieces(i))
@@ -159,6 +166,24 @@ contains
          curve%ball(:, i) = ball_around(curve%ball(:, 2 * i), curve%ball(:, 2 * i + 1))
       end do
    end function join_pieces
+
+   !> True when the curvature jumps where piece i ends and the next one begins, 0 and the last included.
+   pure logical function curvature_jumps(curve, i) result(jumps)
+      type(obstacle_curve_t), intent(in) :: curve
+      integer, intent(in) :: i
+      type(foot_t) :: before, after         ! of continuations: straight
+      real(wp) :: length
+      length = 0.0_wp
+      if (i > 0) then
+         before = piece_point(curve%piece(i), 1.0_wp)
+         length = curve%start(i + 1) - curve%start(i)
+      end if
+      if (i < size(curve%piece)) then
+         after = piece_point(curve%piece(i + 1), 0.0_wp)
+         length = max(length, curve%start(i + 2) - curve%start(i + 1))
+      end if
+      jumps = abs(after%curvature - before%curvature) * length > smooth
+   end function curvature_jumps
 
    !> The point of the curve, its straight continuations included, that is nearest to x.
    pure type(foot_t) function nearest_point(curve, x) result(foot)

@@ -9,7 +9,8 @@
 module obstacle_track
    use kinds, only: wp, pi
    use model, only: obstacle_t, obstacle_line, obstacle_circle
-   use obstacle_curve, only: foot_t, nearest_point, shape_arc, shape_quintic, arc_length, turned_angle, polynomial_at
+   use obstacle_curve, only: foot_t, nearest_point, shape_arc, shape_quintic, arc_length, turned_angle, polynomial_at, &
+      & first_derivatives
    implicit none
    private
    public :: jump_between, joint_shares, track_t, track_foot, track_at, across_joint, track_ahead, track_between
@@ -25,8 +26,6 @@ module obstacle_track
       real(wp) :: curvature_second = 0.0_wp  !! and the next one
       integer :: piece = 0                   !! of a curve, as in foot_t
    end type track_t
-
-   real(wp), parameter :: smooth = 1.0e-9_wp !! jump of curvature times length of a piece: far above rounding in splines
 
    real(wp), parameter :: at_joint = 1.0e-6_wp !! of a stretch of the track: its end is at the joint
 
@@ -51,6 +50,7 @@ contains
       case default
          foot = nearest_point(obstacle%curve, x)
          track = on_piece(obstacle, offset, foot%piece, foot%t)
+         track%sigma = piece_start(obstacle, offset, foot%piece) + piece_length(obstacle, offset, foot%piece, foot%t)
       end select
    end function track_foot
 
@@ -75,12 +75,12 @@ contains
          associate (n => size(obstacle%curve%piece))
             do while (i > 0)
                if (sigma >= piece_start(obstacle, offset, i)) exit
-               if (jumps(obstacle, i - 1)) exit
+               if (obstacle%curve%jumps(i - 1)) exit
                i = i - 1
             end do
             do while (i <= n)
                if (sigma <= piece_start(obstacle, offset, i + 1)) exit
-               if (jumps(obstacle, i)) exit
+               if (obstacle%curve%jumps(i)) exit
                i = i + 1
             end do
          end associate
@@ -132,7 +132,7 @@ contains
       ends = [min(first%sigma, last%sigma), max(first%sigma, last%sigma)]
       margin = at_joint * (ends(2) - ends(1))
       do i = min(first%piece, last%piece), max(first%piece, last%piece) - 1
-         if (.not. jumps(obstacle, i)) cycle
+         if (.not. obstacle%curve%jumps(i)) cycle
          joint = piece_start(obstacle, offset, i + 1)
          jump_between = jump_between .or. (joint > ends(1) + margin .and. joint < ends(2) - margin)
       end do
@@ -154,7 +154,7 @@ contains
       do side = 0, 1
          i = track%piece - 1 + side
          if (i < 0 .or. i > size(obstacle%curve%piece)) cycle
-         if (.not. jumps(obstacle, i)) cycle
+         if (.not. obstacle%curve%jumps(i)) cycle
          away = abs(piece_start(obstacle, offset, i + 1) - track%sigma)
          if (away > nearest) cycle
          nearest = away
@@ -224,7 +224,19 @@ contains
       if (i > 0) sigma = obstacle%curve%start(i) - offset * obstacle%curve%turned(i)
    end function piece_start
 
-   !> The point of the track that belongs to parameter t of a piece.
+   !> Arc length of the track from the beginning of a piece, or what continues it, to its parameter t.
+   pure real(wp) function piece_length(obstacle, offset, i, t) result(length)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset
+      integer, intent(in) :: i
+      real(wp), intent(in) :: t
+      length = t
+      if (i < 1 .or. i > size(obstacle%curve%piece)) return
+      length = arc_length(obstacle%curve, i, t)
+      if (abs(offset) > 0.0_wp) length = length - offset * turned_angle(obstacle%curve, i, t)
+   end function piece_length
+
+   !> The point of the track that belongs to parameter t of a piece, but for its arc length.
    pure type(track_t) function on_piece(obstacle, offset, i, t) result(track)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
@@ -236,12 +248,10 @@ contains
       associate (curve => obstacle%curve)
          if (i < 1 .or. i > size(curve%piece)) then
             e = merge(1, 2, i < 1)
-            track%sigma = piece_start(obstacle, offset, i) + t
             track%tangent = curve%tangent(:, e)
             track%place = curve%point(:, e) + t * track%tangent + offset * [-track%tangent(2), track%tangent(1)]
             return
          end if
-         track%sigma = piece_start(obstacle, offset, i) + arc_length(curve, i, t) - offset * turned_angle(curve, i, t)
          k = 0.0_wp
          associate (piece => curve%piece(i))
             select case (piece%shape)
@@ -294,55 +304,25 @@ contains
       real(wp), intent(in) :: sigma
       ! Newton's method converges quadratically: the step after one of this size is below rounding.
       real(wp), parameter :: last_step = 1.0e-9_wp
-      real(wp) :: local, tangent(2), k(0:2), step, d(2, 0:5)
+      real(wp) :: local, step, x(2), d(2), dd(2)
       integer :: iteration
       local = sigma - piece_start(obstacle, offset, i)
       t = local
       associate (curve => obstacle%curve)
          if (i < 1 .or. i > size(curve%piece)) return
-         ! Straight pieces and arcs end here.
-         t = local / (arc_length(curve, i, 1.0_wp) - offset * turned_angle(curve, i, 1.0_wp))
-         if (curve%piece(i)%shape /= shape_quintic) return
+         if (curve%piece(i)%shape /= shape_quintic) then
+            t = local / piece_length(obstacle, offset, i, 1.0_wp)
+            return
+         end if
+         t = local / (piece_start(obstacle, offset, i + 1) - piece_start(obstacle, offset, i))
          do iteration = 1, 20
-            d = polynomial_at(curve%piece(i)%c, t)
-            call polynomial_curvature(d, tangent, k)
-            step = (local - arc_length(curve, i, t) + offset * turned_angle(curve, i, t)) / &
-               & (norm2(d(:, 1)) * (1.0_wp - k(0) * offset))
+            call first_derivatives(curve%piece(i)%c, t, x, d, dd)
+            step = (local - piece_length(obstacle, offset, i, t)) / (norm2(d) - offset * cross(d, dd) / dot_product(d, d))
             t = t + step
             if (abs(step) <= last_step) exit
          end do
       end associate
    end function piece_parameter
-
-   !> True when the curvature jumps where piece i ends and the next one begins, 0 and the last included.
-   pure logical function jumps(obstacle, i)
-      type(obstacle_t), intent(in) :: obstacle
-      integer, intent(in) :: i
-      real(wp) :: length
-      associate (curve => obstacle%curve)
-         length = 0.0_wp
-         if (i > 0) length = curve%start(i + 1) - curve%start(i)
-         if (i < size(curve%piece)) length = max(length, curve%start(i + 2) - curve%start(i + 1))
-      end associate
-      jumps = abs(surface_curvature(obstacle, i + 1, 0.0_wp) - surface_curvature(obstacle, i, 1.0_wp)) * length > smooth
-   end function jumps
-
-   !> Curvature of the surface at parameter t of piece i or on what continues it.
-   pure real(wp) function surface_curvature(obstacle, i, t) result(curvature)
-      type(obstacle_t), intent(in) :: obstacle
-      integer, intent(in) :: i
-      real(wp), intent(in) :: t
-      real(wp) :: tangent(2), k(0:2)
-      curvature = 0.0_wp
-      if (i < 1 .or. i > size(obstacle%curve%piece)) return
-      associate (piece => obstacle%curve%piece(i))
-         if (piece%shape == shape_arc) curvature = sign(1.0_wp, piece%turn) / piece%radius
-         if (piece%shape == shape_quintic) then
-            call polynomial_curvature(polynomial_at(piece%c, t), tangent, k)
-            curvature = k(0)
-         end if
-      end associate
-   end function surface_curvature
 
    pure real(wp) function cross(a, b)
       real(wp), intent(in) :: a(2), b(2)
