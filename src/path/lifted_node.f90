@@ -66,7 +66,7 @@ contains
       length = both(1)
    end function lifted_at_mirror
 
-   !> True for the node at a line's end where what a couple lifts before it is as short as is taken for none, or as high as rounding.
+   !> True for the node at a line's end where what a couple lifts is as short as is taken for none, or as high as rounding.
    pure logical function stays_down(problem, element, couple, density)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: element        !! beside the node, of the line
