@@ -22,14 +22,14 @@ module rod_profile
    use ground, only: home_deviation
    implicit none
    private
-   public :: profile_t, new_profile, mend_ends, mend_rotation, mended_by, profile_place, profile_displacement, &
+   public :: profile_t, new_profile, keep_profile, mend_ends, mend_rotation, mended_by, profile_place, profile_displacement, &
       & mended_displacement, profile_home, profile_angle, home_angle, profile_rate, profile_error, profile_doubt, mended_error, &
       & element_place
 
    !> One element of one state. Polynomials by their coefficients of tau^0, tau^1, ...
    type :: profile_t
       private
-      integer :: element = 0
+      integer, public :: element = 0            !! 0: of none
       integer :: degree = 0
       real(wp) :: stretch = 1.0_wp              !! by heat, without stress
       real(wp) :: s = 0.0_wp, length = 0.0_wp   !! nominal coordinate of the first end; stress-free length
@@ -58,6 +58,15 @@ contains
          profile = profile_on(problem, state, e, state%geometry%element(e), state%geometry%x(:, problem%model%mesh%node(1, e)))
       end if
    end function new_profile
+
+   !> The same for many places of one state: it is made anew where it is that of another element.
+   pure subroutine keep_profile(problem, state, e, profile)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e                      !! element
+      type(profile_t), intent(inout) :: profile     !! of the state, or of nothing
+      if (profile%element /= e) profile = new_profile(problem, state, e)
+   end subroutine keep_profile
 
    !> The profile of an element that lies on an obstacle: polynomials through both ends and points between.
    pure function conforming_profile(problem, state, e) result(profile)

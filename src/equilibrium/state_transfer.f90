@@ -9,8 +9,8 @@ module state_transfer
    use element_families, only: collocates
    use rod_geometry, only: geometry_t, new_geometry, shift_nodes
    use rod_state, only: state_t, element_displacement, element_load, node_position, unknown_push
-   use rod_profile, only: profile_t, new_profile, mend_rotation, mended_displacement, profile_place, profile_displacement, &
-      & profile_angle, element_place
+   use rod_profile, only: profile_t, new_profile, keep_profile, mend_rotation, mended_displacement, profile_place, &
+      & profile_displacement, profile_angle, element_place
    use reference_curve, only: curve_point
    use conforming_span, only: conforming_forces, conforming_displacement, conforming_resultant, conforming_point, &
       & conforming_guess
@@ -23,46 +23,59 @@ module state_transfer
    public :: find_point, point_displacement, carried, carried_field, carry_to, carry_stored, move_nodes, displacements_at, &
       & field_at, see_from
 
-   !> Directions at the stages of one element, kept from place to place.
-   type :: directions_t
-      integer :: element = 0                    !! 0: none
-      real(wp) :: rho(2, max_stages) = 0.0_wp
-   end type directions_t
+   !> What is known of a state from the place looked at last, for the next one.
+   type :: kept_t
+      integer :: along = 0                      !! where the element stands in problem%along
+      type(profile_t) :: profile                !! of an element
+      integer :: directed = 0                   !! element that the directions are of; 0: none
+      real(wp) :: rho(2, max_stages) = 0.0_wp   !! these, at its stages
+   end type kept_t
 
 contains
 
    !> The element of the working mesh that holds a material point, and its place there. At a node it is the element that begins
    !> there, at the end of a stretch the last one.
-   pure subroutine find_point(problem, state, stretch, at, e, tau)
+   pure subroutine find_point(problem, state, stretch, at, e, tau, near)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: stretch
       real(wp), intent(in) :: at                !! coordinate along the stretch, 0 to its length
       integer, intent(out) :: e
       real(wp), intent(out) :: tau              !! 0 to 1 of its stress-free length, 0 and 1 themselves at its nodes
-      call find_in(problem, state%geometry, stretch, at, e, tau)
+      integer, intent(inout), optional :: near  !! where the last point was found in problem%along, and this one: it is looked for
+      !! next to that
+      call find_in(problem, state%geometry, stretch, at, e, tau, near)
    end subroutine find_point
 
    !> The same in a geometry of the mesh.
-   pure subroutine find_in(problem, geometry, stretch, at, e, tau)
+   pure subroutine find_in(problem, geometry, stretch, at, e, tau, near)
       type(problem_t), intent(in) :: problem
       type(geometry_t), intent(in) :: geometry
       integer, intent(in) :: stretch
       real(wp), intent(in) :: at
       integer, intent(out) :: e
       real(wp), intent(out) :: tau
+      integer, intent(inout), optional :: near
       integer :: first, last, middle
       first = problem%element_first(stretch)
       last = problem%element_last(stretch)
+      if (present(near)) then
+         if (near > first + 1 .and. near - 1 <= last) then
+            if (begins_before(near - 1)) first = near - 1
+         end if
+         if (near >= first .and. near + 2 <= last) then
+            if (.not. begins_before(near + 2)) last = near + 1
+         end if
+      end if
       do while (first < last)
          middle = (first + last + 1) / 2
-         e = problem%along(middle)
-         if (geometry%element(e)%s(1) + problem%origin(e) <= at + rounding(geometry%element(e)%s(1), problem%origin(e))) then
+         if (begins_before(middle)) then
             first = middle
          else
             last = middle - 1
          end if
       end do
+      if (present(near)) near = first
       e = problem%along(first)
       associate (s => at - problem%origin(e), ends => geometry%element(e)%s)
          if (s <= ends(1) + rounding(ends(1), problem%origin(e))) then
@@ -75,6 +88,17 @@ contains
             tau = (s - ends(1)) / (ends(2) - ends(1))
          end if
       end associate
+
+   contains
+
+      !> True for an element, by its place in problem%along, that begins before the point, or there.
+      pure logical function begins_before(place)
+         integer, intent(in) :: place
+         associate (element => problem%along(place))
+            begins_before = geometry%element(element)%s(1) + problem%origin(element) <= at + &
+               & rounding(geometry%element(element)%s(1), problem%origin(element))
+         end associate
+      end function begins_before
    end subroutine find_in
 
    !> What rounding makes of a coordinate along a stretch: it is the sum of two numbers, and was that of two others before.
@@ -129,7 +153,7 @@ contains
       type(problem_t), intent(in) :: to
       type(state_t), intent(inout) :: new       !! of `to`
       logical, intent(in), optional :: moved    !! true: nodes of one and the same mesh have moved, and contact forces with them
-      type(directions_t) :: directions
+      type(kept_t) :: kept
       real(wp) :: tau
       integer :: range(2, to%model%mesh%n_elements)
       integer :: d, e, i, j, old, node
@@ -156,10 +180,10 @@ contains
             e = to%along(i)
             if (i < to%element_last(j)) then
                node = to%model%mesh%node(2, e)
-               call find_point(from, state, j, node_coordinate(to, new%geometry, node), old, tau)
-               new%u(:, node) = continuous_displacement(from, state, old, tau)
+               call find_point(from, state, j, node_coordinate(to, new%geometry, node), old, tau, kept%along)
+               call continuous_displacement(from, state, old, tau, kept%profile, new%u(:, node))
             end if
-            call carry_resultants(from, state, to, e, range(:, e), directions, new)
+            call carry_resultants(from, state, to, e, range(:, e), kept, new)
          end do
       end do
    end subroutine carry_to
@@ -170,12 +194,12 @@ contains
       type(state_t), intent(in) :: state        !! before
       logical, intent(in) :: chosen(:)          !! (elements)
       type(state_t), intent(inout) :: new       !! its geometry is set
-      type(directions_t) :: directions
+      type(kept_t) :: kept
       integer :: range(2, size(chosen)), i
       call find_ranges(problem, range)
       do i = 1, size(chosen)
          associate (e => problem%along(i))
-            if (chosen(e)) call carry_resultants(problem, state, problem, e, range(:, e), directions, new)
+            if (chosen(e)) call carry_resultants(problem, state, problem, e, range(:, e), kept, new)
          end associate
       end do
    end subroutine carry_stored
@@ -222,12 +246,13 @@ contains
    end subroutine find_ranges
 
    !> Displacements and rotation at a place of an element; at its nodes their own.
-   pure function point_displacement(problem, state, e, tau) result(u)
+   pure subroutine point_displacement(problem, state, e, tau, profile, u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      real(wp) :: u(3)
+      type(profile_t), intent(inout) :: profile !! kept from place to place, see keep_profile
+      real(wp), intent(out) :: u(3)
       if (tau <= 0.0_wp) then
          u = state%u(:, problem%model%mesh%node(1, e))
       else if (tau >= 1.0_wp) then
@@ -235,45 +260,42 @@ contains
       else if (problem%conforms(e) > 0) then
          u = conforming_displacement(problem, state, e, tau)
       else
-         u = profile_displacement(problem, new_profile(problem, state, e), tau)
+         call keep_profile(problem, state, e, profile)
+         u = profile_displacement(problem, profile, tau)
       end if
-   end function point_displacement
+   end subroutine point_displacement
 
    !> The same without a jump at nodes. Out of equilibrium a polynomial does not end at its element's second node: what is missing
    !> there grows along the element, so that a node that goes to either side of where it was finds the same there.
    !> Touchdown points of contact spans do without.
-   pure function continuous_displacement(problem, state, e, tau) result(u)
+   pure subroutine continuous_displacement(problem, state, e, tau, profile, u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      real(wp) :: u(3)
-      type(profile_t) :: profile
-      if (tau <= 0.0_wp .or. tau >= 1.0_wp .or. problem%has_spans()) then
-         u = point_displacement(problem, state, e, tau)
-      else
-         profile = new_profile(problem, state, e)
-         u = profile_displacement(problem, profile, tau) + tau * (state%u(:, problem%model%mesh%node(2, e)) - &
-            & profile_displacement(problem, profile, 1.0_wp))
-      end if
-   end function continuous_displacement
+      type(profile_t), intent(inout) :: profile !! kept from place to place
+      real(wp), intent(out) :: u(3)
+      call point_displacement(problem, state, e, tau, profile, u)
+      if (tau <= 0.0_wp .or. tau >= 1.0_wp .or. problem%has_spans()) return
+      u = u + tau * (state%u(:, problem%model%mesh%node(2, e)) - profile_displacement(problem, profile, 1.0_wp))
+   end subroutine continuous_displacement
 
    !> Stored resultants of one element. Where contact forces act at its ends they jump there, wherever these ends go.
-   pure subroutine carry_resultants(from, state, to, e, range, directions, new)
+   pure subroutine carry_resultants(from, state, to, e, range, kept, new)
       type(problem_t), intent(in) :: from
       type(state_t), intent(in) :: state
       type(problem_t), intent(in) :: to
       integer, intent(in) :: e                  !! of `to`
       integer, intent(in) :: range(2)           !! elements of `from` between two contact forces: what jumps there is not taken
       !! from beyond, wherever these have gone
-      type(directions_t), intent(inout) :: directions !! of `from`
+      type(kept_t), intent(inout) :: kept       !! of the state of `from`
       type(state_t), intent(inout) :: new
       real(wp) :: at(2), tau, end, resultant(3, 0:max_stages), s, u(3, 0:max_stages), home(3, 0:max_stages), speed
       integer :: old, i, stages
       logical :: same
       associate (g => new%geometry%element(e), mesh => to%model%mesh, n => to%z_size(e), j => to%stretch(e))
          at = g%s + to%origin(e)
-         call find_point(from, state, j, at(1), old, tau)
+         call find_point(from, state, j, at(1), old, tau, kept%along)
          new%grounded(e) = state%grounded(old)
          end = state%geometry%element(old)%s(2) + from%origin(old)
          same = tau <= 0.0_wp .and. abs(end - at(2)) <= rounding(g%s(2), to%origin(e)) .and. &
@@ -285,14 +307,14 @@ contains
          stages = mesh%stages(e)
          do i = 0, stages
             s = merge(g%s(1), g%at(max(i, 1)), i == 0)
-            if (i > 0) call find_point(from, state, j, s + to%origin(e), old, tau)
+            if (i > 0) call find_point(from, state, j, s + to%origin(e), old, tau, kept%along)
             if (to%conforms(e) > 0) then
                ! N + kappa M, all that is taken, does not jump.
                if (from%conforms(old) > 0 .and. tau > 0.0_wp .and. tau < 1.0_wp) then
                   call conforming_point(from, state, old, tau, u(:, i), resultant(:, i))
                else
-                  u(:, i) = point_displacement(from, state, old, tau)
-                  call find_resultant(from, state, old, tau, directions, resultant(:, i))
+                  call point_displacement(from, state, old, tau, kept%profile, u(:, i))
+                  call find_resultant(from, state, old, tau, kept, resultant(:, i))
                end if
                call curve_point(to%model%curve(mesh%curve(e)), to%model%imperfection, s, home(1:2, i), home(3, i), speed)
                cycle
@@ -303,7 +325,7 @@ contains
                   tau = (s + to%origin(e) - from%origin(old) - ends(1)) / (ends(2) - ends(1))
                end associate
             end if
-            call find_resultant(from, state, old, tau, directions, resultant(:, i))
+            call find_resultant(from, state, old, tau, kept, resultant(:, i))
          end do
          if (to%conforms(e) > 0) then
             new%z(:1 + 2 * stages, e) = conforming_guess(to, new, e, u(:, :stages), resultant(:, :stages), home(:, :stages))
@@ -316,12 +338,12 @@ contains
    end subroutine carry_resultants
 
    !> (n_x, n_y, m) at a place of a GE element.
-   pure subroutine find_resultant(problem, state, e, tau, directions, resultant)
+   pure subroutine find_resultant(problem, state, e, tau, kept, resultant)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      type(directions_t), intent(inout) :: directions
+      type(kept_t), intent(inout) :: kept       !! of the state
       real(wp), intent(out) :: resultant(3)
       type(ge_load_t) :: load
       real(wp) :: span(2), told(3)
@@ -332,10 +354,10 @@ contains
       load = element_load(problem, state, e)
       associate (g => state%geometry%element(e), tab => problem%tableau(problem%model%mesh%stages(e)), &
          & z => state%z(:problem%z_size(e), e))
-         if (e /= directions%element) call ge_directions(tab, g%length, g%angle, problem%compliance(e), load, &
-            & element_displacement(problem, state, e), z, directions%rho)
-         directions%element = e
-         call ge_between(tab, g%length, g%scale, load, z, directions%rho, tau, span, resultant)
+         if (e /= kept%directed) call ge_directions(tab, g%length, g%angle, problem%compliance(e), load, &
+            & element_displacement(problem, state, e), z, kept%rho)
+         kept%directed = e
+         call ge_between(tab, g%length, g%scale, load, z, kept%rho, tau, span, resultant)
       end associate
       if (.not. problem%ground%founded(e)) return
       ! The moment is that of the displacements, which Newton's method has brought further than what is stored.
@@ -382,28 +404,26 @@ contains
       real(wp), intent(in), optional :: field(:, :) !! (3, nodes) at the nodes of the state
       real(wp), intent(out), optional :: moved(:, :) !! the field, where that is given
       type(profile_t) :: profile
-      integer :: node, e, known, mended
+      integer :: node, e, near
       real(wp) :: tau
-      known = 0
-      mended = 0
+      near = 0
       do node = 1, problem%model%mesh%n_nodes
          if (stays(problem, state%geometry, geometry, node)) then
             if (present(u)) u(:, node) = state%u(:, node)
             if (present(field)) moved(:, node) = field(:, node)
             cycle
          end if
-         call find_point(problem, state, problem%stretch(problem%beside(1, node)), node_coordinate(problem, geometry, node), e, tau)
-         if (tau > 0.0_wp .and. tau < 1.0_wp .and. problem%conforms(e) == 0 .and. e /= known) then
+         call find_point(problem, state, problem%stretch(problem%beside(1, node)), node_coordinate(problem, geometry, node), e, &
+            & tau, near)
+         if (tau > 0.0_wp .and. tau < 1.0_wp .and. problem%conforms(e) == 0 .and. e /= profile%element) then
             profile = new_profile(problem, state, e)
-            known = e
+            if (present(u) .and. is_smooth(e)) call mend_rotation(problem, state, profile)
          end if
          if (present(u)) then
-            if (tau <= 0.0_wp .or. tau >= 1.0_wp .or. .not. is_smooth(e)) then
-               u(:, node) = continuous_displacement(problem, state, e, tau)
-            else
-               if (e /= mended) call mend_rotation(problem, state, profile)
-               mended = e
+            if (tau > 0.0_wp .and. tau < 1.0_wp .and. is_smooth(e)) then
                u(:, node) = mended_displacement(problem, profile, tau)
+            else
+               call continuous_displacement(problem, state, e, tau, profile, u(:, node))
             end if
          end if
          if (present(field)) moved(:, node) = point_rate(problem, state, field, e, profile, tau)
