@@ -135,6 +135,14 @@ contains
       integer :: right, middle
       panel = 1
       right = size(table%at)
+      ! Where all panels are alike it is this one.
+      middle = min(1 + int((s - table%at(1)) / (table%at(right) - table%at(1)) * (right - 1)), right - 1)
+      if (table%at(middle) > s) then
+         right = middle
+      else
+         panel = middle
+         if (table%at(middle + 1) > s) right = middle + 1
+      end if
       do while (right - panel > 1)
          middle = (panel + right) / 2
          if (table%at(middle) > s) then
