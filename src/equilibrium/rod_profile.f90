@@ -23,7 +23,7 @@ module rod_profile
    implicit none
    private
    public :: profile_t, new_profile, keep_profile, mend_ends, mend_rotation, mended_by, profile_place, profile_displacement, &
-      & mended_displacement, profile_home, profile_angle, home_angle, profile_rate, profile_error, profile_doubt, mended_error, &
+      & profile_look, mended_displacement, profile_angle, home_angle, profile_rate, profile_error, profile_doubt, mended_error, &
       & element_place
 
    !> One element of one state. Polynomials by their coefficients of tau^0, tau^1, ...
@@ -301,16 +301,6 @@ contains
       x = r**(order + 1) * x + t**(order + 1) * second
    end function hermite_place
 
-   !> Stress-free place.
-   pure function profile_home(problem, profile, tau) result(x)
-      type(problem_t), intent(in) :: problem
-      type(profile_t), intent(in) :: profile
-      real(wp), intent(in) :: tau
-      real(wp) :: x(2)
-      x = polynomial(profile%axis, profile%degree, tau)
-      if (profile%curved) x = x + deviation(problem, profile, tau)
-   end function profile_home
-
    !> Displacements and rotation with the rotation mended at its ends. Places are not: thin rods feel the rounding of their second
    !> derivatives.
    pure function mended_displacement(problem, profile, tau) result(u)
@@ -333,14 +323,36 @@ contains
       real(wp), intent(in) :: tau
       real(wp) :: u(3)
       real(wp) :: d(2)
+      d = 0.0_wp
+      if (profile%curved) d = deviation(problem, profile, tau)
+      u = displacement_beside(profile, tau, d)
+   end function profile_displacement
+
+   !> The same together with its stress-free place.
+   pure subroutine profile_look(problem, profile, tau, home, u)
+      type(problem_t), intent(in) :: problem
+      type(profile_t), intent(in) :: profile
+      real(wp), intent(in) :: tau
+      real(wp), intent(out) :: home(2), u(3)
+      real(wp) :: d(2)
+      d = 0.0_wp
+      if (profile%curved) d = deviation(problem, profile, tau)
+      home = polynomial(profile%axis, profile%degree, tau) + d
+      u = displacement_beside(profile, tau, d)
+   end subroutine profile_look
+
+   !> Displacement and rotation where the stress-free axis deviates from its polynomial by d.
+   pure function displacement_beside(profile, tau, d) result(u)
+      type(profile_t), intent(in) :: profile
+      real(wp), intent(in) :: tau, d(2)
+      real(wp) :: u(3)
       u(1:2) = polynomial(profile%moved, profile%degree, tau)
       u(3) = turning(profile, tau)
       if (.not. profile%curved) return
-      d = deviation(problem, profile, tau)
       ! Without the difference of what is turned and what was: small rotations keep their digits.
       u(1:2) = u(1:2) + (profile%stretch - 1.0_wp) * d + (2.0_wp * profile%stretch * sin(0.5_wp * u(3))) * &
          & (cos(0.5_wp * u(3)) * [-d(2), d(1)] - sin(0.5_wp * u(3)) * d)
-   end function profile_displacement
+   end function displacement_beside
 
    !> Tangent angle of the deformed rod, that of its sections where it shears.
    pure function profile_angle(problem, state, profile, tau) result(angle)
