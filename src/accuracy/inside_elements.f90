@@ -7,7 +7,8 @@ module inside_elements
    use rod_state, only: state_t
    use linear_system, only: system_t
    use monitor_rows, only: monitor_row_t, monitor_row, watched_displacement
-   use deck_nodes, only: find_node, node_gradient_t, place_gradient
+   use deck_nodes, only: find_node, place_defect
+   use rod_profile, only: profile_t
    use state_transfer, only: point_displacement
    implicit none
    private
@@ -58,16 +59,16 @@ contains
       type(system_t), intent(in) :: at_start
       integer, intent(in) :: component, element
       real(wp), intent(in) :: tau                !! 0 to 1 of the element
-      type(node_gradient_t) :: gradient
-      real(wp) :: other, largest, u(3), v(3)
+      type(profile_t) :: profile, finer_profile
+      real(wp) :: other, largest, u(3), v(3), defect(3)
       integer :: j
       largest = 0.0_wp
       do j = 1, places
          other = real(j, wp) / (places + 1)
-         call place_gradient(finer, start, at_start, element, other, gradient)
-         u = point_displacement(problem, state, element, other)
-         v = point_displacement(finer, start, element, other)
-         largest = max(largest, abs(gradient%defect(component) + v(component) - u(component)))
+         call place_defect(finer, start, at_start, element, other, finer_profile, defect)
+         call point_displacement(problem, state, element, other, profile, u)
+         call point_displacement(finer, start, element, other, finer_profile, v)
+         largest = max(largest, abs(defect(component) + v(component) - u(component)))
       end do
       most = 4.0_wp * tau * (1.0_wp - tau) * largest
    end function largest_inside

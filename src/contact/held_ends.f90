@@ -84,9 +84,9 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: side, candidate, e
       real(wp), intent(out) :: gap, slope, bend
-      real(wp) :: normal(2), x(2, 3), rotation(2), curvature
+      real(wp) :: normal(2), x(2, 3), curvature
       call chain_gap(problem, state, problem%ground%chain, candidate, gap, normal, curvature)
-      call rod_derivatives(problem, state, e, side, x, rotation)
+      call rod_derivatives(problem, state, e, side, x)
       slope = merge(1.0_wp, -1.0_wp, side == 1) * dot_product(normal, x(:, 1))
       bend = dot_product(normal, x(:, 2)) + curvature * (normal(1) * x(2, 1) - normal(2) * x(1, 1))**2
    end subroutine look_at_end

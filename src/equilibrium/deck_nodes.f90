@@ -9,12 +9,11 @@ module deck_nodes
    use state_transfer, only: find_point, point_displacement
    use conforming_span, only: conforming_displacement
    use section_forces, only: local_forces, inner_local_forces
-   use rod_profile, only: new_profile, profile_rate
+   use rod_profile, only: profile_t, keep_profile, profile_rate
    implicit none
    private
-   public :: deck_node_displacement, deck_section_forces, deck_contact_gaps, deck_node_rates, node_gradient_t, &
-      & deck_node_gradient, place_gradient, &
-      & find_node
+   public :: deck_displacements, deck_section_forces, deck_contact_gaps, deck_node_rates, node_gradient_t, &
+      & deck_node_gradient, place_gradient, place_defect, find_node
 
    !> Derivatives of displacement and rotation of a deck's node that lies inside an element now.
    type :: node_gradient_t
@@ -27,38 +26,43 @@ module deck_nodes
 contains
 
    !> Where a deck's node is on the mesh.
-   pure subroutine find_node(problem, state, node, mesh_node, e, tau)
+   pure subroutine find_node(problem, state, node, mesh_node, e, tau, near)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: node               !! of the deck
       integer, intent(out) :: mesh_node         !! the one at its material point, 0: none is
       integer, intent(out) :: e                 !! the element that it is inside of, 0: of none
       real(wp), intent(out) :: tau              !! its place there, 0 to 1
+      integer, intent(inout), optional :: near  !! see find_point
       e = 0
       tau = 0.0_wp
       mesh_node = problem%mesh_node(node)
       if (mesh_node > 0) return
-      call find_point(problem, state, problem%layout%node_stretch(node), problem%layout%node_at(node), e, tau)
+      call find_point(problem, state, problem%layout%node_stretch(node), problem%layout%node_at(node), e, tau, near)
       if (tau > 0.0_wp .and. tau < 1.0_wp) return
       mesh_node = problem%model%mesh%node(merge(1, 2, tau <= 0.0_wp), e)
       e = 0
    end subroutine find_node
 
-   !> Displacements and rotation of a deck's node, counted from the stress-free position in the state's problem.
-   pure function deck_node_displacement(problem, state, node) result(u)
+   !> Displacements and rotation of deck's nodes, counted from the stress-free position in the state's problem.
+   pure function deck_displacements(problem, state, nodes) result(u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: node
-      real(wp) :: u(3)
-      integer :: e, mesh_node
+      integer, intent(in) :: nodes(:)
+      real(wp) :: u(3, size(nodes))
+      type(profile_t) :: profile
+      integer :: i, e, mesh_node, near
       real(wp) :: tau
-      call find_node(problem, state, node, mesh_node, e, tau)
-      if (e == 0) then
-         u = state%u(:, mesh_node)
-      else
-         u = point_displacement(problem, state, e, tau)
-      end if
-   end function deck_node_displacement
+      near = 0
+      do i = 1, size(nodes)
+         call find_node(problem, state, nodes(i), mesh_node, e, tau, near)
+         if (e == 0) then
+            u(:, i) = state%u(:, mesh_node)
+         else
+            call point_displacement(problem, state, e, tau, profile, u(:, i))
+         end if
+      end do
+   end function deck_displacements
 
    !> (N, Q, M) at both ends of an element of the deck, as local_forces, on its own side of them; a contact force acts where its
    !> node is now.
@@ -95,7 +99,7 @@ contains
       integer, intent(in) :: contact            !! index into model%contact
       real(wp), intent(out) :: gap(:)           !! (nodes of the contact in the deck)
       real(wp), intent(out) :: place(:, :)      !! (2, the same) deformed
-      real(wp) :: u(3), shift(2), at_home, home_offset, later, normal(2), bend
+      real(wp) :: u(3, size(gap)), shift(2), at_home, home_offset, later, normal(2), bend
       integer :: i
       associate (list => problem%deck%contact(contact), o => problem%deck%contact(contact)%obstacle, kept => problem%constant, &
          & overlap => problem%overlap(contact), load => problem%model%step(problem%step)%load)
@@ -103,11 +107,11 @@ contains
          ! As candidate_offset: what comes on top of the gap left in the deck.
          later = overlap * (1.0_wp - kept%resolved(o)) - kept%closing(o) - &
             & state%load_factor * (load%closing(o) + load%resolved(o) * overlap)
+         u = deck_displacements(problem, state, list%node)
          do i = 1, size(list%node)
             associate (home => problem%deck%mesh%x(:, list%node(i)), obstacle => problem%deck%obstacle(o))
-               u = deck_node_displacement(problem, state, list%node(i))
-               place(:, i) = home + u(1:2)
-               call moved_gap(obstacle, home, u(1:2) - shift, at_home, gap(i), normal, bend)
+               place(:, i) = home + u(1:2, i)
+               call moved_gap(obstacle, home, u(1:2, i) - shift, at_home, gap(i), normal, bend)
                home_offset = list%gap
                if (obstacle%at_nodes) home_offset = list%gap - at_home
                if (obstacle%bilateral) home_offset = -at_home
@@ -127,6 +131,7 @@ contains
       real(wp), intent(in) :: x(:)              !! (n) nodal increments, node axes
       real(wp), intent(in) :: y                 !! of the load factor
       real(wp) :: rate(3, size(problem%mesh_node))
+      type(profile_t) :: profile
       real(wp) :: du(6), tau
       integer :: node, mesh_node, e, z
       do node = 1, size(rate, 2)
@@ -139,7 +144,8 @@ contains
             du = [to_global(problem, system, x, ends(1)), to_global(problem, system, x, ends(2))]
          end associate
          z = problem%z_size(e)
-         rate(:, node) = place_rate(problem, state, e, tau, du, matmul(system%op(:z, :6, e), du) + y * system%op(:z, 8, e), y)
+         call place_rate(problem, state, e, tau, profile, du, matmul(system%op(:z, :6, e), du) + &
+            & y * system%op(:z, 8, e), y, rate(:, node))
       end do
    end function deck_node_rates
 
@@ -166,6 +172,7 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: tau               !! 0 to 1
       type(node_gradient_t), intent(out) :: gradient
+      type(profile_t) :: profile
       real(wp) :: du(6), none(6)
       integer :: k, z
       z = problem%z_size(e)
@@ -174,28 +181,44 @@ contains
       do k = 1, 6
          du = 0.0_wp
          du(k) = 1.0_wp
-         gradient%ends(:, modulo(k - 1, 3) + 1, (k + 2) / 3) = &
-            & place_rate(problem, state, e, tau, du, system%op(:z, k, e), 0.0_wp)
+         call place_rate(problem, state, e, tau, profile, du, system%op(:z, k, e), 0.0_wp, &
+            & gradient%ends(:, modulo(k - 1, 3) + 1, (k + 2) / 3))
       end do
-      gradient%load = place_rate(problem, state, e, tau, none, system%op(:z, 8, e), 1.0_wp)
-      gradient%defect = place_rate(problem, state, e, tau, none, system%op(:z, 7, e), 0.0_wp)
+      call place_rate(problem, state, e, tau, profile, none, system%op(:z, 8, e), 1.0_wp, gradient%load)
+      call place_defect(problem, state, system, e, tau, profile, gradient%defect)
    end subroutine place_gradient
 
+   !> Of that only what closing the element's own defects changes.
+   pure subroutine place_defect(problem, state, system, e, tau, profile, defect)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system      !! assembled at `state`
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau               !! 0 to 1
+      type(profile_t), intent(inout) :: profile !! kept from place to place, see keep_profile
+      real(wp), intent(out) :: defect(3)
+      real(wp) :: none(6)
+      none = 0.0_wp
+      call place_rate(problem, state, e, tau, profile, none, system%op(:problem%z_size(e), 7, e), 0.0_wp, defect)
+   end subroutine place_defect
+
    !> Change of displacement and rotation at a place of an element, its stress-free geometry held.
-   pure function place_rate(problem, state, e, tau, du, dz, load_change) result(rate)
+   pure subroutine place_rate(problem, state, e, tau, profile, du, dz, load_change, rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
+      type(profile_t), intent(inout) :: profile !! kept from place to place, see keep_profile
       real(wp), intent(in) :: du(6)             !! changes of the nodes' displacements,
       real(wp), intent(in) :: dz(:)             !! (z_size) of the stored unknowns
       real(wp), intent(in) :: load_change       !! and of the load factor
-      real(wp) :: rate(3)
+      real(wp), intent(out) :: rate(3)
       real(wp) :: step, moved(3, 2), part
       type(state_t) :: beside
       integer :: way, i
       if (problem%conforms(e) == 0) then
-         rate = profile_rate(problem, state, new_profile(problem, state, e), tau, du, dz, load_change)
+         call keep_profile(problem, state, e, profile)
+         rate = profile_rate(problem, state, profile, tau, du, dz, load_change)
          return
       end if
       ! On an obstacle by a central difference, as far apart as truncation and rounding want it: places change by a share of the
@@ -216,5 +239,5 @@ contains
          moved(:, way) = conforming_displacement(problem, beside, e, tau)
       end do
       rate = (moved(:, 2) - moved(:, 1)) / (2.0_wp * step)
-   end function place_rate
+   end subroutine place_rate
 end module deck_nodes

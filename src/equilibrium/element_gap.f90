@@ -9,7 +9,7 @@ module element_gap
    use element_families, only: collocates
    use candidates, only: candidates_t
    use rod_state, only: state_t, obstacle_shift, candidate_offset, element_displacement
-   use rod_profile, only: profile_t, new_profile, mended_by, profile_displacement, profile_home
+   use rod_profile, only: profile_t, new_profile, mended_by, profile_look
    use obstacle_geometry, only: moved_gap
    use gauss_tableau, only: max_stages
    use force_law, only: segment_open, segment_unknown
@@ -89,8 +89,7 @@ contains
       real(wp), intent(in) :: tau               !! 0 to 1 of the element
       real(wp), intent(out) :: x(2), value, normal(2), bend
       real(wp) :: at_home, home(2), displacement(3)
-      home = profile_home(problem, gap%profile, tau)
-      displacement = profile_displacement(problem, gap%profile, tau)
+      call profile_look(problem, gap%profile, tau, home, displacement)
       if (gap%profile%mended) displacement(1:2) = displacement(1:2) + mended_by(gap%profile, tau)
       x = home + displacement(1:2)
       call moved_gap(problem%model%obstacle(gap%obstacle), home, displacement(1:2) - gap%shift, at_home, value, normal, bend)
@@ -235,16 +234,17 @@ contains
       type(gap_root_t), intent(in), optional :: root(:) !! divided out; `at` and `scale` in parts of the element
       integer, parameter :: rounds = 40
       real(wp), parameter :: finest = 1.0e-4_wp !! of the stretch: differences of three values have half their digits
-      real(wp) :: step, f(3), curvature, place, middle, last, sense
+      real(wp) :: step, f(3), curvature, place, there, middle, last, sense
       integer :: i
       sense = merge(-1.0_wp, 1.0_wp, largest)
       value = huge(1.0_wp)
       tau = from
       do i = 0, gap%samples
          place = from + (to - from) * i / gap%samples
-         if (at(place) >= value) cycle
+         there = at(place)
+         if (there >= value) cycle
          tau = place
-         value = at(place)
+         value = there
       end do
       step = 0.5_wp * (to - from) / gap%samples
       place = tau
@@ -261,8 +261,9 @@ contains
          if (step <= finest * (to - from) .and. abs(place - last) <= finest * step) exit
          step = max(0.5_wp * step, finest * (to - from))
       end do
-      if (at(place) < value) tau = place
-      value = sense * min(at(place), value)
+      there = at(place)
+      if (there < value) tau = place
+      value = sense * min(there, value)
 
    contains
 

@@ -13,7 +13,7 @@ module ground_following
    use rod_state, only: state_t, chain_gap, closing_rate, rounding_steps
    use node_rates, only: rod_rate
    use force_law, only: carries
-   use state_transfer, only: carry_to, move_nodes
+   use state_transfer, only: carry_stored, move_nodes
    implicit none
    private
    public :: keep_to_ground, keep_layers
@@ -56,6 +56,8 @@ contains
       type(state_t), intent(inout) :: state      !! carried to where the nodes are now
       type(state_t) :: moved(2)
       real(wp) :: part, gap(2), normal(2, 2), bend(2), rate(2), bow, lift, twist
+      real(wp) :: beside(size(shift))            ! what nodes of elements in contact go by
+      logical :: lying(problem%model%mesh%n_elements)
       integer :: c, e, side
       part = huge(part)
       do c = 1, problem%ground%chain%n
@@ -84,10 +86,20 @@ contains
             if (abs(twist) > rounding_steps * epsilon(twist)) state%u(3, node) = state%u(3, node) + twist
          end associate
       end do
+      beside = 0.0_wp
+      lying = .false.
+      do c = 1, problem%ground%chain%n
+         if (.not. pressed(before, c)) cycle
+         e = problem%ground%chain%element(2, c)
+         lying(e) = .true.
+         associate (nodes => problem%model%mesh%node(:, e))
+            beside(nodes) = part * shift(nodes)
+         end associate
+      end do
       do side = 1, 2
          moved(side) = before
-         call move_nodes(problem, merge(part, -part, side == 1) * shift, moved(side)%geometry)
-         call carry_to(problem, before, problem, moved(side), moved=.true.)
+         call move_nodes(problem, merge(beside, -beside, side == 1), moved(side)%geometry)
+         call carry_stored(problem, before, lying, moved(side))
       end do
       do c = 1, problem%ground%chain%n
          if (.not. pressed(before, c)) cycle

@@ -8,7 +8,15 @@ module node_rates
    use gauss_tableau, only: max_stages
    implicit none
    private
-   public :: rod_rate, rod_derivatives, resultants_on_ground
+   public :: rod_rate, rod_derivatives, rotation_rates, resultants_on_ground
+
+   !> What the rod's equations say at an end of an element.
+   type :: section_t
+      type(ge_load_t) :: load
+      real(wp) :: n(2) = 0.0_wp, m = 0.0_wp            !! resultants in global axes
+      real(wp) :: t(2) = 0.0_wp, nu(2) = 0.0_wp        !! direction of the section, and across
+      real(wp) :: along = 1.0_wp, across = 0.0_wp      !! components of the position's derivative by the stress-free length
+   end type section_t
 
 contains
 
@@ -36,37 +44,32 @@ contains
 
    !> Derivatives of the deformed position by the stress-free length at an end of a GE element. Where a foundation pushes, only of
    !> rods that do not shear: its force is not known here, only what comes of it in the resultants.
-   pure subroutine rod_derivatives(problem, state, e, side, x, rotation)
+   pure subroutine rod_derivatives(problem, state, e, side, x)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e, side
       real(wp), intent(out) :: x(2, 3)       !! first, second, third
-      real(wp), intent(out) :: rotation(2)   !! and of the rotation: first, second
-      type(ge_load_t) :: load
-      real(wp), dimension(2) :: n, dn, ddn, t, nu
-      real(wp) :: m, angle, bend, bend_rate, turn, turn_rate, along(0:2), across(0:2)
-      load = element_load(problem, state, e)
-      call end_resultants(problem, state, e, side, n, m)
-      associate (g => state%geometry%element(e), compliance => problem%compliance(e), c => problem%model%mesh%curve(e))
-         angle = g%end_angle(side) + state%u(3, problem%model%mesh%node(side, e))
+      type(section_t) :: section
+      real(wp), dimension(2) :: dn, ddn
+      real(wp) :: bend, bend_rate, turn, turn_rate, along(0:2), across(0:2)
+      section = end_section(problem, state, e, side)
+      associate (load => section%load, n => section%n, t => section%t, nu => section%nu, compliance => problem%compliance(e), &
+         & c => problem%model%mesh%curve(e))
          bend = 0.0_wp
          bend_rate = 0.0_wp
-         if (c > 0) call curve_bend(problem%model%curve(c), problem%model%imperfection, g%s(side), bend, bend_rate)
-         t = [cos(angle), sin(angle)]
-         nu = [-t(2), t(1)]
-         turn = bend + load%curvature + compliance%bending * m
+         if (c > 0) call curve_bend(problem%model%curve(c), problem%model%imperfection, state%geometry%element(e)%s(side), bend, &
+            & bend_rate)
+         turn = bend + load%curvature + compliance%bending * section%m
          ! x' = along t + across nu, and t' = turn nu, nu' = -turn t.
-         along(0) = 1.0_wp + load%strain + compliance%axial * dot_product(n, t)
-         across(0) = compliance%shear * dot_product(n, nu)
-         rotation(1) = load%curvature + compliance%bending * m
+         along(0) = section%along
+         across(0) = section%across
          x(:, 1) = along(0) * t + across(0) * nu
          dn = -load%line - load%pressure * [-x(2, 1), x(1, 1)]
          along(1) = compliance%axial * (dot_product(dn, t) + turn * dot_product(n, nu))
          across(1) = compliance%shear * (dot_product(dn, nu) - turn * dot_product(n, t))
          x(:, 2) = (along(1) - turn * across(0)) * t + (across(1) + turn * along(0)) * nu
          ddn = -load%pressure * [-x(2, 2), x(1, 2)]
-         rotation(2) = -compliance%bending * (x(1, 1) * n(2) - x(2, 1) * n(1))
-         turn_rate = bend_rate + rotation(2)
+         turn_rate = bend_rate - compliance%bending * (x(1, 1) * n(2) - x(2, 1) * n(1))
          along(2) = compliance%axial * (dot_product(ddn, t) + 2.0_wp * turn * dot_product(dn, nu) + &
             & turn_rate * dot_product(n, nu) - turn**2 * dot_product(n, t))
          across(2) = compliance%shear * (dot_product(ddn, nu) - 2.0_wp * turn * dot_product(dn, t) - &
@@ -75,6 +78,37 @@ contains
             & (across(2) + 2.0_wp * turn * along(1) + turn_rate * along(0) - turn**2 * across(0)) * nu
       end associate
    end subroutine rod_derivatives
+
+   !> The first and second one of the rotation.
+   pure function rotation_rates(problem, state, e, side) result(rates)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e, side
+      real(wp) :: rates(2)
+      type(section_t) :: section
+      real(wp) :: x(2)
+      section = end_section(problem, state, e, side)
+      associate (flexibility => problem%compliance(e)%bending, n => section%n)
+         x = section%along * section%t + section%across * section%nu
+         rates = [section%load%curvature + flexibility * section%m, -flexibility * (x(1) * n(2) - x(2) * n(1))]
+      end associate
+   end function rotation_rates
+
+   !> The section at an end of a GE element.
+   pure function end_section(problem, state, e, side) result(section)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e, side
+      type(section_t) :: section
+      real(wp) :: angle
+      section%load = element_load(problem, state, e)
+      call end_resultants(problem, state, e, side, section%n, section%m)
+      angle = state%geometry%element(e)%end_angle(side) + state%u(3, problem%model%mesh%node(side, e))
+      section%t = [cos(angle), sin(angle)]
+      section%nu = [-section%t(2), section%t(1)]
+      section%along = 1.0_wp + section%load%strain + problem%compliance(e)%axial * dot_product(section%n, section%t)
+      section%across = problem%compliance(e)%shear * dot_product(section%n, section%nu)
+   end function end_section
 
    !> (n_x, n_y) and m at an end of a GE element, in global axes.
    pure subroutine end_resultants(problem, state, e, side, n, m)

@@ -11,7 +11,7 @@ module rod_profile
    use kinds, only: wp, pi
    use small_dense, only: solve_small
    use conforming_span, only: conforming_displacement
-   use node_rates, only: rod_derivatives
+   use node_rates, only: rod_derivatives, rotation_rates
    use problem, only: problem_t
    use element_families, only: collocates, follows_curves
    use rod_geometry, only: element_geometry_t
@@ -22,14 +22,14 @@ module rod_profile
    use ground, only: home_deviation
    implicit none
    private
-   public :: profile_t, new_profile, mend_ends, mended_by, profile_place, profile_displacement, mended_displacement, &
-      & profile_home, profile_angle, profile_rate, profile_error, profile_doubt, mended_error, &
+   public :: profile_t, new_profile, keep_profile, mend_ends, mend_rotation, mended_by, profile_place, profile_displacement, &
+      & profile_look, mended_displacement, profile_angle, home_angle, profile_rate, profile_error, profile_doubt, mended_error, &
       & element_place
 
    !> One element of one state. Polynomials by their coefficients of tau^0, tau^1, ...
    type :: profile_t
       private
-      integer :: element = 0
+      integer, public :: element = 0            !! 0: of none
       integer :: degree = 0
       real(wp) :: stretch = 1.0_wp              !! by heat, without stress
       real(wp) :: s = 0.0_wp, length = 0.0_wp   !! nominal coordinate of the first end; stress-free length
@@ -58,6 +58,15 @@ contains
          profile = profile_on(problem, state, e, state%geometry%element(e), state%geometry%x(:, problem%model%mesh%node(1, e)))
       end if
    end function new_profile
+
+   !> The same for many places of one state: it is made anew where it is that of another element.
+   pure subroutine keep_profile(problem, state, e, profile)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e                      !! element
+      type(profile_t), intent(inout) :: profile     !! of the state, or of nothing
+      if (profile%element /= e) profile = new_profile(problem, state, e)
+   end subroutine keep_profile
 
    !> The profile of an element that lies on an obstacle: polynomials through both ends and points between.
    pure function conforming_profile(problem, state, e) result(profile)
@@ -167,20 +176,20 @@ contains
       end if
    end function profile_on
 
-   !> Gives the profile of a GE element the derivatives of its nodes, see rod_derivatives.
+   !> Gives the places of the profile of a GE element the derivatives of its nodes, see rod_derivatives.
    pure subroutine mend_ends(problem, state, profile, order)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(profile_t), intent(inout) :: profile     !! of this state; its places only are mended
+      type(profile_t), intent(inout) :: profile     !! of this state
       integer, intent(in) :: order                  !! of the last derivative: 2, or 3, whose rounding thin rods feel
-      real(wp) :: along(2), turn(2), bend, bend_rate, home(2, 3), dense(2, 3), spin(2), tau, whole(2, 0:max_stages), way
+      real(wp) :: along(2), turn(2), bend, bend_rate, home(2, 3), dense(2, 3), tau, whole(2, 0:max_stages), way
       integer :: i, k
       whole = profile%axis + profile%moved
       associate (h => profile%length, g => state%geometry%element(profile%element), &
          & curve => problem%model%mesh%curve(profile%element))
          do i = 1, 2
             tau = real(i - 1, wp)
-            call rod_derivatives(problem, state, profile%element, i, dense, spin)
+            call rod_derivatives(problem, state, profile%element, i, dense)
             home = 0.0_wp
             if (profile%curved) then
                along = [cos(g%end_angle(i)), sin(g%end_angle(i))]
@@ -193,12 +202,7 @@ contains
                   home(:, k) = home(:, k) - derivative(profile%axis, profile%degree, k, tau)
                end do
             end if
-            turn = 0.0_wp
-            do k = 1, profile%degree
-               turn(1) = turn(1) + k * profile%rotation(k) * tau**(k - 1)
-               if (k > 1) turn(2) = turn(2) + k * (k - 1) * profile%rotation(k) * tau**(k - 2)
-            end do
-            profile%twist(:, i) = [h, h**2] * spin - turn
+            turn = turning_rates(profile, tau)
             way = turning(profile, tau)
             ! The deviation is turned as the rod turns, and vanishes at its ends.
             home(:, 3) = home(:, 3) + 3.0_wp * (turned(0.5_wp * pi, turn(1) * home(:, 2) + turn(2) * home(:, 1)) - &
@@ -214,6 +218,20 @@ contains
       profile%order = order
       profile%hermite = hermite_sum(profile%mend, order)
    end subroutine mend_ends
+
+   !> The same of its rotation, for mended_displacement.
+   pure subroutine mend_rotation(problem, state, profile)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(profile_t), intent(inout) :: profile     !! of this state
+      integer :: i
+      associate (h => profile%length)
+         do i = 1, 2
+            profile%twist(:, i) = [h, h**2] * rotation_rates(problem, state, profile%element, i) - &
+               & turning_rates(profile, real(i - 1, wp))
+         end do
+      end associate
+   end subroutine mend_rotation
 
    !> Deformed place.
    pure function profile_place(problem, profile, tau) result(x)
@@ -283,21 +301,11 @@ contains
       x = r**(order + 1) * x + t**(order + 1) * second
    end function hermite_place
 
-   !> Stress-free place.
-   pure function profile_home(problem, profile, tau) result(x)
-      type(problem_t), intent(in) :: problem
-      type(profile_t), intent(in) :: profile
-      real(wp), intent(in) :: tau
-      real(wp) :: x(2)
-      x = polynomial(profile%axis, profile%degree, tau)
-      if (profile%curved) x = x + deviation(problem, profile, tau)
-   end function profile_home
-
    !> Displacements and rotation with the rotation mended at its ends. Places are not: thin rods feel the rounding of their second
    !> derivatives.
    pure function mended_displacement(problem, profile, tau) result(u)
       type(problem_t), intent(in) :: problem
-      type(profile_t), intent(in) :: profile        !! mended
+      type(profile_t), intent(in) :: profile        !! its rotation mended
       real(wp), intent(in) :: tau
       real(wp) :: u(3)
       real(wp) :: twist(2, 3, 2), turn(2)
@@ -315,14 +323,36 @@ contains
       real(wp), intent(in) :: tau
       real(wp) :: u(3)
       real(wp) :: d(2)
+      d = 0.0_wp
+      if (profile%curved) d = deviation(problem, profile, tau)
+      u = displacement_beside(profile, tau, d)
+   end function profile_displacement
+
+   !> The same together with its stress-free place.
+   pure subroutine profile_look(problem, profile, tau, home, u)
+      type(problem_t), intent(in) :: problem
+      type(profile_t), intent(in) :: profile
+      real(wp), intent(in) :: tau
+      real(wp), intent(out) :: home(2), u(3)
+      real(wp) :: d(2)
+      d = 0.0_wp
+      if (profile%curved) d = deviation(problem, profile, tau)
+      home = polynomial(profile%axis, profile%degree, tau) + d
+      u = displacement_beside(profile, tau, d)
+   end subroutine profile_look
+
+   !> Displacement and rotation where the stress-free axis deviates from its polynomial by d.
+   pure function displacement_beside(profile, tau, d) result(u)
+      type(profile_t), intent(in) :: profile
+      real(wp), intent(in) :: tau, d(2)
+      real(wp) :: u(3)
       u(1:2) = polynomial(profile%moved, profile%degree, tau)
       u(3) = turning(profile, tau)
       if (.not. profile%curved) return
-      d = deviation(problem, profile, tau)
       ! Without the difference of what is turned and what was: small rotations keep their digits.
       u(1:2) = u(1:2) + (profile%stretch - 1.0_wp) * d + (2.0_wp * profile%stretch * sin(0.5_wp * u(3))) * &
          & (cos(0.5_wp * u(3)) * [-d(2), d(1)] - sin(0.5_wp * u(3)) * d)
-   end function profile_displacement
+   end function displacement_beside
 
    !> Tangent angle of the deformed rod, that of its sections where it shears.
    pure function profile_angle(problem, state, profile, tau) result(angle)
@@ -331,16 +361,24 @@ contains
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
       real(wp) :: angle
-      real(wp) :: x(2), speed
-      integer :: c
-      c = problem%model%mesh%curve(profile%element)
-      if (c > 0 .and. follows_curves(problem%model%mesh%family(profile%element))) then
-         call curve_point(problem%model%curve(c), problem%model%imperfection, abscissa(problem, profile, tau), x, angle, speed)
-      else
-         angle = state%geometry%element(profile%element)%end_angle(1)
-      end if
-      angle = angle + turning(profile, tau)
+      angle = home_angle(problem, state%geometry%element(profile%element), profile%element, tau) + turning(profile, tau)
    end function profile_angle
+
+   !> Tangent angle of the stress-free rod.
+   pure function home_angle(problem, geometry, e, tau) result(angle)
+      type(problem_t), intent(in) :: problem
+      type(element_geometry_t), intent(in) :: geometry !! of the element
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau
+      real(wp) :: angle
+      real(wp) :: x(2), speed
+      angle = geometry%end_angle(1)
+      if (problem%model%mesh%curve(e) == 0 .or. .not. follows_curves(problem%model%mesh%family(e))) return
+      associate (curve => problem%model%curve(problem%model%mesh%curve(e)), imperfections => problem%model%imperfection)
+         call curve_point(curve, imperfections, curve_abscissa(curve, imperfections, geometry%s(1), tau * geometry%length), x, &
+            & angle, speed)
+      end associate
+   end function home_angle
 
    !> Change of profile_displacement of a GE element, its stress-free geometry held.
    pure function profile_rate(problem, state, profile, tau, du, dz, load_change) result(rate)
@@ -482,6 +520,19 @@ contains
       end do
    end function turning
 
+   !> Its first two derivatives.
+   pure function turning_rates(profile, tau) result(turn)
+      type(profile_t), intent(in) :: profile
+      real(wp), intent(in) :: tau
+      real(wp) :: turn(2)
+      integer :: k
+      turn = 0.0_wp
+      do k = 1, profile%degree
+         turn(1) = turn(1) + k * profile%rotation(k) * tau**(k - 1)
+         if (k > 1) turn(2) = turn(2) + k * (k - 1) * profile%rotation(k) * tau**(k - 2)
+      end do
+   end function turning_rates
+
    !> Value of a polynomial in the plane.
    pure function polynomial(coefficient, degree, tau) result(x)
       real(wp), intent(in) :: coefficient(2, 0:max_stages)
@@ -500,11 +551,15 @@ contains
       real(wp), intent(in) :: coefficient(2, 0:max_stages)
       integer, intent(in) :: degree, order
       real(wp), intent(in) :: tau
-      real(wp) :: x(2)
+      real(wp) :: x(2), factor
       integer :: k, i
       x = 0.0_wp
       do k = degree, order, -1
-         x = tau * x + product([(real(i, wp), i=k - order + 1, k)]) * coefficient(:, k)
+         factor = 1.0_wp
+         do i = k - order + 1, k
+            factor = factor * i
+         end do
+         x = tau * x + factor * coefficient(:, k)
       end do
    end function derivative
 

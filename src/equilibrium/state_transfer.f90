@@ -9,8 +9,8 @@ module state_transfer
    use element_families, only: collocates
    use rod_geometry, only: geometry_t, new_geometry, shift_nodes
    use rod_state, only: state_t, element_displacement, element_load, node_position, unknown_push
-   use rod_profile, only: profile_t, new_profile, mend_ends, mended_displacement, profile_place, profile_displacement, &
-      & profile_angle, element_place
+   use rod_profile, only: profile_t, new_profile, keep_profile, mend_rotation, mended_displacement, profile_place, &
+      & profile_displacement, profile_angle, element_place
    use reference_curve, only: curve_point
    use conforming_span, only: conforming_forces, conforming_displacement, conforming_resultant, conforming_point, &
       & conforming_guess
@@ -20,42 +20,62 @@ module state_transfer
    use ge_element, only: ge_load_t, ge_between, ge_directions
    implicit none
    private
-   public :: find_point, point_displacement, carried, carried_field, carry_to, move_nodes, displacements_at, field_at
+   public :: find_point, point_displacement, carried, carried_field, carry_to, carry_stored, move_nodes, displacements_at, &
+      & field_at, see_from
+
+   !> What is known of a state from the place looked at last, for the next one.
+   type :: kept_t
+      integer :: along = 0                      !! where the element stands in problem%along
+      type(profile_t) :: profile                !! of an element
+      integer :: directed = 0                   !! element that the directions are of; 0: none
+      real(wp) :: rho(2, max_stages) = 0.0_wp   !! these, at its stages
+   end type kept_t
 
 contains
 
    !> The element of the working mesh that holds a material point, and its place there. At a node it is the element that begins
    !> there, at the end of a stretch the last one.
-   pure subroutine find_point(problem, state, stretch, at, e, tau)
+   pure subroutine find_point(problem, state, stretch, at, e, tau, near)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: stretch
       real(wp), intent(in) :: at                !! coordinate along the stretch, 0 to its length
       integer, intent(out) :: e
       real(wp), intent(out) :: tau              !! 0 to 1 of its stress-free length, 0 and 1 themselves at its nodes
-      call find_in(problem, state%geometry, stretch, at, e, tau)
+      integer, intent(inout), optional :: near  !! where the last point was found in problem%along, and this one: it is looked for
+      !! next to that
+      call find_in(problem, state%geometry, stretch, at, e, tau, near)
    end subroutine find_point
 
    !> The same in a geometry of the mesh.
-   pure subroutine find_in(problem, geometry, stretch, at, e, tau)
+   pure subroutine find_in(problem, geometry, stretch, at, e, tau, near)
       type(problem_t), intent(in) :: problem
       type(geometry_t), intent(in) :: geometry
       integer, intent(in) :: stretch
       real(wp), intent(in) :: at
       integer, intent(out) :: e
       real(wp), intent(out) :: tau
+      integer, intent(inout), optional :: near
       integer :: first, last, middle
       first = problem%element_first(stretch)
       last = problem%element_last(stretch)
+      if (present(near)) then
+         if (near > first + 1 .and. near - 1 <= last) then
+            if (begins_before(near - 1)) first = near - 1
+         end if
+         if (near >= first .and. near + 2 <= last) then
+            if (.not. begins_before(near + 2)) last = near + 1
+         end if
+      end if
       do while (first < last)
          middle = (first + last + 1) / 2
-         e = problem%along(middle)
-         if (geometry%element(e)%s(1) + problem%origin(e) <= at + rounding(geometry%element(e)%s(1), problem%origin(e))) then
+         if (begins_before(middle)) then
             first = middle
          else
             last = middle - 1
          end if
       end do
+      if (present(near)) near = first
       e = problem%along(first)
       associate (s => at - problem%origin(e), ends => geometry%element(e)%s)
          if (s <= ends(1) + rounding(ends(1), problem%origin(e))) then
@@ -68,6 +88,17 @@ contains
             tau = (s - ends(1)) / (ends(2) - ends(1))
          end if
       end associate
+
+   contains
+
+      !> True for an element, by its place in problem%along, that begins before the point, or there.
+      pure logical function begins_before(place)
+         integer, intent(in) :: place
+         associate (element => problem%along(place))
+            begins_before = geometry%element(element)%s(1) + problem%origin(element) <= at + &
+               & rounding(geometry%element(element)%s(1), problem%origin(element))
+         end associate
+      end function begins_before
    end subroutine find_in
 
    !> What rounding makes of a coordinate along a stretch: it is the sum of two numbers, and was that of two others before.
@@ -122,6 +153,7 @@ contains
       type(problem_t), intent(in) :: to
       type(state_t), intent(inout) :: new       !! of `to`
       logical, intent(in), optional :: moved    !! true: nodes of one and the same mesh have moved, and contact forces with them
+      type(kept_t) :: kept
       real(wp) :: tau
       integer :: range(2, to%model%mesh%n_elements)
       integer :: d, e, i, j, old, node
@@ -148,13 +180,29 @@ contains
             e = to%along(i)
             if (i < to%element_last(j)) then
                node = to%model%mesh%node(2, e)
-               call find_point(from, state, j, node_coordinate(to, new%geometry, node), old, tau)
-               new%u(:, node) = continuous_displacement(from, state, old, tau)
+               call find_point(from, state, j, node_coordinate(to, new%geometry, node), old, tau, kept%along)
+               call continuous_displacement(from, state, old, tau, kept%profile, new%u(:, node))
             end if
-            call carry_resultants(from, state, to, e, range(:, e), new)
+            call carry_resultants(from, state, to, e, range(:, e), kept, new)
          end do
       end do
    end subroutine carry_to
+
+   !> Of all that only the stored resultants of some elements, where nodes of one and the same mesh have moved.
+   pure subroutine carry_stored(problem, state, chosen, new)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state        !! before
+      logical, intent(in) :: chosen(:)          !! (elements)
+      type(state_t), intent(inout) :: new       !! its geometry is set
+      type(kept_t) :: kept
+      integer :: range(2, size(chosen)), i
+      call find_ranges(problem, range)
+      do i = 1, size(chosen)
+         associate (e => problem%along(i))
+            if (chosen(e)) call carry_resultants(problem, state, problem, e, range(:, e), kept, new)
+         end associate
+      end do
+   end subroutine carry_stored
 
    !> What acts at nodes does so at the same nodes of all meshes, in the same order.
    pure subroutine carry_nodal_contact(from, state, to, new)
@@ -198,12 +246,13 @@ contains
    end subroutine find_ranges
 
    !> Displacements and rotation at a place of an element; at its nodes their own.
-   pure function point_displacement(problem, state, e, tau) result(u)
+   pure subroutine point_displacement(problem, state, e, tau, profile, u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      real(wp) :: u(3)
+      type(profile_t), intent(inout) :: profile !! kept from place to place, see keep_profile
+      real(wp), intent(out) :: u(3)
       if (tau <= 0.0_wp) then
          u = state%u(:, problem%model%mesh%node(1, e))
       else if (tau >= 1.0_wp) then
@@ -211,58 +260,42 @@ contains
       else if (problem%conforms(e) > 0) then
          u = conforming_displacement(problem, state, e, tau)
       else
-         u = profile_displacement(problem, new_profile(problem, state, e), tau)
+         call keep_profile(problem, state, e, profile)
+         u = profile_displacement(problem, profile, tau)
       end if
-   end function point_displacement
+   end subroutine point_displacement
 
    !> The same without a jump at nodes. Out of equilibrium a polynomial does not end at its element's second node: what is missing
    !> there grows along the element, so that a node that goes to either side of where it was finds the same there.
    !> Touchdown points of contact spans do without.
-   pure function continuous_displacement(problem, state, e, tau) result(u)
+   pure subroutine continuous_displacement(problem, state, e, tau, profile, u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      real(wp) :: u(3)
-      u = point_displacement(problem, state, e, tau)
+      type(profile_t), intent(inout) :: profile !! kept from place to place
+      real(wp), intent(out) :: u(3)
+      call point_displacement(problem, state, e, tau, profile, u)
       if (tau <= 0.0_wp .or. tau >= 1.0_wp .or. problem%has_spans()) return
-      u = u + tau * (state%u(:, problem%model%mesh%node(2, e)) - &
-         & profile_displacement(problem, new_profile(problem, state, e), 1.0_wp))
-   end function continuous_displacement
-
-   !> The same of a state in equilibrium, near nodes as its own curvature and the rate of that have it. Those of the polynomial err
-   !> by O(h^s), and on a coarse mesh nodes that go along the rod would take that for its motion.
-   pure function smooth_displacement(problem, state, e, tau) result(u)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: e
-      real(wp), intent(in) :: tau
-      real(wp) :: u(3)
-      type(profile_t) :: profile
-      u = continuous_displacement(problem, state, e, tau)
-      if (tau <= 0.0_wp .or. tau >= 1.0_wp .or. .not. problem%has_spans() .or. problem%conforms(e) > 0 .or. &
-         & .not. collocates(problem%model%mesh%family(e)) .or. problem%ground%founded(e)) return
-      profile = new_profile(problem, state, e)
-      call mend_ends(problem, state, profile, 2)
-      u = mended_displacement(problem, profile, tau)
-   end function smooth_displacement
+      u = u + tau * (state%u(:, problem%model%mesh%node(2, e)) - profile_displacement(problem, profile, 1.0_wp))
+   end subroutine continuous_displacement
 
    !> Stored resultants of one element. Where contact forces act at its ends they jump there, wherever these ends go.
-   pure subroutine carry_resultants(from, state, to, e, range, new)
+   pure subroutine carry_resultants(from, state, to, e, range, kept, new)
       type(problem_t), intent(in) :: from
       type(state_t), intent(in) :: state
       type(problem_t), intent(in) :: to
       integer, intent(in) :: e                  !! of `to`
       integer, intent(in) :: range(2)           !! elements of `from` between two contact forces: what jumps there is not taken
       !! from beyond, wherever these have gone
+      type(kept_t), intent(inout) :: kept       !! of the state of `from`
       type(state_t), intent(inout) :: new
       real(wp) :: at(2), tau, end, resultant(3, 0:max_stages), s, u(3, 0:max_stages), home(3, 0:max_stages), speed
-      real(wp) :: rho(2, max_stages)
-      integer :: old, i, stages, known
+      integer :: old, i, stages
       logical :: same
       associate (g => new%geometry%element(e), mesh => to%model%mesh, n => to%z_size(e), j => to%stretch(e))
          at = g%s + to%origin(e)
-         call find_point(from, state, j, at(1), old, tau)
+         call find_point(from, state, j, at(1), old, tau, kept%along)
          new%grounded(e) = state%grounded(old)
          end = state%geometry%element(old)%s(2) + from%origin(old)
          same = tau <= 0.0_wp .and. abs(end - at(2)) <= rounding(g%s(2), to%origin(e)) .and. &
@@ -272,17 +305,16 @@ contains
             return
          end if
          stages = mesh%stages(e)
-         known = 0
          do i = 0, stages
             s = merge(g%s(1), g%at(max(i, 1)), i == 0)
-            if (i > 0) call find_point(from, state, j, s + to%origin(e), old, tau)
+            if (i > 0) call find_point(from, state, j, s + to%origin(e), old, tau, kept%along)
             if (to%conforms(e) > 0) then
                ! N + kappa M, all that is taken, does not jump.
                if (from%conforms(old) > 0 .and. tau > 0.0_wp .and. tau < 1.0_wp) then
                   call conforming_point(from, state, old, tau, u(:, i), resultant(:, i))
                else
-                  u(:, i) = point_displacement(from, state, old, tau)
-                  call find_resultant(from, state, old, tau, known, rho, resultant(:, i))
+                  call point_displacement(from, state, old, tau, kept%profile, u(:, i))
+                  call find_resultant(from, state, old, tau, kept, resultant(:, i))
                end if
                call curve_point(to%model%curve(mesh%curve(e)), to%model%imperfection, s, home(1:2, i), home(3, i), speed)
                cycle
@@ -293,7 +325,7 @@ contains
                   tau = (s + to%origin(e) - from%origin(old) - ends(1)) / (ends(2) - ends(1))
                end associate
             end if
-            call find_resultant(from, state, old, tau, known, rho, resultant(:, i))
+            call find_resultant(from, state, old, tau, kept, resultant(:, i))
          end do
          if (to%conforms(e) > 0) then
             new%z(:1 + 2 * stages, e) = conforming_guess(to, new, e, u(:, :stages), resultant(:, :stages), home(:, :stages))
@@ -306,13 +338,12 @@ contains
    end subroutine carry_resultants
 
    !> (n_x, n_y, m) at a place of a GE element.
-   pure subroutine find_resultant(problem, state, e, tau, known, rho, resultant)
+   pure subroutine find_resultant(problem, state, e, tau, kept, resultant)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      integer, intent(inout) :: known           !! element that the directions are of; 0: none
-      real(wp), intent(inout) :: rho(:, :)      !! (2, max_stages) these, kept from place to place
+      type(kept_t), intent(inout) :: kept       !! of the state
       real(wp), intent(out) :: resultant(3)
       type(ge_load_t) :: load
       real(wp) :: span(2), told(3)
@@ -323,10 +354,10 @@ contains
       load = element_load(problem, state, e)
       associate (g => state%geometry%element(e), tab => problem%tableau(problem%model%mesh%stages(e)), &
          & z => state%z(:problem%z_size(e), e))
-         if (e /= known) call ge_directions(tab, g%length, g%angle, problem%compliance(e), load, &
-            & element_displacement(problem, state, e), z, rho)
-         known = e
-         call ge_between(tab, g%length, g%scale, load, z, rho, tau, span, resultant)
+         if (e /= kept%directed) call ge_directions(tab, g%length, g%angle, problem%compliance(e), load, &
+            & element_displacement(problem, state, e), z, kept%rho)
+         kept%directed = e
+         call ge_between(tab, g%length, g%scale, load, z, kept%rho, tau, span, resultant)
       end associate
       if (.not. problem%ground%founded(e)) return
       ! The moment is that of the displacements, which Newton's method has brought further than what is stored.
@@ -348,17 +379,7 @@ contains
       type(state_t), intent(in) :: state
       type(geometry_t), intent(in) :: geometry
       real(wp) :: u(3, problem%model%mesh%n_nodes)
-      integer :: node, e
-      real(wp) :: tau
-      do node = 1, problem%model%mesh%n_nodes
-         if (stays(problem, state%geometry, geometry, node)) then
-            u(:, node) = state%u(:, node)
-         else
-            call find_point(problem, state, problem%stretch(problem%beside(1, node)), node_coordinate(problem, geometry, node), &
-               & e, tau)
-            u(:, node) = smooth_displacement(problem, state, e, tau)
-         end if
-      end do
+      call see_from(problem, state, geometry, u=u)
    end function displacements_at
 
    !> The same for a field of displacement rates given at the nodes of the state.
@@ -368,15 +389,55 @@ contains
       real(wp), intent(in) :: field(:, :)       !! (3, nodes) in x, in y, rotation
       type(geometry_t), intent(in) :: geometry
       real(wp) :: moved(3, problem%model%mesh%n_nodes)
-      integer :: node, e
-      real(wp) :: tau
-      do node = 1, problem%model%mesh%n_nodes
-         moved(:, node) = field(:, node)
-         if (stays(problem, state%geometry, geometry, node)) cycle
-         call find_point(problem, state, problem%stretch(problem%beside(1, node)), node_coordinate(problem, geometry, node), e, tau)
-         moved(:, node) = point_rate(problem, state, field, e, tau)
-      end do
+      call see_from(problem, state, geometry, field=field, moved=moved)
    end function field_at
+
+   !> Both at once.
+   !>
+   !> Displacements are those of a state in equilibrium, near nodes of contact spans as its own curvature and the rate of that have
+   !> them. Those of the polynomial err by O(h^s), and on a coarse mesh nodes that go along the rod would take that for its motion.
+   pure subroutine see_from(problem, state, geometry, u, field, moved)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(geometry_t), intent(in) :: geometry
+      real(wp), intent(out), optional :: u(:, :)  !! (3, nodes)
+      real(wp), intent(in), optional :: field(:, :) !! (3, nodes) at the nodes of the state
+      real(wp), intent(out), optional :: moved(:, :) !! the field, where that is given
+      type(profile_t) :: profile
+      integer :: node, e, near
+      real(wp) :: tau
+      near = 0
+      do node = 1, problem%model%mesh%n_nodes
+         if (stays(problem, state%geometry, geometry, node)) then
+            if (present(u)) u(:, node) = state%u(:, node)
+            if (present(field)) moved(:, node) = field(:, node)
+            cycle
+         end if
+         call find_point(problem, state, problem%stretch(problem%beside(1, node)), node_coordinate(problem, geometry, node), e, &
+            & tau, near)
+         if (tau > 0.0_wp .and. tau < 1.0_wp .and. problem%conforms(e) == 0 .and. e /= profile%element) then
+            profile = new_profile(problem, state, e)
+            if (present(u) .and. is_smooth(e)) call mend_rotation(problem, state, profile)
+         end if
+         if (present(u)) then
+            if (tau > 0.0_wp .and. tau < 1.0_wp .and. is_smooth(e)) then
+               u(:, node) = mended_displacement(problem, profile, tau)
+            else
+               call continuous_displacement(problem, state, e, tau, profile, u(:, node))
+            end if
+         end if
+         if (present(field)) moved(:, node) = point_rate(problem, state, field, e, profile, tau)
+      end do
+
+   contains
+
+      !> True where the state is known to be in equilibrium with the nodes.
+      pure logical function is_smooth(e)
+         integer, intent(in) :: e
+         is_smooth = problem%has_spans() .and. problem%conforms(e) == 0 .and. collocates(problem%model%mesh%family(e)) .and. &
+            & .not. problem%ground%founded(e)
+      end function is_smooth
+   end subroutine see_from
 
    !> True for a node at the same material point in two geometries.
    pure logical function stays(problem, one, other, node)
@@ -392,15 +453,15 @@ contains
    !> A field of rates at a place of an element: the rigid motion of its first end, exact, and what goes beyond it as the cubic that
    !> has its value and its slope at both ends: the relative rotation turns the tangent, and the element stretches evenly.
    !> O(h^4), the rotation as the turn of that cubic's slope O(h^3), and O(h^2) times what the stretching is not even.
-   pure function point_rate(problem, state, field, e, tau) result(rate)
+   pure function point_rate(problem, state, field, e, profile, tau) result(rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: field(:, :)       !! (3, nodes)
       integer, intent(in) :: e
+      type(profile_t), intent(in) :: profile    !! of it, where it lies on no obstacle and the place is none of its ends
       real(wp), intent(in) :: tau
       real(wp) :: rate(3)
       real(wp) :: x(2, 2), tangent(2, 2), value(2), slope(2, 2), chord(2), place(2), bow(2), local(3), angle, speed, turn, even
-      type(profile_t) :: profile
       associate (node => problem%model%mesh%node(:, e), g => state%geometry%element(e))
          if (tau <= 0.0_wp .or. tau >= 1.0_wp) then
             rate = field(:, node(merge(1, 2, tau <= 0.0_wp)))
@@ -409,7 +470,6 @@ contains
          if (problem%conforms(e) > 0) then
             call conforming_forces(problem, state, e, tau, local, place, angle)
          else
-            profile = new_profile(problem, state, e)
             place = profile_place(problem, profile, tau)
             angle = profile_angle(problem, state, profile, tau)
          end if

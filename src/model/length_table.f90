@@ -6,7 +6,7 @@ module length_table
    use kinds, only: wp, pi
    implicit none
    private
-   public :: length_table_t, new_length_table, add_panel, panel_places, table_value, table_points
+   public :: length_table_t, new_length_table, add_panel, panel_places, table_value, table_excess, table_points
 
    integer, parameter :: table_points = 8 !! Chebyshev's points in a panel
 
@@ -96,26 +96,61 @@ contains
       real(wp), intent(in) :: s
       real(wp), intent(out) :: excess, rate
       real(wp) :: x, inside, slope
-      integer :: left, right, middle, k
-      left = 1
-      right = size(table%at)
-      inside = min(max(s, table%at(1)), table%at(right))
-      do while (right - left > 1)
-         middle = (left + right) / 2
-         if (table%at(middle) > inside) then
-            right = middle
-         else
-            left = middle
-         end if
-      end do
-      x = ((inside - table%at(left)) - (table%at(right) - inside)) / (table%at(right) - table%at(left))
-      excess = table%excess(table_points + 1, left)
+      integer :: panel, k
+      inside = min(max(s, table%at(1)), table%at(size(table%at)))
+      call find_in_panel(table, inside, panel, x)
+      excess = table%excess(table_points + 1, panel)
       slope = 0.0_wp
       do k = table_points, 1, -1
          slope = excess + x * slope
-         excess = table%excess(k, left) + x * excess
+         excess = table%excess(k, panel) + x * excess
       end do
-      rate = slope * (2.0_wp / (table%at(right) - table%at(left)))
+      rate = slope * (2.0_wp / (table%at(panel + 1) - table%at(panel)))
       excess = excess + rate * (s - inside)
    end subroutine table_value
+
+   !> The excess alone.
+   pure real(wp) function table_excess(table, s) result(excess)
+      type(length_table_t), intent(in) :: table
+      real(wp), intent(in) :: s
+      real(wp) :: x, rate
+      integer :: panel, k
+      if (s < table%at(1) .or. s > table%at(size(table%at))) then
+         call table_value(table, s, excess, rate)
+         return
+      end if
+      call find_in_panel(table, s, panel, x)
+      excess = table%excess(table_points + 1, panel)
+      do k = table_points, 1, -1
+         excess = table%excess(k, panel) + x * excess
+      end do
+   end function table_excess
+
+   !> The panel of a place that is not beyond the ends, and the place in it.
+   pure subroutine find_in_panel(table, s, panel, x)
+      type(length_table_t), intent(in) :: table
+      real(wp), intent(in) :: s
+      integer, intent(out) :: panel
+      real(wp), intent(out) :: x              !! -1 to 1
+      integer :: right, middle
+      panel = 1
+      right = size(table%at)
+      ! Where all panels are alike it is this one.
+      middle = min(1 + int((s - table%at(1)) / (table%at(right) - table%at(1)) * (right - 1)), right - 1)
+      if (table%at(middle) > s) then
+         right = middle
+      else
+         panel = middle
+         if (table%at(middle + 1) > s) right = middle + 1
+      end if
+      do while (right - panel > 1)
+         middle = (panel + right) / 2
+         if (table%at(middle) > s) then
+            right = middle
+         else
+            panel = middle
+         end if
+      end do
+      x = ((s - table%at(panel)) - (table%at(right) - s)) / (table%at(right) - table%at(panel))
+   end subroutine find_in_panel
 end module length_table

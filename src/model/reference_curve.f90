@@ -3,7 +3,8 @@ module reference_curve
    use kinds, only: wp, pi
    use model, only: curve_t, imperfection_t, shape_nodal
    use imperfection, only: imperfection_value
-   use length_table, only: length_table_t, new_length_table, add_panel, panel_places, table_value, table_points
+   use length_table, only: length_table_t, new_length_table, add_panel, panel_places, table_value, table_excess, &
+      & table_points
    implicit none
    private
    public :: measure_curves, curve_point, curve_bend, curve_length, curve_abscissa, curve_goes_on
@@ -131,14 +132,12 @@ contains
       type(curve_t), intent(in) :: curve        !! measured
       type(imperfection_t), intent(in) :: imperfections(:)
       real(wp), intent(in) :: from, to
-      real(wp) :: length, before, after, rate
+      real(wp) :: length
       length = to - from
       if (curve%imperfection == 0) return
       associate (table => imperfections(curve%imperfection)%table(curve%table))
-         call table_value(table, curve%offset + from, before, rate)
-         call table_value(table, curve%offset + to, after, rate)
+         length = length + (table_excess(table, curve%offset + to) - table_excess(table, curve%offset + from))
       end associate
-      length = length + (after - before)
    end function curve_length
 
    !> Nominal coordinate of the point that lies `length` of true arc length after `from` (Newton on curve_length).

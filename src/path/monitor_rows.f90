@@ -6,7 +6,7 @@ module monitor_rows
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t, to_global
-   use deck_nodes, only: deck_node_displacement, node_gradient_t, deck_node_gradient
+   use deck_nodes, only: deck_displacements, node_gradient_t, deck_node_gradient
    implicit none
    private
    public :: monitor_row_t, monitor_row, watched_displacement, monitor_change, left_open
@@ -25,13 +25,13 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: m                  !! index into model%monitor, of a displacement
-      real(wp) :: u(3)
+      real(wp) :: u(3, size(problem%deck%monitor(m)%node))
       integer :: i
       associate (monitor => problem%deck%monitor(m))
+         u = deck_displacements(problem, state, monitor%node)
          value = 0.0_wp
          do i = 1, size(monitor%node)
-            u = deck_node_displacement(problem, state, monitor%node(i))
-            value = value + u(monitor%component) / size(monitor%node)
+            value = value + u(monitor%component, i) / size(monitor%node)
          end do
          value = monitor%offset + monitor%factor * value
       end associate

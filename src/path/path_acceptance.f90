@@ -268,7 +268,7 @@ contains
       type(state_t), intent(in) :: place
       type(heading_t), intent(in) :: heading
       type(probe_t), intent(in) :: probe
-      call leave_trail(run, place, heading)
+      call leave_trail(problem, run, place, heading)
       run%last_length = path_length(problem, run%state, place)
       run%arc_length = run%arc_length + run%last_length
       run%state = place

@@ -309,25 +309,24 @@ contains
 
    !> True for a point that lies on a stretch of the path between two others and goes the other way: a path that has turned
    !> round without an event runs back over its own points. The two arms of a hairpin are told apart by shorter increments.
-   pure logical function goes_back(problem, from, to, before, after, place, heading)
+   pure logical function goes_back(problem, from, to, chord, before, after, place, heading)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to, place
+      real(wp), intent(in) :: chord(:, :)       !! (3, nodes) of the stretch, see chord_between
       type(heading_t), intent(in) :: before, after, heading !! at these
       real(wp), parameter :: same = 0.04_wp * largest_turn**2 !! of the stretch; a cubic is good to a fourth of its square
-      real(wp), dimension(3, size(from%u, 2)) :: chord, way, first, last
+      real(wp), dimension(3, size(from%u, 2)) :: way, last
       real(wp) :: length, along, weight(3), load
       goes_back = .false.
-      chord = chord_between(problem, from, to)
-      way = chord_between(problem, from, place)
-      first = before%u
-      last = seen_from(problem, from, to, after%u)
       length = sqrt(metric(problem, chord, chord))
       if (length <= no_motion) return
+      way = chord_between(problem, from, place)
       along = metric(problem, way, chord) / length**2
       if (along <= 0.0_wp .or. along >= 1.0_wp) return
       if (metric(problem, chord, seen_from(problem, from, place, heading%u)) >= 0.0_wp) return
       weight = hermite(along)
-      way = way - weight(1) * length * first - weight(2) * chord - weight(3) * length * last
+      last = seen_from(problem, from, to, after%u)
+      way = way - weight(1) * length * before%u - weight(2) * chord - weight(3) * length * last
       load = place%load_factor - from%load_factor - weight(2) * (to%load_factor - from%load_factor) - &
          & length * (weight(1) * before%load + weight(3) * after%load)
       goes_back = sqrt(metric(problem, way, way)) <= same * length .and. &

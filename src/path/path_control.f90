@@ -21,7 +21,7 @@ module path_control
       & method_minimum_residual, method_variable_load, method_generalised, method_largest, quantity_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
-   use state_transfer, only: displacements_at, field_at
+   use state_transfer, only: displacements_at, field_at, see_from
    use linear_system, only: system_t, to_global
    use bordered_system, only: set_path_row, solve_bordered
    use monitor_rows, only: monitor_row_t, monitor_row, watched_displacement
@@ -349,8 +349,11 @@ contains
       type(state_t), intent(in) :: state
       type(state_t), intent(inout) :: origin      !! the start: its displacements become those at the iterate's nodes
       type(control_t), intent(inout) :: seen      !! the control: its tangents, too
-      origin%u = displacements_at(problem, start, state%geometry)
-      if (allocated(control%tangent)) seen%tangent = field_at(problem, start, control%tangent, state%geometry)
+      if (allocated(control%tangent)) then
+         call see_from(problem, start, state%geometry, u=origin%u, field=control%tangent, moved=seen%tangent)
+      else
+         origin%u = displacements_at(problem, start, state%geometry)
+      end if
       if (allocated(control%previous)) seen%previous = field_at(problem, start, control%previous, state%geometry)
       if (control%method == method_displacement) seen%watched = watched_displacement(problem, start, control%monitor)
    end subroutine follow_nodes

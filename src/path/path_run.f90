@@ -13,7 +13,7 @@ module path_run
    use mesh_request, only: refinement_t
    use landmarks, only: landmark_t, landmarks_t
    use monitor_rows, only: monitor_change
-   use path_continuity, only: heading_t, heading_at, goes_back
+   use path_continuity, only: heading_t, heading_at, chord_between, goes_back
    use path_record, only: region_t
    use path_events, only: probe_t, new_probe
    implicit none
@@ -25,6 +25,7 @@ module path_run
    !> A stretch of the path between two neighbouring points, with the tangents at its ends.
    type :: stretch_t
       type(state_t) :: from, to
+      real(wp), allocatable :: chord(:, :)       !! (3, nodes) between them
       type(heading_t) :: first, last
    end type stretch_t
 
@@ -125,7 +126,8 @@ contains
    end function probe_at
 
    !> Adds the stretch from the run's last point to a new one. A corner turns the path there: the tangents are those inside.
-   subroutine leave_trail(run, place, heading)
+   subroutine leave_trail(problem, run, place, heading)
+      type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       type(state_t), intent(in) :: place
       type(heading_t), intent(in) :: heading     !! of the path that arrives there
@@ -137,6 +139,7 @@ contains
       longer(1)%from = run%state
       longer(1)%first = run%heading
       longer(1)%to = place
+      longer(1)%chord = chord_between(problem, run%state, place)
       longer(1)%last = heading
       if (kept > 0) longer(2:) = run%trail(:kept)
       call move_alloc(longer, run%trail)
@@ -165,7 +168,7 @@ contains
       do k = 1, size(run%trail)
          if (turned_round) return
          associate (way => run%trail(k))
-            turned_round = goes_back(problem, way%from, way%to, way%first, way%last, trial, ahead)
+            turned_round = goes_back(problem, way%from, way%to, way%chord, way%first, way%last, trial, ahead)
          end associate
       end do
    end function turned_round

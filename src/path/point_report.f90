@@ -9,7 +9,7 @@ module point_report
    use span_forces, only: span_totals, node_shares
    use span_regions, only: find_span_regions
    use ground_regions, only: ground_reaction, deck_ground_reaction, ground_pressure, foundation_totals
-   use deck_nodes, only: deck_node_displacement, deck_section_forces, deck_contact_gaps, find_node
+   use deck_nodes, only: deck_displacements, deck_section_forces, deck_contact_gaps, find_node
    use path_record, only: point_t
    use model, only: obstacles_move
    implicit none
@@ -84,10 +84,7 @@ contains
          if (step%field_every == 0) return
          if (mod(number, step%field_every) /= 0 .and. label == '') return
          if (step%field_displacement) then
-            allocate (point%displacement(3, problem%deck%mesh%n_nodes))
-            do c = 1, problem%deck%mesh%n_nodes
-               point%displacement(:, c) = deck_node_displacement(problem, state, c)
-            end do
+            point%displacement = deck_displacements(problem, state, [(c, c=1, problem%deck%mesh%n_nodes)])
             ! An imperfection that the path began with is a part of it: what takes the deck's node to where it is.
             point%displacement(1:2, :) = point%displacement(1:2, :) + (problem%deck%mesh%x - problem%coordinates)
          end if
