@@ -131,7 +131,7 @@ def copied(machine, tmp_path):
     """A copy of the project without its decks, and a unilat that only copies `made.h5`; nothing is built."""
     project = tmp_path / "project"
     for folder in ("input", "postproc", ".cmake"):
-        shutil.copytree(ROOT / folder, project / folder, ignore=shutil.ignore_patterns("*.inp", "__pycache__"))
+        shutil.copytree(ROOT / folder, project / folder, ignore=shutil.ignore_patterns("*.inp"))
     fake(machine, "cmake", "exit 0")
     (tmp_path / "build" / "release").mkdir(parents=True)
     fake(tmp_path / "build" / "release", "unilat", f'[ "$1" = --expand ] && {{ echo "*HEADING"; exit 0; }}\n{shutil.which("cp")} "{tmp_path}/made.h5" "$2"; exit 2')
