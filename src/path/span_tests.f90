@@ -214,32 +214,42 @@ contains
       !> True for the node at a line's end that a couple lifts by as little as is taken for none.
       logical function ends_down(c)
          integer, intent(in) :: c
-         real(wp) :: local(3), place(2), angle, density
-         integer :: side, e
-         ends_down = count(problem%candidates%element(:, c) > 0) == 1
-         if (.not. ends_down) return
-         side = findloc(problem%candidates%element(:, c) > 0, .true., 1)
-         e = problem%candidates%element(side, c)
-         call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, place, angle, density)
-         ends_down = stays_down(problem, e, held_couple(problem, state, c), density)
+         real(wp) :: density
+         integer :: e
+         call look_at_end(c, e, density)
+         ends_down = e > 0
+         if (ends_down) ends_down = stays_down(problem, e, held_couple(problem, state, c), density)
       end function ends_down
 
       !> True for a line's node on a mirror that a force lifts by as little as is taken for none.
       logical function lifts_little(c, push)
          integer, intent(in) :: c
          real(wp), intent(in) :: push          !! over the scale
-         real(wp) :: local(3), place(2), angle, density
-         integer :: side, e
-         lifts_little = push < 0.0_wp .and. problem%model%fixed(3, problem%candidates%node(c)) .and. &
-            & count(problem%candidates%element(:, c) > 0) == 1
+         real(wp) :: density
+         integer :: e
+         lifts_little = push < 0.0_wp .and. problem%model%fixed(3, problem%candidates%node(c))
          if (.not. lifts_little) return
-         side = findloc(problem%candidates%element(:, c) > 0, .true., 1)
-         e = problem%candidates%element(side, c)
-         lifts_little = problem%conforms(e) > 0
-         if (.not. lifts_little) return
-         call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, place, angle, density)
-         lifts_little = lifted_at_mirror(-push * scale, density) <= line_share * problem%layout%stretch(problem%stretch(e))%length
+         call look_at_end(c, e, density)
+         lifts_little = e > 0
+         if (lifts_little) lifts_little = lifted_at_mirror(-push * scale, density) <= line_share * &
+            & problem%layout%stretch(problem%stretch(e))%length
       end function lifts_little
+
+      !> The element of a line that ends at a node where its rod does, and the density of the obstacle's force there.
+      subroutine look_at_end(c, e, density)
+         integer, intent(in) :: c
+         integer, intent(out) :: e             !! 0: there is none
+         real(wp), intent(out) :: density
+         real(wp) :: local(3), place(2), angle
+         integer :: side
+         density = 0.0_wp
+         e = 0
+         if (count(problem%candidates%element(:, c) > 0) /= 1) return
+         side = findloc(problem%candidates%element(:, c) > 0, .true., 1)
+         if (problem%conforms(problem%candidates%element(side, c)) == 0) return
+         e = problem%candidates%element(side, c)
+         call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, place, angle, density)
+      end subroutine look_at_end
 
       !> Concentrated force over the scale.
       real(wp) function push(c)
