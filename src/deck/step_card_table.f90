@@ -40,7 +40,7 @@ contains
          'then equilibrium with it)', default='NEWTON', words='NEWTON|PAPER')
       call lines(t, when='METHOD=LOAD|DISPLACEMENT', most=1)
       call field(t, 'first', kind_real, 'first increment', unit='load factor, or the monitor''s', bound=not_zero)
-      call field(t, 'smallest', kind_real, 'smallest size of an increment', unit='as first', default='1e-9', &
+      call field(t, 'smallest', kind_real, 'smallest size of an increment', unit='as first', default='1e-6', &
          times_field=1, bound=positive)
       call field(t, 'largest', kind_real, 'largest size of an increment', unit='as first', default='100', &
          times_field=1, bound=positive)

@@ -119,9 +119,9 @@ contains
       end subroutine take_beginning
 
       !> Where an increment is so short that rounding lets no point within it be told, the load beyond its higher end, or below its
-      !> lower one, is at most what its rate there makes over all of it.
+      !> lower one, is at most where the tangents at both ends meet.
       subroutine take_nearer_end()
-         real(wp) :: left
+         real(wp) :: left, rates(2)
          if (run%state%load_factor * sighting%event%before > trial%load_factor * sighting%event%before) then
             sighting%place = run%state
             sighting%heading = run%heading
@@ -131,7 +131,9 @@ contains
             sighting%heading = ahead
             sighting%fraction = 1.0_wp
          end if
-         left = abs(sighting%heading%load) * path_length(problem, run%state, trial)
+         rates = abs([run%heading%load, ahead%load])
+         left = (product(rates) * path_length(problem, run%state, trial) - abs(sighting%heading%load) * abs(trial%load_factor - &
+            & run%state%load_factor)) / sum(rates)
          if (left > step%locate_tolerance * abs(sighting%place%load_factor)) return
          call linearise(problem, sighting%place, sighting%place, run%system, timers)
          sighting%report%residual = max(run%system%force_residual, run%system%defect_residual)

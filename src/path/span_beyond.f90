@@ -42,7 +42,7 @@ contains
             ! Here nothing tells yet where the span that opens ends; a little further on it does.
             call open_line(problem, change%place, leg%to, leg%after(change%which), leg%scale, run%touches + 1, next, &
                & found, timers)
-            if (found .and. test%kind == test_pressure) then
+            if (found .and. opens_inside(problem, test)) then
                ! Such a span grows with its length to the sixth power: its path goes on without a corner, and no eigenvalue changes
                ! its sign. Where the load soon turns back, another equilibrium may be all there is at the end of the leg.
                call copy_run(run, there)
@@ -108,6 +108,17 @@ contains
       change%begins(size(change%begins)) = change%tests(change%which)
       call bars_at_touch(problem, step, run, better, change%heading, next, touched, change%bars, timers)
    end subroutine begin_sharply
+
+   !> True where a line stays on both sides of what opens, of which one may be the image at a mirror.
+   pure logical function opens_inside(problem, test) result(inside)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: test
+      integer :: c
+      inside = test%kind == test_pressure
+      if (.not. inside .or. .not. abs(test%sense) > 0.0_wp) return
+      c = problem%touch(test%touch)%candidate(merge(1, 2, test%sense < 0.0_wp))
+      inside = .not. problem%candidates%moves(c)
+   end function opens_inside
 
    !> True where a line lifts off inside, or at an end that a breakpoint of the rod holds.
    pure logical function opens_line(problem, test)
