@@ -433,7 +433,7 @@ Half of a pipe laid over a hill, then pushed together until it rises
 {axial}, 1.
 *BOUNDARY
 1, XSYMM
-*OBSTACLE, NAME=GROUND, TYPE=SPLINE
+*OBSTACLE, NAME=GROUND, TYPE=SPLINE{soil}
 {hill}
 *CONTACT, OBSTACLE=GROUND, NSET=ROD
 *MONITOR, NAME=mid
@@ -461,6 +461,12 @@ HILLS = [  # height, width, what opens before the limit point
 ]
 
 
+def bell(hill, half):
+    """Points of y = top exp(-x^2/2 width^2)."""
+    spaced = 0.35 * hill["width"]
+    return "\n".join(f"{spaced * k!r}, {hill['top'] * math.exp(-0.5 * (0.35 * k)**2)!r}" for k in range(-half, half + 1))
+
+
 def largest_thrust(top, width, weight):
     """Of a pipe, EI = 1, on a hill y = top exp(-x^2/2 width^2), small slopes. The span that has risen is A + B cos(k x) - w x^2/2 N,
     k^2 = N, and has place, slope and curvature of the hill at its end a. N(a) is largest where k a = pi: there y' = -w a/N."""
@@ -475,9 +481,7 @@ def largest_thrust(top, width, weight):
 @pytest.mark.parametrize("hill", HILLS, ids=lambda hill: f"{hill['top']}")
 def test_a_pipe_rises_off_a_hill(hill):
     """Where pressure vanishes a span opens, and soon the load turns back. Equilibria far away are not taken for what opens."""
-    spaced = 0.35 * hill["width"]
-    points = [(spaced * k, hill["top"] * math.exp(-0.5 * (0.35 * k)**2)) for k in range(-16, 17)]
-    fields = dict(hill, hill="\n".join(f"{x!r}, {y!r}" for x, y in points))
+    fields = dict(hill, soil="", hill=bell(hill, 16))
     runs = [dr.run_deck(UPHEAVAL.format(elements="", accuracy=f"*ACCURACY, TOLERANCE={asked}\n", **fields)) for asked in (1e-5, 1e-7)]
     runs.append(dr.run_deck(UPHEAVAL.format(elements=", 20", accuracy="", **fields)))
     # What the theory of small slopes leaves is their square.
@@ -492,3 +496,22 @@ def test_a_pipe_rises_off_a_hill(hill):
         assert np.count_nonzero(np.diff(pivots)) == 1 and pivots[-1] == 1
         within_bars(run.labelled("LP")[0], runs[0].labelled("LP")[0])
         within_bars(rising[-1], runs[0].results.critical[-1])
+
+
+SOFT_HILLS = [  # by moduli of 80 and 9 times the square of the thrust
+    dict(top=0.00508, width=1.39, length=9.67, axial=4.16e5, weight=-0.015, thrust=-6.73, last=0.0252, modulus=5060.0),
+    dict(top=0.00578, width=1.73, length=12.05, axial=2.01e6, weight=-0.0448, thrust=-21.0, last=0.0182, modulus=5840.0),
+]
+
+
+@dr.release_only
+@pytest.mark.parametrize("hill", SOFT_HILLS, ids=lambda hill: f"{hill['top']}")
+def test_a_pipe_rises_off_a_hill_of_soil(hill):
+    """First its tip comes down, and the path has a corner; then contact spreads from the top and from the tip until it is one."""
+    fields = dict(hill, soil=f", FOUNDATION=WINKLER, MODULUS={hill['modulus']}", hill=bell(hill, 21))
+    runs = [dr.run_deck(UPHEAVAL.format(elements="", accuracy="*ACCURACY, TOLERANCE=1E-5\n", **fields)),
+            dr.run_deck(UPHEAVAL.format(elements=", 20", accuracy="", **fields))]
+    for run in runs:
+        assert [c.label for c in run.results.critical] == ["C+", "C+", "EP", "LP", "EP"]
+        for found, other in zip(run.results.critical, runs[0].results.critical):
+            within_bars(found, other)

@@ -34,6 +34,66 @@ def test_long_beam_lets_go_where_an_infinite_one_does(half):
     dr.assert_close(run.column("sinking")[-1] / 1e-5, SINKING, relative=1e-6)
 
 
+# Free ends that come down ----------------------------------------------------------------------------------------------
+
+TIP = """*HEADING
+A clamped beam, EI = L = 1, whose free end comes down on soil
+*NODE
+1, 0., 0.
+2, 0.5, 0.
+3, 1., 0.
+*LINE, ELSET=ROD, NSET=ROD, TYPE=GE8
+1, 2{elements}
+2, 3{elements}
+*BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS
+1E6, 1.
+*BOUNDARY
+1, ENCASTRE
+*OBSTACLE, NAME=SOIL, TYPE=LINE, FOUNDATION=WINKLER, MODULUS={modulus}
+-1., -0.001, 2., -0.001
+*CONTACT, OBSTACLE=SOIL, NSET=ROD
+*MONITOR, NAME=middle
+2, U2, -1
+*MONITOR, NAME=slope
+3, UR
+*STEP
+{accuracy}*STATIC{method}
+{first}
+*DLOAD
+ROD, PY, -0.02
+*STOP
+LOAD, ABOVE, 1.
+*END STEP
+"""
+
+
+def slope_of_propped_tip(modulus, drop, load):
+    """Small slopes, q = load, EI = L = 1: soil that the tip presses to the depth d at a slope t carries r = k d^2/2t, with its centre
+    d/3t before the tip; what it bends there is left out, the square of d/t."""
+    depth, slope = 0.0, -load / 6.0
+    for _ in range(200):
+        arm = 1.0 - depth / (3.0 * -slope)
+        reaction = (load / 8.0 - drop - depth) * 6.0 / (arm**2 * (3.0 - arm))
+        slope = -load / 6.0 + 0.5 * reaction * arm**2
+        depth = math.sqrt(2.0 * reaction * -slope / modulus)
+    return slope, depth / -slope
+
+
+@pytest.mark.parametrize("modulus", [1e6, 1e8, 1e12])
+@pytest.mark.parametrize("method, first", [(", METHOD=LOAD", 1.0), (", METHOD=LOAD", 0.1), (", METHOD=LOAD", 0.01),
+                                           (", METHOD=DISPLACEMENT, MONITOR=middle", 1e-3), ("", 1.0)])
+def test_a_free_end_comes_down_on_stiff_soil(method, first, modulus):
+    """The path has a corner there, hardly rounded: behind it the tip stands still. No increment is too long to go around it."""
+    slope, pressed = slope_of_propped_tip(modulus, 1e-3, 0.02)
+    for elements, accuracy in (("", "*ACCURACY, TOLERANCE=1E-6\n"), (", 8", "*ACCURACY, WIDEST=1\n")):
+        run = dr.run_deck(TIP.format(elements=elements, accuracy=accuracy, method=method, first=first, modulus=modulus))
+        assert [c.label for c in run.results.critical] == ["C+", "EP"]
+        # What slopes of up to 0.002 make of it is their square.
+        dr.assert_close(run.load("C+"), 0.4, relative=4e-6)
+        dr.assert_close(run.column("slope")[-1], slope, relative=4e-6 + pressed**2)
+        assert run.results.n_points < 50
+
+
 # An arch on soil -----------------------------------------------------------------------------------------------------
 
 def arch_exact(force, radius):

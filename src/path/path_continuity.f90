@@ -21,8 +21,8 @@ module path_continuity
    implicit none
    private
    public :: heading_t, normal_plane, relation_t, heading_at, relate, same_path, turned_over, too_far, at_corner, &
-      & stands_still, chord_between, seen_from, between, part_at, lies_between, goes_back, alike, blend_geometry, largest_turn, &
-      & largest_distance
+      & length_to_corner, angle_between, stands_still, chord_between, seen_from, between, part_at, lies_between, goes_back, &
+      & alike, blend_geometry, largest_turn, largest_distance
 
    !> Unit tangent of a path at a point.
    type :: heading_t
@@ -110,7 +110,7 @@ contains
       end if
       if (.not. (metric(problem, first, first) > 0.0_wp .and. metric(problem, last, last) > 0.0_wp)) return
       relation%told = .true.
-      relation%turn = acos(min(max(metric(problem, first, last), -1.0_wp), 1.0_wp))
+      relation%turn = angle_between(problem, first, last)
       chord = chord - 0.5_wp * (first + last)
       relation%distance = sqrt(metric(problem, chord, chord))
       relation%length = length
@@ -181,6 +181,45 @@ contains
       at_corner = longer%told .and. shorter%told .and. shorter%length < as_much * longer%length .and. &
          & shorter%turn > as_much * longer%turn .and. shorter%turn < right_angle
    end function at_corner
+
+   !> Angle between two fields; 0 where one of them is zero.
+   pure real(wp) function angle_between(problem, a, b) result(angle)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: a(:, :), b(:, :)   !! (3, nodes)
+      real(wp) :: norms
+      angle = 0.0_wp
+      norms = sqrt(metric(problem, a, a) * metric(problem, b, b))
+      if (norms > 0.0_wp) angle = acos(min(max(metric(problem, a, b) / norms, -1.0_wp), 1.0_wp))
+   end function angle_between
+
+   !> Arc length from a point to where its tangent meets that of another one, the corner between them; negative where the two do not
+   !> meet, as on different paths.
+   pure real(wp) function length_to_corner(problem, from, to, before, after) result(first)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, to
+      type(heading_t), intent(in) :: before, after !! at `from` and `to`
+      real(wp), dimension(3, size(from%u, 2)) :: chord, ahead
+      real(wp) :: length, cosine, second, along(2), rate, left
+      first = -1.0_wp
+      chord = chord_between(problem, from, to)
+      length = sqrt(metric(problem, chord, chord))
+      ahead = seen_from(problem, from, to, after%u)
+      rate = sqrt(metric(problem, ahead, ahead))
+      if (.not. (length > no_motion .and. rate > 0.0_wp .and. metric(problem, before%u, before%u) > 0.0_wp)) return
+      ahead = ahead / rate
+      rate = after%load / rate
+      cosine = metric(problem, before%u, ahead)
+      if (.not. abs(cosine) < 1.0_wp) return
+      ! The chord is as much of one and as much of the other, by least squares.
+      along = [metric(problem, chord, before%u), metric(problem, chord, ahead)]
+      second = (along(2) - cosine * along(1)) / (1.0_wp - cosine**2)
+      left = to%load_factor - from%load_factor
+      chord = chord - (along(1) - cosine * second) * before%u - second * ahead
+      left = left - (along(1) - cosine * second) * before%load - second * rate
+      if (second < 0.0_wp .or. sqrt(metric(problem, chord, chord)) > largest_distance * length .or. &
+         & abs(left) > largest_load * length * max(abs(before%load), abs(rate))) return
+      first = along(1) - cosine * second
+   end function length_to_corner
 
    !> True where over a change of the load factor nothing moves but by rounding: such a tangent tells no direction.
    pure logical function stands_still(heading, rise)

@@ -1,14 +1,16 @@
 !> Follows a path point by point: predict, correct, adapt the increment, go around corners of the contact set.
 module path_follower
    use kinds, only: wp
-   use model, only: step_t, method_load
+   use model, only: step_t, method_load, method_displacement
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use path_control, only: is_arc_length, set_tangent
-   use path_continuity, only: heading_t, relation_t, relate, same_path, turned_over, too_far, at_corner
+   use path_continuity, only: heading_t, relation_t, relate, same_path, turned_over, too_far, at_corner, &
+      & length_to_corner
    use corrector, only: increment_t, take_increment
    use path_run, only: run_t, copy_run, footing_t, heading_of, turned_round
+   use monitor_rows, only: monitor_change
    use step_control, only: begin_arc_length, next_increment, smallest, shorten_to_stop
    use path_events, only: new_probe
    use path_acceptance, only: accept
@@ -53,11 +55,14 @@ contains
       type(heading_t) :: ahead
       type(relation_t) :: relation, before
       logical :: finished, scaled, shorter, astray, changed, begins, taken
+      integer :: failures                        ! since an increment has led on at once
       integer :: cuts, searches, tries, corner_tries, tried_at, doubled_at
       real(wp) :: first_increment, asked_at
+      real(wp) :: corner                         ! arc length up to the one that the last trial told; negative: none
 
       finished = .false.
       cuts = 0
+      failures = 0
       searches = 0
       tries = 0
       corner_tries = 0
@@ -95,7 +100,10 @@ contains
             end if
          end if
          astray = .false.
-         if (cuts == 0) relation%told = .false.
+         if (cuts == 0) then
+            relation%told = .false.
+            corner = -1.0_wp
+         end if
          if (report%converged) call look_astray()
          taken = .false.
          if (astray .and. begins) then
@@ -108,6 +116,7 @@ contains
             if (finished .or. allocated(outcome%why)) return
             cycle points
          end if
+         if (cuts == 0) failures = 0
          cuts = 0
          if (problem%has_spans() .and. .not. begins) then
             call pass_change(problem, step, run, trial, ahead, .false., tries, recorder, changed, finished, outcome, timers)
@@ -221,6 +230,7 @@ contains
          logical :: turned, asked
          call count_up(timers, counter_rejected)
          cuts = cuts + 1
+         if (astray) failures = failures + 1
          call linearise(problem, run%state, run%state, run%system, timers)
          if (problem%has_spans() .and. cuts == cuts_before_change .and. allocated(run%trail)) then
             ! A change of contact just ahead may be the reason.
@@ -241,9 +251,10 @@ contains
             cuts = 0
             return
          end if
-         if ((cuts > cuts_before_mesh .or. too_short(0.5_wp)) .and. doubled_at /= run%step_points) then
+         if ((max(cuts, failures) > cuts_before_mesh .or. too_short(0.5_wp)) .and. doubled_at /= run%step_points) then
             ! Perhaps a mesh that the program has made is too coarse for any.
             doubled_at = run%step_points
+            failures = 0
             call ask_for_twice(problem, run, asked)
             if (asked) then
                if (too_short(0.5_wp)) run%control%increment = sign(first_increment, run%control%increment)
@@ -263,7 +274,7 @@ contains
             if (turned) cuts = 0
             if (turned) return
          end if
-         run%control%increment = 0.5_wp * run%control%increment
+         run%control%increment = next_part() * run%control%increment
          if (report%hopeless) then
             outcome%why = 'no first point: '//report%message
             return
@@ -279,6 +290,31 @@ contains
          ! A shorter increment may ask for a mesh of its own.
          tries = 0
       end subroutine try_otherwise
+
+      !> Part of the increment to try next: half of it, or up to a corner that tangents tell between its ends. Once that has been
+      !> tried, to this side of it by as much as is not known of it. As near to the corner as that, half of it again: there
+      !> increments show that they go around one.
+      real(wp) function next_part() result(part)
+         real(wp) :: length, known, rate
+         part = 0.5_wp
+         known = corner
+         corner = -1.0_wp
+         if (.not. astray .or. problem%has_spans() .or. run%fresh) return
+         if (.not. (other_set(run%state%active, trial%active) .or. other_set(run%state%grounded, trial%grounded))) return
+         if (same_path(relate(problem, run%state, trial, run%heading, ahead, .true.))) return
+         corner = length_to_corner(problem, run%state, trial, run%heading, ahead)
+         length = corner
+         if (known > 0.0_wp) length = corner - max(abs(corner - known), relation%length - corner)
+         if (length <= 0.0_wp) return
+         if (.not. is_arc_length(run%control%method)) then
+            rate = run%heading%load
+            if (run%control%method == method_displacement) &
+               & rate = rate * monitor_change(problem, run%control%monitor, run%state, run%system, run%system%tangent, 1.0_wp)
+            length = length * rate
+         end if
+         rate = length / run%control%increment
+         if (rate > 0.0_wp .and. rate < 1.0_wp .and. .not. too_short(rate)) part = rate
+      end function next_part
 
       !> True where a part of the increment is not worth trying.
       pure logical function too_short(part)

@@ -19,7 +19,7 @@ module span_mesh
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t, is_arc_length, metric
    use held_openings, only: find_fastest, stay_in_place
-   use path_continuity, only: heading_t, heading_at, normal_plane
+   use path_continuity, only: heading_t, heading_at, normal_plane, angle_between, largest_turn
    use path_events, only: probe_t, new_probe
    use path_run, only: run_t, copy_run, footing_t, forget_mesh, rest_of_mesh
    use corrector, only: increment_t, correct
@@ -253,6 +253,7 @@ contains
       type(control_t) :: hold
       type(increment_t) :: report
       type(probe_t) :: probe
+      type(heading_t) :: ahead
       done = run%system%ok
       better = run%state
       if (done .and. .not. (run%fresh .or. is_stress_free(run%state))) then
@@ -264,9 +265,13 @@ contains
          ! No mesh that anything was found on errs by more than all that has moved: that is another equilibrium.
          if (done) done = stays_within(problem, run%state, better, run%motion)
       end if
+      if (done) ahead = heading_at(problem, run%system, run%heading%u, run%heading%load)
+      ! Nor does one turn the path and its stability at once.
+      if (done .and. .not. run%fresh .and. run%system%negative_pivots /= run%probe%negative_pivots) &
+         & done = angle_between(problem, run%heading%u, ahead%u) <= largest_turn
       if (.not. done) return
       run%state = better
-      run%heading = heading_at(problem, run%system, run%heading%u, run%heading%load)
+      run%heading = ahead
       probe = new_probe(problem, run%state, run%system, run%heading%load)
       ! What lines without pressure tell does not hang on the mesh.
       probe%weak = run%probe%weak
