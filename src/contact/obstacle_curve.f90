@@ -189,7 +189,7 @@ contains
    pure type(foot_t) function nearest_point(curve, x) result(foot)
       type(obstacle_curve_t), intent(in) :: curve
       real(wp), intent(in) :: x(2)
-      real(wp) :: best, along, distance(2)
+      real(wp) :: best, along, least(2), waiting(2 * bit_size(1))
       integer :: stack(2 * bit_size(1)), top, k, near, i
       type(foot_t) :: candidate
       best = huge(best)
@@ -204,10 +204,12 @@ contains
       end do
       top = 1
       stack(1) = 1
+      waiting(1) = least_square(1)
       do while (top > 0)
          k = stack(top)
          top = top - 1
-         if (out_of_reach(k)) cycle
+         ! Nothing of it is nearer than the best point so far.
+         if (waiting(top + 1) >= best) cycle
          if (k >= curve%leaves) then
             candidate = piece_foot(curve%piece(k - curve%leaves + 1), x)
             candidate%piece = k - curve%leaves + 1
@@ -215,28 +217,26 @@ contains
             cycle
          end if
          ! The nearer child is looked at first: it often settles the other one.
-         do i = 1, 2
-            distance(i) = huge(best)
-            associate (ball => curve%ball(:, 2 * k + i - 1))
-               if (ball(3) >= 0.0_wp) distance(i) = norm2(x - ball(1:2)) - ball(3)
-            end associate
-         end do
-         near = merge(2 * k, 2 * k + 1, distance(1) <= distance(2))
-         stack(top + 1:top + 2) = [4 * k + 1 - near, near]
+         least = [least_square(2 * k), least_square(2 * k + 1)]
+         near = merge(1, 2, least(1) <= least(2))
+         stack(top + 1:top + 2) = 2 * k - 1 + [3 - near, near]
+         waiting(top + 1:top + 2) = [least(3 - near), least(near)]
          top = top + 2
       end do
 
    contains
 
-      !> True when nothing of a node of the tree can be nearer than the best point so far.
-      pure logical function out_of_reach(node)
+      !> Below the squared distance of any point of a node of the tree: negative within its circle, by how far, and huge where it is
+      !> empty.
+      pure real(wp) function least_square(node)
          integer, intent(in) :: node
-         real(wp) :: least
-         out_of_reach = curve%ball(3, node) < 0.0_wp
-         if (out_of_reach) return
-         least = norm2(x - curve%ball(1:2, node)) - curve%ball(3, node)
-         out_of_reach = least > 0.0_wp .and. least**2 >= best
-      end function out_of_reach
+         least_square = huge(best)
+         associate (ball => curve%ball(:, node))
+            if (ball(3) < 0.0_wp) return
+            least_square = sqrt((x(1) - ball(1))**2 + (x(2) - ball(2))**2) - ball(3)
+         end associate
+         least_square = sign(least_square**2, least_square)
+      end function least_square
    end function nearest_point
 
    !> Keeps the nearer of two points.
