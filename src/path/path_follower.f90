@@ -10,7 +10,7 @@ module path_follower
       & length_to_corner
    use corrector, only: increment_t, take_increment
    use path_run, only: run_t, copy_run, footing_t, heading_of, turned_round
-   use monitor_rows, only: monitor_change
+   use monitor_rows, only: watched_displacement
    use step_control, only: begin_arc_length, next_increment, smallest, shorten_to_stop
    use path_events, only: new_probe
    use path_acceptance, only: accept
@@ -58,7 +58,7 @@ contains
       integer :: failures                        ! since an increment has led on at once
       integer :: cuts, searches, tries, corner_tries, tried_at, doubled_at
       real(wp) :: first_increment, asked_at
-      real(wp) :: corner                         ! arc length up to the one that the last trial told; negative: none
+      real(wp) :: corner, known                  ! arc lengths up to those that the last two trials told; negative: none
 
       finished = .false.
       cuts = 0
@@ -203,14 +203,22 @@ contains
 
       !> Whether the equilibrium that was found lies on another path, or the path leads back; and the heading there.
       subroutine look_astray()
+         logical :: around                      ! the path has a corner between the two
          ahead = heading_of(problem, run, trial)
          before = relation
          relation = relate(problem, run%state, trial, run%heading, ahead, run%fresh)
          astray = .not. same_path(relation)
          ! With contact spans corners are where their changes are located, and the heading is that after them.
-         if (astray .and. cuts > 0 .and. .not. problem%has_spans()) then
-            if (at_corner(before, relation)) &
-               & astray = .not. same_path(relate(problem, run%state, trial, run%heading, ahead, .true.))
+         known = corner
+         corner = -1.0_wp
+         if (astray .and. .not. problem%has_spans()) then
+            if (contact_differs() .and. .not. run%fresh) &
+               & corner = length_to_corner(problem, run%state, trial, run%heading, ahead)
+            around = cuts > 0 .and. corner >= 0.0_wp
+            if (cuts > 0) around = around .or. at_corner(before, relation)
+            if (around) astray = .not. same_path(relate(problem, run%state, trial, run%heading, ahead, .true.))
+            ! Nearer to it no point can be.
+            if (corner >= 0.0_wp) astray = astray .and. .not. too_short(part_up_to(corner))
          end if
          ! The mesh of the increment is gone where contact at nodes has become spans.
          if (.not. changed) astray = astray .or. too_far(problem, run%control, relation)
@@ -295,26 +303,34 @@ contains
       !> tried, to this side of it by as much as is not known of it. As near to the corner as that, half of it again: there
       !> increments show that they go around one.
       real(wp) function next_part() result(part)
-         real(wp) :: length, known, rate
+         real(wp) :: length
          part = 0.5_wp
-         known = corner
-         corner = -1.0_wp
-         if (.not. astray .or. problem%has_spans() .or. run%fresh) return
-         if (.not. (other_set(run%state%active, trial%active) .or. other_set(run%state%grounded, trial%grounded))) return
+         if (.not. astray .or. corner <= 0.0_wp) return
          if (same_path(relate(problem, run%state, trial, run%heading, ahead, .true.))) return
-         corner = length_to_corner(problem, run%state, trial, run%heading, ahead)
          length = corner
          if (known > 0.0_wp) length = corner - max(abs(corner - known), relation%length - corner)
          if (length <= 0.0_wp) return
-         if (.not. is_arc_length(run%control%method)) then
-            rate = run%heading%load
-            if (run%control%method == method_displacement) &
-               & rate = rate * monitor_change(problem, run%control%monitor, run%state, run%system, run%system%tangent, 1.0_wp)
-            length = length * rate
-         end if
-         rate = length / run%control%increment
-         if (rate > 0.0_wp .and. rate < 1.0_wp .and. .not. too_short(rate)) part = rate
+         length = part_up_to(length)
+         if (length < 1.0_wp .and. .not. too_short(length)) part = length
       end function next_part
+
+      !> The part of the increment that goes so far along the tangent at the last point.
+      real(wp) function part_up_to(length) result(part)
+         real(wp), intent(in) :: length          !! arc length
+         type(state_t) :: there
+         part = length / abs(run%control%increment)
+         if (run%control%method == method_load) part = part * abs(run%heading%load)
+         if (run%control%method /= method_displacement) return
+         there = run%state
+         there%u = there%u + length * run%heading%u
+         part = abs((watched_displacement(problem, there, run%control%monitor) - &
+            & watched_displacement(problem, run%state, run%control%monitor)) / run%control%increment)
+      end function part_up_to
+
+      !> Between the last point and the trial, which are on one mesh.
+      pure logical function contact_differs()
+         contact_differs = other_set(run%state%active, trial%active) .or. other_set(run%state%grounded, trial%grounded)
+      end function contact_differs
 
       !> True where a part of the increment is not worth trying.
       pure logical function too_short(part)
