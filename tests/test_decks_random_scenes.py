@@ -499,8 +499,8 @@ def test_a_pipe_rises_off_a_hill(hill):
 
 
 SOFT_HILLS = [  # by moduli of 80 and 9 times the square of the thrust
-    dict(top=0.00508, width=1.39, length=9.67, axial=4.16e5, weight=-0.015, thrust=-6.73, last=0.0252, modulus=5060.0),
-    dict(top=0.00578, width=1.73, length=12.05, axial=2.01e6, weight=-0.0448, thrust=-21.0, last=0.0182, modulus=5840.0),
+    dict(top=0.00508, width=1.39, length=9.67, axial=4.16e5, weight=-0.015, thrust=-6.73, last=0.001, modulus=5060.0),
+    dict(top=0.00578, width=1.73, length=12.05, axial=2.01e6, weight=-0.0448, thrust=-21.0, last=0.001, modulus=5840.0),
 ]
 
 
