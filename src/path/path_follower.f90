@@ -1,16 +1,15 @@
 !> Follows a path point by point: predict, correct, adapt the increment, go around corners of the contact set.
 module path_follower
    use kinds, only: wp
-   use model, only: step_t, method_load, method_displacement
+   use model, only: step_t, method_load
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use path_control, only: is_arc_length, set_tangent
-   use path_continuity, only: heading_t, relation_t, relate, same_path, turned_over, too_far, at_corner, &
-      & length_to_corner
+   use path_continuity, only: heading_t, relation_t, relate, same_path, turned_over, too_far, at_corner
+   use corner_ahead, only: corner_t, look_for_corner, is_near, part_before, differ
    use corrector, only: increment_t, take_increment
    use path_run, only: run_t, copy_run, footing_t, heading_of, turned_round
-   use monitor_rows, only: watched_displacement
    use step_control, only: begin_arc_length, next_increment, smallest, shorten_to_stop
    use path_events, only: new_probe
    use path_acceptance, only: accept
@@ -58,7 +57,7 @@ contains
       integer :: failures                        ! since an increment has led on at once
       integer :: cuts, searches, tries, corner_tries, tried_at, doubled_at
       real(wp) :: first_increment, asked_at
-      real(wp) :: corner, known                  ! arc lengths up to those that the last two trials told; negative: none
+      type(corner_t) :: corner                   ! that the last trials tell
 
       finished = .false.
       cuts = 0
@@ -102,7 +101,7 @@ contains
          astray = .false.
          if (cuts == 0) then
             relation%told = .false.
-            corner = -1.0_wp
+            corner = corner_t()
          end if
          if (report%converged) call look_astray()
          taken = .false.
@@ -209,16 +208,13 @@ contains
          relation = relate(problem, run%state, trial, run%heading, ahead, run%fresh)
          astray = .not. same_path(relation)
          ! With contact spans corners are where their changes are located, and the heading is that after them.
-         known = corner
-         corner = -1.0_wp
          if (astray .and. .not. problem%has_spans()) then
-            if (contact_differs() .and. .not. run%fresh) &
-               & corner = length_to_corner(problem, run%state, trial, run%heading, ahead)
-            around = cuts > 0 .and. corner >= 0.0_wp
-            if (cuts > 0) around = around .or. at_corner(before, relation)
-            if (around) astray = .not. same_path(relate(problem, run%state, trial, run%heading, ahead, .true.))
-            ! Nearer to it no point can be.
-            if (corner >= 0.0_wp) astray = astray .and. .not. too_short(part_up_to(corner))
+            call look_for_corner(problem, run, trial, ahead, corner)
+            around = .false.
+            if (cuts > 0) around = corner%length >= 0.0_wp .or. at_corner(before, relation)
+            astray = .not. (around .and. corner%goes_around .or. is_near(problem, step, run, corner))
+         else
+            corner = corner_t()
          end if
          ! The mesh of the increment is gone where contact at nodes has become spans.
          if (.not. changed) astray = astray .or. too_far(problem, run%control, relation)
@@ -271,7 +267,7 @@ contains
             end if
          end if
          ! A path turns at once where the contact set changes.
-         if (cuts > cuts_before_corner .or. (astray .and. other_set(run%state%active, trial%active))) then
+         if (cuts > cuts_before_corner .or. (astray .and. differ(run%state%active, trial%active))) then
             call turn_corner(problem, step, run, corner_tries, recorder, turned, finished, outcome, timers)
             if (finished .or. allocated(outcome%why)) return
             if (wants_another(run)) then
@@ -282,7 +278,7 @@ contains
             if (turned) cuts = 0
             if (turned) return
          end if
-         run%control%increment = next_part() * run%control%increment
+         run%control%increment = merge(part_before(problem, step, run, corner), 0.5_wp, astray) * run%control%increment
          if (report%hopeless) then
             outcome%why = 'no first point: '//report%message
             return
@@ -298,39 +294,6 @@ contains
          ! A shorter increment may ask for a mesh of its own.
          tries = 0
       end subroutine try_otherwise
-
-      !> Part of the increment to try next: half of it, or up to a corner that tangents tell between its ends. Once that has been
-      !> tried, to this side of it by as much as is not known of it. As near to the corner as that, half of it again: there
-      !> increments show that they go around one.
-      real(wp) function next_part() result(part)
-         real(wp) :: length
-         part = 0.5_wp
-         if (.not. astray .or. corner <= 0.0_wp) return
-         if (same_path(relate(problem, run%state, trial, run%heading, ahead, .true.))) return
-         length = corner
-         if (known > 0.0_wp) length = corner - max(abs(corner - known), relation%length - corner)
-         if (length <= 0.0_wp) return
-         length = part_up_to(length)
-         if (length < 1.0_wp .and. .not. too_short(length)) part = length
-      end function next_part
-
-      !> The part of the increment that goes so far along the tangent at the last point.
-      real(wp) function part_up_to(length) result(part)
-         real(wp), intent(in) :: length          !! arc length
-         type(state_t) :: there
-         part = length / abs(run%control%increment)
-         if (run%control%method == method_load) part = part * abs(run%heading%load)
-         if (run%control%method /= method_displacement) return
-         there = run%state
-         there%u = there%u + length * run%heading%u
-         part = abs((watched_displacement(problem, there, run%control%monitor) - &
-            & watched_displacement(problem, run%state, run%control%monitor)) / run%control%increment)
-      end function part_up_to
-
-      !> Between the last point and the trial, which are on one mesh.
-      pure logical function contact_differs()
-         contact_differs = other_set(run%state%active, trial%active) .or. other_set(run%state%grounded, trial%grounded)
-      end function contact_differs
 
       !> True where a part of the increment is not worth trying.
       pure logical function too_short(part)
@@ -411,11 +374,4 @@ contains
       if (allocated(step%load%motion)) moves_obstacle = any(abs(step%load%motion) > 0.0_wp)
       if (allocated(step%load%closing)) moves_obstacle = moves_obstacle .or. any(abs(step%load%closing) > 0.0_wp)
    end function moves_obstacle
-
-   !> True for other contacts of the same mesh. The trial's may be gone, as that of the set before.
-   pure logical function other_set(one, other)
-      logical, intent(in) :: one(:), other(:)
-      other_set = size(one) == size(other)
-      if (other_set) other_set = any(one .neqv. other)
-   end function other_set
 end module path_follower
