@@ -7,7 +7,8 @@ module corner_ahead
    use model, only: step_t, method_load, method_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
-   use path_continuity, only: heading_t, relate, same_path, length_to_corner, chord_length
+   use path_continuity, only: heading_t, relate, same_path, length_to_corner
+   use path_control, only: path_length
    use path_run, only: run_t
    use step_control, only: smallest
    use monitor_rows, only: watched_displacement
@@ -34,7 +35,7 @@ contains
       type(corner_t), intent(inout) :: corner
       corner%before = corner%length
       corner%length = -1.0_wp
-      corner%chord = chord_length(problem, run%state, trial)
+      corner%chord = path_length(problem, run%state, trial)
       if (.not. run%fresh .and. (differ(run%state%active, trial%active) .or. differ(run%state%grounded, trial%grounded))) &
          & corner%length = length_to_corner(problem, run%state, trial, run%heading, ahead)
       corner%goes_around = same_path(relate(problem, run%state, trial, run%heading, ahead, .true.))

@@ -21,8 +21,8 @@ module path_continuity
    implicit none
    private
    public :: heading_t, normal_plane, relation_t, heading_at, relate, same_path, turned_over, too_far, at_corner, &
-      & length_to_corner, chord_length, angle_between, stands_still, chord_between, seen_from, between, part_at, lies_between, &
-      & goes_back, alike, blend_geometry, largest_turn, largest_distance
+      & length_to_corner, angle_between, stands_still, chord_between, seen_from, between, part_at, lies_between, goes_back, &
+      & alike, blend_geometry, largest_turn, largest_distance
 
    !> Unit tangent of a path at a point.
    type :: heading_t
@@ -181,15 +181,6 @@ contains
       at_corner = longer%told .and. shorter%told .and. shorter%length < as_much * longer%length .and. &
          & shorter%turn > as_much * longer%turn .and. shorter%turn < right_angle
    end function at_corner
-
-   !> Distance of two points, of the material points at the nodes of the first one.
-   pure real(wp) function chord_length(problem, from, to) result(length)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: from, to
-      real(wp) :: chord(3, size(from%u, 2))
-      chord = chord_between(problem, from, to)
-      length = sqrt(metric(problem, chord, chord))
-   end function chord_length
 
    !> Angle between two fields; 0 where one of them is zero.
    pure real(wp) function angle_between(problem, a, b) result(angle)
