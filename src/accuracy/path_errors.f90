@@ -289,6 +289,12 @@ contains
             return
          end if
          way = -f / slope
+         if (abs(way) <= part * reach .and. .not. zero_is(zero, event_limit)) then
+            ! Between two points that are known.
+            crossing%near = first%value + way * crossing%rate
+            crossing%rate(1) = load_rate(first%heading)
+            return
+         end if
          near = first
          call next_point(path, way, near, timers)
          if (.not. near%ok) then
@@ -311,9 +317,7 @@ contains
          end if
          more = -more / (slope * max(bend, least_bend))
          crossing%near = near%value
-         crossing%rate(1) = 1.0_wp
-         if (control%method /= method_load) crossing%rate(1) = near%heading%load / (metric(path%problem, control%tangent, &
-            & near%heading%u) + control%load_scale**2 * control%tangent_load * near%heading%load)
+         crossing%rate(1) = load_rate(near%heading)
          ! At a limit point that is the function itself, which falls to zero.
          if (zero_is(zero, event_limit)) crossing%rate(1) = 0.5_wp * crossing%rate(1)
       end associate
@@ -325,6 +329,14 @@ contains
          type(finer_point_t), intent(in) :: point
          value_at = zero_value(path%problem, zero, point%state, point%system, point%heading%load, timers)
       end function value_at
+
+      !> Of the load factor along the path.
+      real(wp) function load_rate(heading) result(rate)
+         type(heading_t), intent(in) :: heading   !! tangent there
+         rate = 1.0_wp
+         if (path%control%method /= method_load) rate = heading%load / (metric(path%problem, path%control%tangent, heading%u) + &
+            & path%control%load_scale**2 * path%control%tangent_load * heading%load)
+      end function load_rate
    end subroutine find_crossing
 
    !> How far the finer path can be trusted: what elements of one order more still make of it, at a point and of the event's

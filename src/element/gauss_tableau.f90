@@ -15,6 +15,8 @@ module gauss_tableau
       real(wp) :: b(max_stages) = 0.0_wp             !! weights
       real(wp) :: c(max_stages) = 0.0_wp             !! abscissae
       real(wp) :: integral(max_stages, max_stages) = 0.0_wp !! (power, j) coefficients of stage_basis
+      real(wp) :: raise(max_stages, 0:max_stages - 1) = 0.0_wp !! (i, j) values at the points of one stage more of the Lagrange
+      !! polynomials through the first end (j = 0) and the abscissae; none at max_stages
    end type tableau_t
 
 contains
@@ -47,6 +49,7 @@ contains
          call stage_basis(t, t%c(i), basis)
          t%a(i, :stages) = basis(:stages)
       end do
+      if (stages < max_stages) t%raise(:stages + 1, 0:stages) = raising(t)
    end function new_tableau
 
    !> Gauss-Legendre abscissae (ascending) and weights on (0, 1), any number of points, by Newton on P_n.
@@ -89,31 +92,33 @@ contains
       end do
    end subroutine stage_basis
 
-   !> Values at the points of another tableau of the polynomial through the first end and the points of the first one.
-   pure function raised_values(from, to, first, value) result(new)
-      type(tableau_t), intent(in) :: from, to
+   !> Values at the points of the tableau with one stage more of the polynomial through the first end and the points of this one.
+   pure function raised_values(t, first, value) result(new)
+      type(tableau_t), intent(in) :: t           !! fewer than max_stages
       real(wp), intent(in) :: first              !! at the first end
-      real(wp), intent(in) :: value(:)           !! (stages of `from`)
-      real(wp) :: new(to%stages)
-      real(wp) :: at(0:max_stages), given(0:max_stages), part(0:max_stages)
-      integer :: i, j, k, s
-      s = from%stages
-      at(0) = 0.0_wp
-      at(1:s) = from%c(:s)
-      given(0) = first
-      given(1:s) = value
-      new = 0.0_wp
-      do i = 1, to%stages
-         part = given
-         ! Polynomial by polynomial each quotient would wait for the one before it.
-         do k = 0, s
-            do j = 0, s
-               if (j /= k) part(j) = part(j) * (to%c(i) - at(k)) / (at(j) - at(k))
-            end do
-         end do
-         do j = 0, s
-            new(i) = new(i) + part(j)
-         end do
+      real(wp), intent(in) :: value(:)           !! (stages)
+      real(wp) :: new(t%stages + 1)
+      integer :: j
+      new = first * t%raise(:t%stages + 1, 0)
+      do j = 1, t%stages
+         new = new + value(j) * t%raise(:t%stages + 1, j)
       end do
    end function raised_values
+
+   !> The Lagrange polynomials through 0 and the abscissae, at the Gauss points of one stage more.
+   pure function raising(t) result(raise)
+      type(tableau_t), intent(in) :: t           !! stages and c are used; fewer than max_stages
+      real(wp) :: raise(t%stages + 1, 0:t%stages)
+      real(wp) :: at(0:t%stages), to(t%stages + 1), weight(t%stages + 1)
+      integer :: j, k
+      at(0) = 0.0_wp
+      at(1:) = t%c(:t%stages)
+      call gauss_points(t%stages + 1, to, weight)
+      raise = 1.0_wp
+      do j = 0, t%stages
+         do k = 0, t%stages
+            if (k /= j) raise(:, j) = raise(:, j) * (to - at(k)) / (at(j) - at(k))
+         end do
+      end do
+   end function raising
 end module gauss_tableau

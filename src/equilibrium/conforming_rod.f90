@@ -119,10 +119,10 @@ contains
       real(wp) :: z(finer%z_size(e))
       integer :: s
       s = problem%model%mesh%stages(e)
-      associate (from => problem%tableau(s), to => finer%tableau(s + 1), old => state%z(:problem%z_size(e), e))
+      associate (from => problem%tableau(s), old => state%z(:problem%z_size(e), e))
          z(1) = old(1)
-         z(2:2 + s) = raised_values(from, to, old(1), old(2:1 + s))
-         z(3 + s:3 + 2 * s) = raised_values(from, to, 0.0_wp, old(2 + s:1 + 2 * s))
+         z(2:2 + s) = raised_values(from, old(1), old(2:1 + s))
+         z(3 + s:3 + 2 * s) = raised_values(from, 0.0_wp, old(2 + s:1 + 2 * s))
       end associate
    end function finer_unknowns
 end module conforming_rod

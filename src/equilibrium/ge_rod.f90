@@ -141,12 +141,12 @@ contains
       real(wp) :: z(finer%z_size(e))
       integer :: s
       s = problem%model%mesh%stages(e)
-      associate (from => problem%tableau(s), to => finer%tableau(s + 1), old => state%z(:problem%z_size(e), e))
+      associate (from => problem%tableau(s), old => state%z(:problem%z_size(e), e))
          z(1:3) = old(1:3)
-         z(4:4 + s) = raised_values(from, to, old(3), old(4:3 + s))
+         z(4:4 + s) = raised_values(from, old(3), old(4:3 + s))
          if (size(z) == 4 + s) return
-         z(5 + s:5 + 3 * s:2) = raised_values(from, to, old(1), old(4 + s:2 + 3 * s:2))
-         z(6 + s:6 + 3 * s:2) = raised_values(from, to, old(2), old(5 + s:3 + 3 * s:2))
+         z(5 + s:5 + 3 * s:2) = raised_values(from, old(1), old(4 + s:2 + 3 * s:2))
+         z(6 + s:6 + 3 * s:2) = raised_values(from, old(2), old(5 + s:3 + 3 * s:2))
       end associate
    end function finer_unknowns
 end module ge_rod
