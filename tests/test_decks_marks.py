@@ -129,6 +129,17 @@ def test_splits_of_contact_are_as_good_as_asked(tolerance):
     assert point.error <= tolerance * point.load_factor or math.isinf(point.error)
 
 
+@pytest.mark.parametrize("increments, before", [(9, 3e-4), (9, 1e-4), (6, 3e-5)])
+def test_a_point_of_the_path_just_before_a_split(increments, before):
+    """The mesh that is good enough for the split is another one than that of the point: from this Newton's method may not settle on
+    it, but does on a finer one."""
+    first = 65.91675634 * (1.0 - before) / increments
+    text = RING.format(k=3e9, element="GE8", count="", stop=0.02, accuracy="*ACCURACY, TOLERANCE=1E-5\n")
+    run = dr.run_deck(dr.changed(text, ("METHOD=CYLINDRICAL", "METHOD=LOAD"), ("1., 1E-9, 0.02", f"{first!r}, 1E-9, {first!r}")))
+    point = run.only("C-")
+    assert abs(point.load_factor - 65.91675634) <= min(point.error + 1e-8, 1e-5 * point.load_factor)
+
+
 @dr.release_only
 @pytest.mark.parametrize("k", [1e12])
 def test_no_elements_given_on_stiff_ground(k):

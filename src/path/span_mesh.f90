@@ -90,7 +90,7 @@ contains
       if (.not. (taken .or. done)) run%before = present_demand(problem, run%state)
       if (.not. (taken .or. done)) call take_trial(asked, problem, run, trial, taken, timers)
       ! Newton's method may not settle on one mesh and does on another, which may be finer than was asked for.
-      if (.not. (taken .or. done) .and. problem%has_spans()) then
+      if (.not. (taken .or. done)) then
          do k = 1, size(here%demand)
             here%demand(k)%elements = 2.0_wp * here%demand(k)%elements
          end do
