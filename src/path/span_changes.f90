@@ -11,7 +11,7 @@ module span_changes
       & shortest, spans_hold
    use touchdown_points, only: point_force
    use held_openings, only: first_length
-   use lying_ahead, only: reach_of
+   use lying_ahead, only: reach_of, turns
    use span_change, only: leg_t, change_t, new_leg, change_none, change_missed, change_by_rule, &
       & change_opening, change_vanishing, place_within, place_here, place_ahead
    use next_spans, only: next_t
@@ -78,6 +78,11 @@ contains
          if (shorter) return
       end if
       if (change%kind == change_vanishing) then
+         ! Its set is known at the end alone, and what is on the way would not be told: nearer, as long as the load turns before.
+         if (turns(run, leg) .and. .not. stuck .and. 0.5_wp * abs(run%control%increment) >= smallest(step, run%control)) then
+            call go_less_far(problem, step, run, leg%after(change%which), timers)
+            return
+         end if
          call take_next(problem, step, run, change%next, recorder, finished, outcome, timers)
          return
       end if
