@@ -222,10 +222,10 @@ contains
    end function length_to_corner
 
    !> True where over a change of the load factor nothing moves but by rounding: such a tangent tells no direction.
-   pure logical function stands_still(heading, rise)
-      type(heading_t), intent(in) :: heading
+   pure logical function stands_still(rate, rise)
+      real(wp), intent(in) :: rate              !! of the load along the path, as a heading has it
       real(wp), intent(in) :: rise
-      stands_still = abs(rise) <= no_motion * abs(heading%load)
+      stands_still = abs(rise) <= no_motion * abs(rate)
    end function stands_still
 
    !> Difference of the displacements of the material points at the nodes of `from`.

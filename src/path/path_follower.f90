@@ -10,7 +10,7 @@ module path_follower
    use corner_ahead, only: corner_t, look_for_corner, is_near, part_before, differ
    use corrector, only: increment_t, take_increment
    use path_run, only: run_t, copy_run, footing_t, heading_of, turned_round
-   use step_control, only: begin_arc_length, next_increment, smallest, shorten_to_stop
+   use step_control, only: begin_arc_length, go_by_load, next_increment, smallest, shorten_to_stop
    use path_events, only: new_probe
    use path_acceptance, only: accept
    use accuracy_asked, only: wants_another
@@ -81,6 +81,7 @@ contains
          if (run%step_points /= tried_at) corner_tries = 0
          if (run%step_points /= tried_at .or. .not. first_increment > 0.0_wp) first_increment = abs(run%control%increment)
          tried_at = run%step_points
+         call go_by_load(step, run)
          if (is_arc_length(run%control%method)) &
             & call set_tangent(problem, run%system, run%heading%u, run%heading%load, run%control)
          call shorten_to_stop(step, run)
@@ -152,13 +153,13 @@ contains
          if (allocated(run%spare)) call coarsen_mesh(problem, run, timers)
          if (is_arc_length(step%method) .and. .not. is_arc_length(run%control%method)) then
             call begin_arc_length(step, run, scaled)
-            if (.not. (scaled .or. moves_obstacle(step))) then
+            if (.not. (scaled .or. run%control%load_scale > 0.0_wp .or. moves_obstacle(step))) then
                outcome%why = 'the first increment moved nothing: the arc length has no scale'
                return
             end if
             ! An obstacle that is apart, or only touches, comes on in increments like the first.
-            if (.not. scaled) run%control%increment = step%increment
-            cycle points
+            if (.not. (scaled .or. run%control%load_scale > 0.0_wp)) run%control%increment = step%increment
+            if (scaled .or. .not. run%control%load_scale > 0.0_wp) cycle points
          end if
          if (allocated(run%control%tangent)) run%control%previous = run%control%tangent
          call next_increment(step, report, relation, problem%moves_nodes(), run%control)

@@ -4,13 +4,13 @@ module step_control
    use model, only: step_t, method_load, method_displacement, method_cylindrical
    use problem, only: problem_t
    use path_control, only: control_t, is_arc_length, held_within
-   use path_continuity, only: relation_t, largest_turn
+   use path_continuity, only: relation_t, largest_turn, stands_still
    use path_events, only: probe_t
    use path_run, only: run_t, heading_of
    use corrector, only: increment_t
    implicit none
    private
-   public :: start_control, begin_arc_length, next_increment, smallest, shorten_to_stop, stop_met
+   public :: start_control, begin_arc_length, go_by_load, next_increment, smallest, shorten_to_stop, stop_met
 
    real(wp), parameter :: safety = 0.7_wp         !! share of a limit that an increment is planned to use
    real(wp), parameter :: least_part = 1.0e-6_wp !! of the first increment, as where load or displacement is prescribed
@@ -33,21 +33,38 @@ contains
          & allocate (run%control%tangent(3, problem%model%mesh%n_nodes), source=0.0_wp)
    end subroutine start_control
 
-   !> Switches from the first, load-controlled increment to the arc length it made.
+   !> Switches from load-controlled increments, of which the first gives the arc length its scale.
    subroutine begin_arc_length(step, run, scaled)
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
-      logical, intent(out) :: scaled            !! false: nothing moved, the arc length has no scale
+      logical, intent(out) :: scaled            !! false: nothing moved, there is no arc length
       real(wp) :: length
       length = run%last_length
       scaled = length > 0.0_wp .and. abs(run%last_load) > 0.0_wp
+      if (run%control%load_scale > 0.0_wp) then
+         scaled = .not. stands_still(run%heading%load, step%increment)
+         length = run%control%load_scale * abs(step%increment)
+      end if
       if (.not. scaled) return
       run%control%method = step%method
-      run%control%load_scale = length / abs(run%last_load)
+      if (.not. run%control%load_scale > 0.0_wp) run%control%load_scale = length / abs(run%last_load)
       run%control%increment = length
       if (step%method /= method_cylindrical) run%control%increment = sqrt(2.0_wp) * length
       run%control%increment = min(run%control%increment, step%largest)
    end subroutine begin_arc_length
+
+   !> Where nothing moves any more, as where a load stands on a contact of its own, no arc length tells increments apart: the load
+   !> does, in increments that begin like the first, until something moves again.
+   subroutine go_by_load(step, run)
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run
+      if (.not. is_arc_length(run%control%method) .or. .not. stands_still(run%heading%load, step%increment)) return
+      ! What has hardly moved from the start has an arc length all the same.
+      if (.not. run%control%load_scale > 0.0_wp) return
+      if (stands_still(1.0_wp / run%control%load_scale, step%increment)) return
+      run%control%method = method_load
+      run%control%increment = sign(step%increment, run%heading%load)
+   end subroutine go_by_load
 
    !> Crisfield's rule: the increment follows the root of desired over needed iterations; but the tangent is not to turn by
    !> more than an increment may. With contact spans one iteration goes to the places of touchdown points, and a few more of
@@ -59,6 +76,7 @@ contains
       logical, intent(in) :: spans              !! its nodes moved along the rods
       type(control_t), intent(inout) :: control
       real(wp) :: ratio
+      real(wp) :: largest
       integer :: desired
       desired = step%desired_iterations
       ! Modified Newton converges linearly: many iterations are its nature, not a sign of too long increments.
@@ -67,7 +85,9 @@ contains
       if (spans) ratio = (real(desired, wp) / max(report%effort - 1.0_wp, 1.0_wp))**2
       if (relation%told) ratio = min(ratio, safety * largest_turn / max(relation%turn, epsilon(ratio)))
       control%increment = control%increment * min(max(ratio, shrinkage), growth)
-      if (abs(control%increment) > step%largest) control%increment = sign(step%largest, control%increment)
+      largest = step%largest
+      if (is_arc_length(step%method) .and. .not. is_arc_length(control%method)) largest = largest / control%load_scale
+      if (abs(control%increment) > largest) control%increment = sign(largest, control%increment)
    end subroutine next_increment
 
    !> Smallest increment worth trying.
