@@ -21,6 +21,7 @@ module span_changes
    use span_rules, only: answer_t, answer_to
    use span_set, only: take_set
    use span_arrival, only: take_next, come_nearer
+   use span_mesh, only: ask_for_twice
    use contact_in_doubt, only: ask_nodes
    use path_continuity, only: heading_t
    use path_control, only: path_length
@@ -59,7 +60,7 @@ contains
       type(answer_t) :: answer
       type(problem_t) :: next
       type(run_t) :: on
-      logical :: shorter
+      logical :: shorter, holds, asked
       finished = .false.
       leg = new_leg(problem, run, trial, ahead, stuck)
       call find_change(problem, step, run, leg, change, timers)
@@ -110,7 +111,13 @@ contains
       end if
       if (finished .or. allocated(outcome%why)) return
       if (change%kind == change_by_rule) then
-         call take_answer(problem, run, leg, change, answer, next, on, timers)
+         call take_answer(problem, run, leg, change, answer, next, on, holds, timers)
+         if (.not. holds .and. change%where == place_here .and. tries == 0) then
+            ! Of a point that is as curved as its obstacle but for what the mesh errs by, and nothing is recorded yet.
+            call ask_for_twice(problem, run, asked)
+            changed = .not. asked
+            if (asked) return
+         end if
          call go_on(problem, step, run, next, on, recorder, finished, outcome, timers)
       else
          call come_nearer(problem, step, run, leg, change, timers)
@@ -120,7 +127,7 @@ contains
 
    !> The set of the answer, and the run with it. Where a point lies down, and another does so before the line of the first has the
    !> length that it begins with, as its image at a mirror that the mesh does not know, there is none with that alone: both at once.
-   subroutine take_answer(problem, run, leg, change, answer, next, on, timers)
+   subroutine take_answer(problem, run, leg, change, answer, next, on, holds, timers)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run             !! at the change's place
       type(leg_t), intent(in) :: leg
@@ -128,12 +135,14 @@ contains
       type(answer_t), intent(in) :: answer
       type(problem_t), intent(out) :: next
       type(run_t), intent(out) :: on
+      logical, intent(out) :: holds              !! false: a point divides into none that push
       type(timers_t), intent(inout) :: timers
       type(answer_t) :: larger
       integer :: more, lines
       logical :: grows
+      holds = .true.
       if (change%tests(change%which)%kind == test_curvature .and. answer%opens(1) /= answer%opens(2)) then
-         call divide(problem, run, leg, change, answer, next, on, timers)
+         call divide(problem, run, leg, change, answer, next, on, holds, timers)
          return
       end if
       larger = answer
@@ -194,7 +203,7 @@ contains
 
    !> The two points of a divided one. Where the rod comes down beside a point just before that is flat, by less than is told,
    !> points that are near would have to pull, and others further apart do not.
-   subroutine divide(problem, run, leg, change, answer, next, on, timers)
+   subroutine divide(problem, run, leg, change, answer, next, on, holds, timers)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run             !! at the change's place
       type(leg_t), intent(in) :: leg
@@ -202,6 +211,7 @@ contains
       type(answer_t), intent(in) :: answer       !! with points as near as any begin
       type(problem_t), intent(inout) :: next
       type(run_t), intent(inout) :: on
+      logical, intent(out) :: holds              !! false: none of them, taken are those that are as near as any
       type(timers_t), intent(inout) :: timers
       integer, parameter :: most = 4             ! doublings of their distance: what is told is not that deep
       type(answer_t) :: wider
@@ -214,7 +224,9 @@ contains
          call copy_problem(problem, next)
          call copy_run(run, on)
          call take_set(next, on, change%tests(change%which), change%begins, wider, 0.0_wp, grows, timers)
-         if (.not. allocated(on%stuck) .and. pushes(next, on, wider%opens)) exit
+         holds = .not. allocated(on%stuck)
+         if (holds) holds = pushes(next, on, wider%opens)
+         if (holds) exit
          wider = answer_to(problem, change%place, change%tests, change%which, leg%before%value - leg%after%value, run%touches, &
             & apart=2.0_wp**(try + 1) * first_length)
       end do
