@@ -10,7 +10,7 @@ module path_follower
    use corner_ahead, only: corner_t, look_for_corner, is_near, part_before, differ
    use corrector, only: increment_t, take_increment
    use path_run, only: run_t, copy_run, footing_t, heading_of, turned_round
-   use step_control, only: begin_arc_length, go_by_load, next_increment, smallest, shorten_to_stop
+   use step_control, only: begin_arc_length, go_by_load, may_rest, next_increment, smallest, shorten_to_stop
    use path_events, only: new_probe
    use path_acceptance, only: accept
    use accuracy_asked, only: wants_another
@@ -152,8 +152,8 @@ contains
          call renew_mesh(problem, run, timers)
          if (allocated(run%spare)) call coarsen_mesh(problem, run, timers)
          if (is_arc_length(step%method) .and. .not. is_arc_length(run%control%method)) then
-            call begin_arc_length(step, run, scaled)
-            if (.not. (scaled .or. run%control%load_scale > 0.0_wp .or. moves_obstacle(step))) then
+            call begin_arc_length(problem, step, run, scaled)
+            if (.not. (run%last_length > 0.0_wp .or. run%control%load_scale > 0.0_wp .or. may_rest(step))) then
                outcome%why = 'the first increment moved nothing: the arc length has no scale'
                return
             end if
@@ -367,12 +367,4 @@ contains
             & ' cannot follow it (an arc-length METHOD can)'
       end if
    end subroutine turn_corner
-
-   !> True where the load of a step moves obstacles, or closes their gaps.
-   pure logical function moves_obstacle(step)
-      type(step_t), intent(in) :: step
-      moves_obstacle = .false.
-      if (allocated(step%load%motion)) moves_obstacle = any(abs(step%load%motion) > 0.0_wp)
-      if (allocated(step%load%closing)) moves_obstacle = moves_obstacle .or. any(abs(step%load%closing) > 0.0_wp)
-   end function moves_obstacle
 end module path_follower

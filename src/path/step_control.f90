@@ -2,7 +2,7 @@
 module step_control
    use kinds, only: wp
    use model, only: step_t, method_load, method_displacement, method_cylindrical
-   use problem, only: problem_t
+   use problem, only: problem_t, rounding_gap
    use path_control, only: control_t, is_arc_length, held_within
    use path_continuity, only: relation_t, largest_turn, stands_still
    use path_events, only: probe_t
@@ -10,7 +10,7 @@ module step_control
    use corrector, only: increment_t
    implicit none
    private
-   public :: start_control, begin_arc_length, go_by_load, next_increment, smallest, shorten_to_stop, stop_met
+   public :: start_control, begin_arc_length, go_by_load, may_rest, next_increment, smallest, shorten_to_stop, stop_met
 
    real(wp), parameter :: safety = 0.7_wp         !! share of a limit that an increment is planned to use
    real(wp), parameter :: least_part = 1.0e-6_wp !! of the first increment, as where load or displacement is prescribed
@@ -33,14 +33,15 @@ contains
          & allocate (run%control%tangent(3, problem%model%mesh%n_nodes), source=0.0_wp)
    end subroutine start_control
 
-   !> Switches from load-controlled increments, of which the first gives the arc length its scale.
-   subroutine begin_arc_length(step, run, scaled)
+   !> Switches from load-controlled increments, of which the first that moves something gives the arc length its scale.
+   subroutine begin_arc_length(problem, step, run, scaled)
+      type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
-      logical, intent(out) :: scaled            !! false: nothing moved, there is no arc length
+      logical, intent(out) :: scaled            !! false: nothing moved but by rounding, there is no arc length
       real(wp) :: length
       length = run%last_length
-      scaled = length > 0.0_wp .and. abs(run%last_load) > 0.0_wp
+      scaled = length > rounding_gap(problem) * sqrt(sum(problem%weight)) .and. abs(run%last_load) > 0.0_wp
       if (run%control%load_scale > 0.0_wp) then
          scaled = .not. stands_still(run%heading%load, step%increment)
          length = run%control%load_scale * abs(step%increment)
@@ -52,6 +53,16 @@ contains
       if (step%method /= method_cylindrical) run%control%increment = sqrt(2.0_wp) * length
       run%control%increment = min(run%control%increment, step%largest)
    end subroutine begin_arc_length
+
+   !> True for a step that can reach its end though nothing moves: its load comes to stop values, moves obstacles or closes their
+   !> gaps.
+   pure logical function may_rest(step)
+      type(step_t), intent(in) :: step
+      may_rest = .false.
+      if (size(step%stop) > 0) may_rest = any(step%stop%monitor == 0)
+      if (allocated(step%load%motion)) may_rest = may_rest .or. any(abs(step%load%motion) > 0.0_wp)
+      if (allocated(step%load%closing)) may_rest = may_rest .or. any(abs(step%load%closing) > 0.0_wp)
+   end function may_rest
 
    !> Where nothing moves any more, as where a load stands on a contact of its own, no arc length tells increments apart: the load
    !> does, in increments that begin like the first, until something moves again.
