@@ -10,11 +10,11 @@ Arch whose crown is pressed down onto a floor
 1, {x:.17g}, {y:.17g}
 2, 0., 1.
 3, {right:.17g}, {y:.17g}
-*ARC, ELSET=ARCH, NSET=ARCH, DIRECTION=CLOCKWISE, TYPE=GE8
+*ARC, ELSET=ARCH, NSET=ARCH, DIRECTION=CLOCKWISE, TYPE={element}
 1, 2, 0., 0.{count}
 2, 3, 0., 0.{count}
 *BEAM SECTION, ELSET=ARCH, SECTION=STIFFNESS
-{ea}, 1.
+1E5, 1.
 *BOUNDARY
 1, ENCASTRE
 3, ENCASTRE
@@ -22,7 +22,7 @@ Arch whose crown is pressed down onto a floor
 2, U2, -1.
 *OBSTACLE, NAME=FLOOR, TYPE=LINE
 -3., {floor:.17g}, 3., {floor:.17g}
-*CONTACT, OBSTACLE=FLOOR, NSET=ARCH{points}
+*CONTACT, OBSTACLE=FLOOR, NSET=ARCH
 *MONITOR, NAME=push, OBSTACLE=FLOOR
 RN
 *STEP
@@ -36,10 +36,10 @@ LOAD, ABOVE, 40.
 """
 
 
-def arch(half_angle, depth, floor=True, count="", accuracy="*ACCURACY, TOLERANCE=1E-6\n", method="CYLINDRICAL", points="", ea=1e5):
+def arch(half_angle, depth, floor=True, count="", accuracy="*ACCURACY, TOLERANCE=1E-6\n", method="CYLINDRICAL", element="GE8"):
     x, y = -np.sin(half_angle), np.cos(half_angle)
     text = ARCH.format(x=x, y=y, right=-x, floor=1.0 - depth if floor else -9.0, count=count, accuracy=accuracy,
-                       method=method, points=points, ea=ea)
+                       method=method, element=element)
     return text if floor else text.replace("LOAD, ABOVE, 40.", f"v, ABOVE, {depth:.17g}")
 
 
@@ -49,7 +49,8 @@ FALLING, RISING = (1.0, 0.5), (1.0, 0.8)
 
 @pytest.mark.parametrize("half_angle, depth", [FALLING, RISING])
 @pytest.mark.parametrize("method", ["CYLINDRICAL", "SPHERICAL", "LINEARISED"])
-@pytest.mark.parametrize("mesh", [{}, {"count": ", 12", "accuracy": ""}], ids=["asked", "given"])
+@pytest.mark.parametrize("mesh", [{}, {"count": ", 12", "accuracy": ""},
+                                  {"count": ", 48", "accuracy": "", "element": "GE4"}], ids=["asked", "given", "GE4"])
 def test_a_load_on_a_contact_of_its_own(half_angle, depth, method, mesh):
     """The free arch has the load of the touch. Behind it nothing moves, and what the load grows by is the floor's."""
     free = dr.run_deck(arch(half_angle, depth, floor=False, method=method, **mesh))
@@ -63,6 +64,52 @@ def test_a_load_on_a_contact_of_its_own(half_angle, depth, method, mesh):
     assert len(v) > 2
     assert abs(v - depth).max() <= 1e-9
     assert abs(push - (load - touch.load_factor)).max() <= touch.error + end.monitor_errors["push"]
+
+
+PIPE = """*HEADING
+Pipe on a rigid bed, pushed down at a node
+*NODE
+1, 0., 0.
+2, 2., 0.
+3, 5., 0.
+*LINE, ELSET=PIPE, NSET=PIPE, TYPE=GE8
+1, 2
+2, 3
+*BEAM SECTION, ELSET=PIPE, SECTION=STIFFNESS
+1E5, 1.
+*BOUNDARY
+2, 1
+*OBSTACLE, NAME=BED, TYPE=LINE
+0., 0., 1., 0.
+*CONTACT, OBSTACLE=BED, NSET=PIPE
+*MONITOR, NAME=push, OBSTACLE=BED
+RN
+*STEP
+*ACCURACY, TOLERANCE=1E-6
+*STATIC, METHOD=LOAD
+1.
+*DLOAD
+PIPE, PY, -0.5
+*END STEP
+*STEP
+*STATIC
+0.1
+*CLOAD
+2, 2, -7.
+*STOP
+LOAD, ABOVE, 1.
+*END STEP
+"""
+
+
+def test_a_load_that_moves_nothing():
+    """By arc length, too, the bed takes all of it: the weight, and then the load."""
+    run = dr.run_deck(PIPE)
+    weight, end = run.labelled("EP")
+    assert run.labelled("C-") == []
+    dr.assert_close(weight.monitors["push"], 2.5, relative=1e-9)
+    dr.assert_close(end.load_factor, 1.0, relative=1e-12)
+    dr.assert_close(end.monitors["push"], 9.5, relative=1e-9)
 
 
 SOIL = """*HEADING

@@ -109,6 +109,9 @@ contains
          call seen(before, first, rates(1), from)
       end if
       if (.not. (metric(problem, first, first) > 0.0_wp .and. metric(problem, last, last) > 0.0_wp)) return
+      ! Where nothing moves tangents are rounding, and the chord is what was left of a located point.
+      if (length <= problem%model%step(problem%step)%locate_tolerance .and. stands_still(rates(1), length * rise) .and. &
+         & stands_still(rates(2), length * rise)) return
       relation%told = .true.
       relation%turn = angle_between(problem, first, last)
       chord = chord - 0.5_wp * (first + last)

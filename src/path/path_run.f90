@@ -13,7 +13,7 @@ module path_run
    use mesh_request, only: refinement_t
    use landmarks, only: landmark_t, landmarks_t
    use monitor_rows, only: monitor_change
-   use path_continuity, only: heading_t, heading_at, chord_between, goes_back
+   use path_continuity, only: heading_t, heading_at, chord_between, goes_back, stands_still
    use path_record, only: region_t
    use path_events, only: probe_t, new_probe
    implicit none
@@ -165,6 +165,8 @@ contains
       integer :: k
       turned_round = .false.
       if (.not. allocated(run%trail)) return
+      ! Where nothing moves the tangent is rounding.
+      if (stands_still(ahead%load, trial%load_factor - run%state%load_factor)) return
       do k = 1, size(run%trail)
          if (turned_round) return
          associate (way => run%trail(k))
