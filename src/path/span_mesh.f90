@@ -84,11 +84,11 @@ contains
       here%demand = taken_along(problem, run%state, asked%demand)
       cut = find_cuts(problem, trial)
       ! Without a load nothing says where contact will end.
-      if (settled .and. run%fresh) call take_trial(asked, problem, run, trial, taken, timers)
+      if (settled .and. run%fresh) call take_trial(asked, problem, run, trial, .false., taken, timers)
       if (.not. taken .and. (problem%has_spans() .or. run%from_point .or. marked(problem, trial, cut))) call stand_here()
       ! Where contact has just been told by nodes, or by elements on foundations, the run does not stand on a point of these spans.
       if (.not. (taken .or. done)) run%before = present_demand(problem, run%state)
-      if (.not. (taken .or. done)) call take_trial(asked, problem, run, trial, taken, timers)
+      if (.not. (taken .or. done)) call take_trial(asked, problem, run, trial, .true., taken, timers)
       ! Newton's method may not settle on one mesh and does on another, which may be finer than was asked for.
       if (.not. (taken .or. done)) then
          do k = 1, size(here%demand)
@@ -96,6 +96,7 @@ contains
          end do
          call stand_here()
       end if
+      if (.not. (taken .or. done)) call take_trial(asked, problem, run, trial, .false., taken, timers)
       done = done .or. taken
       if (.not. done .and. allocated(finer)) then
          ! The mesh was made coarser than leads on.
@@ -132,19 +133,24 @@ contains
    end function taken_along
 
    !> The trial on another mesh, and the run's point, as it is, with it.
-   subroutine take_trial(asked, problem, run, trial, taken, timers)
+   subroutine take_trial(asked, problem, run, trial, both, taken, timers)
       type(problem_t), intent(in) :: asked           !! the problem with another demand
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
       type(state_t), intent(inout) :: trial
+      logical, intent(in) :: both                    !! the run's point is to be in equilibrium on it, too
       logical, intent(out) :: taken                  !! false: no equilibrium was found on it, nothing has changed
       type(timers_t), intent(inout) :: timers
       type(problem_t) :: before
+      type(run_t) :: unmoved
+      type(state_t) :: untaken
       type(state_t) :: start
       type(heading_t) :: heading
       type(probe_t) :: probe
       logical :: fresh, settled
       call copy_problem(problem, before)
+      call copy_run(run, unmoved)
+      untaken = trial
       start = run%state
       heading = run%heading
       probe = run%probe
@@ -166,6 +172,12 @@ contains
       ! Shorter increments may have to start there, and events may lie there.
       call linearise(problem, run%state, run%state, run%system, timers)
       call settle(problem, run, settled, timers)
+      taken = settled .or. .not. both
+      if (.not. taken) then
+         call copy_problem(before, problem)
+         call copy_run(unmoved, run)
+         trial = untaken
+      end if
       call linearise(problem, trial, trial, run%system, timers)
    end subroutine take_trial
 
