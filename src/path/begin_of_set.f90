@@ -1,7 +1,7 @@
 !> Where a set of contact spans that is known further on begins to hold.
 module begin_of_set
    use kinds, only: wp
-   use span_tests, only: span_test_t, any_fails
+   use span_test, only: span_test_t, any_fails
    use next_spans, only: next_t, copy_next, go_to_load
    use timing, only: timers_t
    implicit none

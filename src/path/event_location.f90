@@ -12,8 +12,9 @@ module event_location
    use corrector, only: increment_t, correct
    use path_events, only: event_t, event_value, event_bifurcation, event_release, event_contact, event_limit, event_turning, &
       & event_value_reached, event_stop
-   use sightings, only: sighting_t
-   use smooth_zero, only: locate_smooth, zero_eigenvalue
+   use sightings, only: sighting_t, note_balance
+   use smooth_zero, only: locate_smooth
+   use event_eigenvalue, only: zero_eigenvalue
    use path_run, only: run_t, copy_run, heading_of, probe_at
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    use force_law, only: segment_open, segment_unknown
@@ -48,8 +49,7 @@ contains
          if (sighting%located) return
          ! Not where the last point was brought to this mesh without an equilibrium.
          call linearise(problem, run%state, run%state, run%system, timers)
-         sighting%report%residual = max(run%system%force_residual, run%system%defect_residual)
-         sighting%located = sighting%report%residual <= max(step%tolerance, run%system%round_off)
+         call note_balance(step, run%system, sighting%report, sighting%located)
          if (.not. sighting%located) return
          sighting%place = run%state
          sighting%heading = run%heading

@@ -5,12 +5,12 @@ module line_arrival
    use kinds, only: wp
    use problem, only: problem_t
    use touch_edits, only: end_moved
-   use contact_touch, only: touch_t
+   use contact_touch, only: touch_t, shortest
    use breakpoint_forces, only: held_couple, held_force, left_over
    use past_breakpoints, only: beyond, end_node
    use lifted_node, only: lifted_ahead
    use touch_candidates, only: present_touches
-   use span_tests, only: span_test_t, shortest
+   use span_test, only: span_test_t
    use span_change, only: leg_t
    use next_spans, only: next_t, new_next, go_to_load
    use timing, only: timers_t

@@ -7,7 +7,7 @@ module nodes_to_spans
    use contact_touch, only: touch_t
    use touch_edits, only: same_set, laid_down
    use touch_candidates, only: present_touches
-   use span_tests, only: span_test_t, test_slack, test_flat
+   use span_test, only: span_test_t, test_slack, test_flat
    use nodal_touches, only: touches_at_nodes
    use bordered_system, only: linearise
    use next_spans, only: next_t, copy_next, new_next, settle, tests_of, holds

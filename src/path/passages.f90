@@ -5,12 +5,12 @@
 module passages
    use kinds, only: wp
    use problem, only: problem_t
-   use contact_touch, only: touch_t
+   use contact_touch, only: touch_t, shortest, line_share
    use touch_edits, only: lost, shrunk, end_moved, moved, continued
    use past_breakpoints, only: beyond, end_node
    use lifted_node, only: lifted_ahead
    use rod_state, only: state_t
-   use span_tests, only: span_test_t, test_length, test_crossing, shortest, line_share
+   use span_test, only: span_test_t, test_length, test_crossing
    implicit none
    private
    public :: pass_breakpoints, is_turned, behind

@@ -1,7 +1,7 @@
 !> The load factor at which a new set of contact spans begins to hold.
 module set_begins
    use kinds, only: wp
-   use span_tests, only: span_test_t, test_slack, test_pressure
+   use span_test, only: span_test_t, test_slack, test_pressure
    use span_change, only: leg_t
    use next_spans, only: next_t, go_to_load
    use held_openings, only: held_load

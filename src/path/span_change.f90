@@ -3,7 +3,8 @@ module span_change
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
-   use span_tests, only: span_test_t, run_span_tests
+   use span_test, only: span_test_t
+   use span_tests, only: run_span_tests
    use path_continuity, only: heading_t
    use path_run, only: run_t
    use next_spans, only: next_t

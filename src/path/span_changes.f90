@@ -7,8 +7,9 @@ module span_changes
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use span_regions, only: find_span_regions
-   use span_tests, only: span_test_t, test_words, test_slack, test_curvature, test_force, test_length, &
-      & shortest, spans_hold
+   use span_test, only: span_test_t, test_words, test_slack, test_curvature, test_force, test_length
+   use span_tests, only: spans_hold
+   use contact_touch, only: shortest
    use touchdown_points, only: point_force
    use held_openings, only: first_length
    use lying_ahead, only: reach_of, turns

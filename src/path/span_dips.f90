@@ -7,7 +7,8 @@ module span_dips
    use problem, only: problem_t
    use rod_state, only: state_t
    use bordered_system, only: linearise
-   use span_tests, only: span_test_t, run_span_tests, test_force, test_curvature, test_slack
+   use span_test, only: span_test_t, test_force, test_curvature, test_slack
+   use span_tests, only: run_span_tests
    use span_change, only: leg_t
    use tangent_step, only: states_along
    use touchdown_points, only: touchdown_steps

@@ -4,8 +4,8 @@ module span_events
    use model, only: step_t
    use problem, only: problem_t, rounding_gap
    use free_span_gap, only: gap_at
-   use span_tests, only: span_test_t, any_fails, another_fails, test_slack, test_gap, test_curvature, test_flat, &
-      & test_slope, test_length
+   use span_test, only: span_test_t, any_fails, another_fails, test_slack, test_gap, test_curvature, test_flat, test_slope, &
+      & test_length
    use span_change, only: leg_t, change_t, change_none, change_missed, change_by_rule, change_vanishing, place_here, &
       & place_ahead
    use next_spans, only: next_t, copy_next

@@ -5,7 +5,8 @@ module span_location
    use problem, only: problem_t
    use rod_state, only: state_t
    use bordered_system, only: linearise
-   use span_tests, only: span_test_t, run_span_tests, test_curvature
+   use span_test, only: span_test_t, test_curvature
+   use span_tests, only: run_span_tests
    use span_change, only: leg_t, change_t, change_by_rule, change_missed, place_within, place_here, &
       & place_ahead
    use held_openings, only: find_flat_point

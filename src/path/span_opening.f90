@@ -25,7 +25,7 @@ module span_opening
    use touch_edits, only: begun, lost, opened, end_moved, shrunk, numbered, same_set
    use touch_candidates, only: present_touches
    use line_pressure, only: pressure_t, sample_line, density_at
-   use span_tests, only: span_test_t, test_force, test_pressure, test_couple, test_slack, well_below
+   use span_test, only: span_test_t, test_force, test_pressure, test_couple, test_slack, well_below
    use breakpoint_forces, only: held_force, held_couple
    use lifted_node, only: inside_line, lifted_beside
    use next_spans, only: next_t, new_next, settle, holds

@@ -3,14 +3,14 @@ module span_rules
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
-   use contact_touch, only: touch_t
+   use contact_touch, only: touch_t, line_share
    use touch_edits, only: lost, spread_out, parted, shrunk, end_moved, moved, continued, numbered
    use line_pressure, only: virtual_pressure
    use lifted_node, only: lifted_at_mirror, stays_down
    use passages, only: pass_breakpoints, is_turned, behind
-   use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_pressure, test_length, test_crossing, &
-      & test_slope, test_leaving, test_couple, test_slack, line_share, &
-      & rests_beside
+   use span_test, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_pressure, test_length, &
+      & test_crossing, test_slope, test_leaving, test_couple, test_slack
+   use point_tests, only: rests_beside
    use conforming_span, only: flat_excess, excess_curvature, node_track, track_sense, rod_angle, ge_end
    use obstacle_track, only: track_t
    use touchdown_points, only: point_force

@@ -6,11 +6,10 @@ module span_set
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use contact_response, only: reaction_rate
-   use contact_touch, only: touch_t
+   use contact_touch, only: touch_t, shortest
    use touch_candidates, only: present_touches, touch_place, rolls_at
    use free_span_gap, only: gap_at
-   use span_tests, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, test_crossing, test_slope, &
-      & shortest
+   use span_test, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, test_crossing, test_slope
    use span_rules, only: answer_t
    use span_mesh, only: take_touches
    use held_openings, only: open_span, rest_held, spread_ahead, spreading_rate

@@ -11,11 +11,11 @@ module vanishing_span
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t
    use bordered_system, only: linearise
-   use contact_touch, only: touch_t
+   use contact_touch, only: touch_t, shortest, line_share
    use touch_edits, only: laid_down, merged
    use line_pressure, only: virtual_pressure
    use touch_candidates, only: present_touches
-   use span_tests, only: span_test_t, test_flat, test_force, test_slack, another_fails, shortest, line_share
+   use span_test, only: span_test_t, test_flat, test_force, test_slack, another_fails
    use past_breakpoints, only: beyond
    use line_arrival, only: find_arrival
    use span_regions, only: find_span_regions
