@@ -99,6 +99,7 @@ contains
          & seen%event%kind == event_value_reached .or. seen%event%kind == event_turning)) .or. &
          & any([(passes_kinks(problem, run%state, seen(i)), i=1, size(seen))]))
       if (shorter) return
+      run%has_events = any(seen%located .and. .not. told)
       stops = stop_met(step, run%probe, probe)
       if (allocated(run%wanted)) deallocate (run%wanted)
       run%unsettled = .false.

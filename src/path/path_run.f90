@@ -74,6 +74,7 @@ module path_run
       type(demand_t), allocatable :: wanted(:)   !! (stretches) the mesh that the last trial asks for, of which nothing was
       !! recorded; not allocated: it is as good as the deck asks
       logical :: from_point = .false.            !! it is for the way from the run's point: kinks of the trial are not there
+      logical :: has_events = .false.            !! on the way to the last trial, located from the run's point
       type(demand_t), allocatable :: before(:)   !! (stretches) the mesh of the way, before it was made for the trial
       type(demand_t), allocatable :: spare(:)    !! (stretches) a coarser mesh that would have done for the last point
       type(footing_t), allocatable :: footing    !! to go back to, until a point stands on the coarser mesh

@@ -88,7 +88,7 @@ contains
       if (.not. taken .and. (problem%has_spans() .or. run%from_point .or. marked(problem, trial, cut))) call stand_here()
       ! Where contact has just been told by nodes, or by elements on foundations, the run does not stand on a point of these spans.
       if (.not. (taken .or. done)) run%before = present_demand(problem, run%state)
-      if (.not. (taken .or. done)) call take_trial(asked, problem, run, trial, .true., taken, timers)
+      if (.not. (taken .or. done)) call take_trial(asked, problem, run, trial, run%has_events, taken, timers)
       ! Newton's method may not settle on one mesh and does on another, which may be finer than was asked for.
       if (.not. (taken .or. done)) then
          do k = 1, size(here%demand)

@@ -25,6 +25,7 @@ contains
       type(run_t), intent(inout) :: run
       run%control%method = merge(method_load, step%method, is_arc_length(step%method))
       run%control%monitor = step%monitor
+      run%control%load_scale = 0.0_wp
       if (allocated(run%control%previous)) deallocate (run%control%previous)
       run%control%increment = step%increment
       run%heading = heading_of(problem, run, run%state)
