@@ -12,7 +12,7 @@ module other_ways
    use step_control, only: smallest
    use accuracy_asked, only: wants_another
    use path_outcome, only: outcome_t
-   use span_changes, only: pass_change
+   use span_changes, only: pass_change, set_holds
    use span_mesh, only: step_back, ask_for_twice
    use attempt, only: attempt_t, ended
    use increment_retries, only: retry_refined, retry_by_nodes
@@ -61,15 +61,17 @@ contains
       logical, intent(out) :: done
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
+      integer :: result
       done = .false.
       if (.not. (problem%has_spans() .and. attempt%cuts == cuts_before_change .and. allocated(run%trail))) return
       attempt%trial = run%state
       attempt%ahead = run%heading
-      call pass_change(problem, step, run, attempt%trial, attempt%ahead, .true., huge(1), recorder, attempt%changed, &
+      call pass_change(problem, step, run, attempt%trial, attempt%ahead, .true., huge(1), recorder, result, &
          & attempt%finished, outcome, timers)
       done = ended(attempt, outcome)
       if (done) return
       if (allocated(run%stuck)) deallocate (run%stuck)
+      attempt%changed = result /= set_holds
       done = attempt%changed
       if (done) then
          attempt%cuts = 0

@@ -17,7 +17,7 @@ module path_follower
    use path_acceptance, only: accept
    use accuracy_asked, only: wants_another
    use path_outcome, only: outcome_t
-   use span_changes, only: pass_change
+   use span_changes, only: pass_change, set_changed, go_nearer, other_mesh
    use span_dips, only: note_slopes
    use span_mesh, only: renew_mesh, coarsen_mesh
    use path_record, only: recorder_t
@@ -39,6 +39,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
       type(attempt_t) :: attempt
+      integer :: result
       logical :: shorter
       do
          if (run%step_points >= step%max_points) then
@@ -57,14 +58,12 @@ contains
          if (attempt%cuts == 0) attempt%failures = 0
          attempt%cuts = 0
          if (problem%has_spans() .and. .not. attempt%begins) then
-            call pass_change(problem, step, run, attempt%trial, attempt%ahead, .false., attempt%meshes, recorder, &
-               & attempt%changed, attempt%finished, outcome, timers)
+            call pass_change(problem, step, run, attempt%trial, attempt%ahead, .false., attempt%meshes, recorder, result, &
+               & attempt%finished, outcome, timers)
             if (ended(attempt, outcome)) return
-            if (wants_another(run)) then
-               call retry_refined(problem, run, attempt, .true., timers)
-               cycle
-            end if
-            if (attempt%changed .and. .not. allocated(run%stuck)) cycle
+            attempt%changed = any(result == [set_changed, go_nearer])
+            if (result == other_mesh) call retry_refined(problem, run, attempt, .true., timers)
+            if (any(result == [set_changed, go_nearer, other_mesh])) cycle
          end if
          if (allocated(run%stuck)) then
             call retry_by_nodes(problem, step, run, attempt, recorder, outcome, timers)

@@ -37,94 +37,155 @@ module span_changes
    use timing, only: timers_t
    implicit none
    private
-   public :: pass_change, pass_doubt
+   public :: pass_change, pass_doubt, set_holds, set_changed, go_nearer, other_mesh, no_set
+
+   ! What has come of looking for a change.
+   integer, parameter :: set_holds = 0           !! there is none
+   integer, parameter :: set_changed = 1         !! the run stands where it is, with the next set
+   integer, parameter :: go_nearer = 2           !! the increment is to be shorter, and has become so
+   integer, parameter :: other_mesh = 3          !! see run%wanted
+   integer, parameter :: no_set = 4              !! run%stuck says what was not found
 
 contains
 
    !> Looks whether the contact spans of an increment still hold at its end. Where they do not the run goes to where they
    !> first fail and on from there with those that hold.
-   subroutine pass_change(problem, step, run, trial, ahead, stuck, tries, recorder, changed, finished, outcome, timers)
+   subroutine pass_change(problem, step, run, trial, ahead, stuck, tries, recorder, result, finished, outcome, timers)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run          !! its system is factored at the trial, or at its new state where changed
+      type(run_t), intent(inout) :: run          !! its system is factored at the trial where the set holds, else where it stands
       type(state_t), intent(in) :: trial
       type(heading_t), intent(in) :: ahead       !! tangent there
       logical, intent(in) :: stuck               !! no increment converges: the trial is the run's state, what may be ahead of it?
       integer, intent(in) :: tries               !! as accept has it
       class(recorder_t), intent(inout) :: recorder
-      logical, intent(out) :: changed            !! false with run%wanted allocated: the change wants another mesh
+      integer, intent(out) :: result             !! set_holds, set_changed, ...
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
-      type(leg_t) :: leg, near
+      type(leg_t) :: leg
       type(change_t) :: change
+      finished = .false.
+      leg = new_leg(problem, run, trial, ahead, stuck)
+      call find_change(problem, step, run, leg, change, timers)
+      if (change%kind == change_by_rule) call look_beyond(problem, step, run, leg, change, timers)
+      select case (change%kind)
+      case (change_none)
+         call stay(problem, step, run, leg, result, timers)
+      case (change_missed)
+         call go_less_far(problem, step, run, leg%after(change%which), result, timers)
+      case (change_vanishing)
+         call pass_vanishing(problem, step, run, leg, change, recorder, result, finished, outcome, timers)
+      case (change_by_rule)
+         call pass_by_rule(problem, step, run, leg, tries, change, recorder, result, finished, outcome, timers)
+      case (change_opening)
+         call pass_opening(problem, step, run, leg, tries, change, recorder, result, finished, outcome, timers)
+      end select
+      if (allocated(run%stuck)) result = no_set
+   end subroutine pass_change
+
+   !> The set holds at the end of the leg; between its ends slopes tell.
+   subroutine stay(problem, step, run, leg, result, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run
+      type(leg_t), intent(in) :: leg
+      integer, intent(out) :: result
+      type(timers_t), intent(inout) :: timers
+      logical :: shorter
+      shorter = .false.
+      call linearise(problem, leg%to, run%state, run%system, timers)
+      if (.not. leg%stuck) call look_between(problem, step, run, leg, 0, shorter, timers)
+      result = merge(go_nearer, set_holds, shorter)
+   end subroutine stay
+
+   !> A span is gone. The set without it is known at the end of the leg alone, and what is on the way would not be told: nearer, as
+   !> long as the load turns before.
+   subroutine pass_vanishing(problem, step, run, leg, change, recorder, result, finished, outcome, timers)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run
+      type(leg_t), intent(in) :: leg
+      type(change_t), intent(inout) :: change
+      class(recorder_t), intent(inout) :: recorder
+      integer, intent(out) :: result
+      logical, intent(out) :: finished
+      type(outcome_t), intent(inout) :: outcome
+      type(timers_t), intent(inout) :: timers
+      finished = .false.
+      if (turns(run, leg) .and. .not. leg%stuck .and. 0.5_wp * abs(run%control%increment) >= smallest(step, run%control)) then
+         call go_less_far(problem, step, run, leg%after(change%which), result, timers)
+      else
+         result = set_changed
+         call take_next(problem, step, run, change%next, recorder, finished, outcome, timers)
+      end if
+   end subroutine pass_vanishing
+
+   !> A test is zero, and a rule says what comes behind it.
+   subroutine pass_by_rule(problem, step, run, leg, tries, change, recorder, result, finished, outcome, timers)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run
+      type(leg_t), intent(in) :: leg
+      integer, intent(in) :: tries
+      type(change_t), intent(inout) :: change
+      class(recorder_t), intent(inout) :: recorder
+      integer, intent(out) :: result
+      logical, intent(out) :: finished
+      type(outcome_t), intent(inout) :: outcome
+      type(timers_t), intent(inout) :: timers
+      type(leg_t) :: near
       type(answer_t) :: answer
       type(problem_t) :: next
       type(run_t) :: on
       logical :: shorter, holds, asked
       finished = .false.
-      leg = new_leg(problem, run, trial, ahead, stuck)
-      call find_change(problem, step, run, leg, change, timers)
-      if (change%kind == change_by_rule) call look_beyond(problem, step, run, leg, change, timers)
-      changed = change%kind /= change_none
-      if (change%kind == change_missed) then
-         call go_less_far(problem, step, run, leg%after(change%which), timers)
-         return
-      end if
-      if (change%kind == change_by_rule .and. change%where == place_within .and. .not. stuck) then
+      if (change%where == place_within .and. .not. leg%stuck) then
          near = leg
          near%to = change%place
          near%ahead = change%heading
          near%after = change%tests
          call look_between(problem, step, run, near, change%which, shorter, timers)
+         result = go_nearer
          if (shorter) return
       end if
-      if (change%kind == change_vanishing) then
-         ! Its set is known at the end alone, and what is on the way would not be told: nearer, as long as the load turns before.
-         if (turns(run, leg) .and. .not. stuck .and. 0.5_wp * abs(run%control%increment) >= smallest(step, run%control)) then
-            call go_less_far(problem, step, run, leg%after(change%which), timers)
-            return
-         end if
-         call take_next(problem, step, run, change%next, recorder, finished, outcome, timers)
-         return
+      answer = answer_to(problem, change%place, change%tests, change%which, leg%before%value - leg%after%value, run%touches)
+      ! At once with another change that has its point.
+      if (change%where == place_here .and. change%tests(change%which)%kind == test_curvature) answer%label = '  '
+      call record_change(problem, step, run, leg, tries, answer%label, answer%divides, change, recorder, result, finished, &
+         & outcome, timers)
+      if (result /= set_changed .or. finished .or. allocated(outcome%why)) return
+      call take_answer(problem, run, leg, change, answer, next, on, holds, timers)
+      if (.not. holds .and. change%where == place_here .and. tries == 0) then
+         ! Of a point that is as curved as its obstacle but for what the mesh errs by, and nothing is recorded yet.
+         call ask_for_twice(problem, run, asked)
+         result = merge(other_mesh, set_changed, asked)
+         if (asked) return
       end if
-      if (change%kind == change_by_rule) then
-         answer = answer_to(problem, change%place, change%tests, change%which, leg%before%value - leg%after%value, &
-            & run%touches)
-         ! At once with another change that has its point.
-         if (change%where == place_here .and. change%tests(change%which)%kind == test_curvature) answer%label = '  '
-      end if
-      if (changed) then
-         call record_change(problem, step, run, stuck, tries, change, answer, recorder, shorter, finished, outcome, timers)
-         ! Something may lie before it that is better found from nearer.
-         changed = .not. (shorter .or. wants_another(run))
-         if (wants_another(run)) return
-         if (shorter .and. change%where /= place_ahead) then
-            changed = .true.
-            call go_less_far(problem, step, run, leg%after(change%which), timers)
-            return
-         end if
-      end if
-      if (.not. changed) then
-         call linearise(problem, trial, run%state, run%system, timers)
-         if (.not. stuck) call look_between(problem, step, run, leg, 0, changed, timers)
-         return
-      end if
-      if (finished .or. allocated(outcome%why)) return
-      if (change%kind == change_by_rule) then
-         call take_answer(problem, run, leg, change, answer, next, on, holds, timers)
-         if (.not. holds .and. change%where == place_here .and. tries == 0) then
-            ! Of a point that is as curved as its obstacle but for what the mesh errs by, and nothing is recorded yet.
-            call ask_for_twice(problem, run, asked)
-            changed = .not. asked
-            if (asked) return
-         end if
-         call go_on(problem, step, run, next, on, recorder, finished, outcome, timers)
-      else
-         call come_nearer(problem, step, run, leg, change, timers)
-         call take_next(problem, step, run, change%next, recorder, finished, outcome, timers)
-      end if
-   end subroutine pass_change
+      call go_on(problem, step, run, next, on, recorder, finished, outcome, timers)
+   end subroutine pass_by_rule
+
+   !> A line opens inside, and what comes behind that is known. Where one stays on both sides its contact divides.
+   subroutine pass_opening(problem, step, run, leg, tries, change, recorder, result, finished, outcome, timers)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run
+      type(leg_t), intent(in) :: leg
+      integer, intent(in) :: tries
+      type(change_t), intent(inout) :: change
+      class(recorder_t), intent(inout) :: recorder
+      integer, intent(out) :: result
+      logical, intent(out) :: finished
+      type(outcome_t), intent(inout) :: outcome
+      type(timers_t), intent(inout) :: timers
+      logical :: divides
+      divides = size(find_span_regions(change%next%problem, change%next%state)) > size(find_span_regions(problem, change%place))
+      call record_change(problem, step, run, leg, tries, merge('C-', '  ', divides), divides, change, recorder, result, finished, &
+         & outcome, timers)
+      if (result /= set_changed .or. finished .or. allocated(outcome%why)) return
+      call come_nearer(problem, step, run, leg, change, timers)
+      call take_next(problem, step, run, change%next, recorder, finished, outcome, timers)
+   end subroutine pass_opening
 
    !> The set of the answer, and the run with it. Where a point lies down, and another does so before the line of the first has the
    !> length that it begins with, as its image at a mirror that the mesh does not know, there is none with that alone: both at once.
@@ -282,26 +343,25 @@ contains
       end if
    end subroutine pass_doubt
 
-   !> The run goes to the place of a change, which is recorded.
-   subroutine record_change(problem, step, run, stuck, tries, change, answer, recorder, shorter, finished, outcome, timers)
+   !> The run goes to the place of a change, which is recorded, unless something else comes before.
+   subroutine record_change(problem, step, run, leg, tries, label, divides, change, recorder, result, finished, outcome, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
-      logical, intent(in) :: stuck               !! no nearer place is to be had
+      type(leg_t), intent(in) :: leg
       integer, intent(in) :: tries               !! as accept has it
+      character(2), intent(in) :: label          !! contact gained or lost; where it only spreads, nothing
+      logical, intent(in) :: divides             !! of the contact that is lost a part stays on both sides
       type(change_t), intent(inout) :: change
-      type(answer_t), intent(in) :: answer       !! where it has a rule
       class(recorder_t), intent(inout) :: recorder
-      logical, intent(out) :: shorter            !! the run stays where it is: something else comes before
+      integer, intent(out) :: result             !! set_changed: it is recorded
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
-      character(2) :: label
       real(wp) :: increment
-      logical :: divides
+      logical :: shorter
       shorter = .false.
       finished = .false.
-      call describe(problem, change, answer, label, divides)
       increment = run%control%increment
       ! What happens on the way to a place beyond is looked for in parts of the increment.
       if (change%where == place_ahead .and. run%control%method == method_load) &
@@ -310,37 +370,32 @@ contains
          & change%which, change%bars, timers)
       ! Two changes at once, of which the first has its point: where contact only spreads Newton's method has yet to follow.
       if (.not. (change%where == place_here .and. label == '  ')) call accept(problem, step, run, change%place, change%heading, &
-         & label, change%report, .not. stuck, recorder, shorter, finished, outcome, timers, &
+         & label, change%report, .not. leg%stuck, recorder, shorter, finished, outcome, timers, &
          & divides=divides, changes=.true., bars=change%bars, tries=tries)
       run%control%increment = increment
       if (allocated(run%beginning)) deallocate (run%beginning)
       run%beginning_in = 0
+      if (wants_another(run)) then
+         result = other_mesh
+      else if (.not. shorter) then
+         result = set_changed
+      else if (change%where == place_ahead) then
+         call stay(problem, step, run, leg, result, timers)
+      else
+         ! What lies before is better found from nearer.
+         call go_less_far(problem, step, run, leg%after(change%which), result, timers)
+      end if
    end subroutine record_change
 
-   !> What is told of a change: contact gained or lost; where it only spreads, nothing.
-   subroutine describe(problem, change, answer, label, divides)
-      type(problem_t), intent(in) :: problem
-      type(change_t), intent(in) :: change
-      type(answer_t), intent(in) :: answer       !! where it has a rule
-      character(2), intent(out) :: label
-      logical, intent(out) :: divides            !! of the contact that is lost a part stays on both sides
-      if (change%kind == change_opening) then
-         divides = size(find_span_regions(change%next%problem, change%next%state)) > &
-            & size(find_span_regions(problem, change%place))
-         label = merge('C-', '  ', divides)
-      else
-         label = answer%label
-         divides = answer%divides
-      end if
-   end subroutine describe
-
    !> A shorter increment may tell.
-   subroutine go_less_far(problem, step, run, test, timers)
+   subroutine go_less_far(problem, step, run, test, result, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! stuck where it has become too short
       type(span_test_t), intent(in) :: test      !! whose zero was not found
+      integer, intent(out) :: result
       type(timers_t), intent(inout) :: timers
+      result = go_nearer
       call linearise(problem, run%state, run%state, run%system, timers)
       run%control%increment = 0.5_wp * run%control%increment
       if (abs(run%control%increment) < smallest(step, run%control)) &
