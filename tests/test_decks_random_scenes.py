@@ -515,3 +515,138 @@ def test_a_pipe_rises_off_a_hill_of_soil(hill):
         assert [c.label for c in run.results.critical] == ["C+", "C+", "EP", "LP", "EP"]
         for found, other in zip(run.results.critical, runs[0].results.critical):
             within_bars(found, other)
+
+
+LOBES = """*HEADING
+Liner with a push at both poles
+*NODE
+1, 0., 1.
+2, 0., -1.
+*ARC, ELSET=RING, NSET=RING, TYPE=GE8
+1, 2, 0., 0.
+*BEAM SECTION, ELSET=RING, SECTION=STIFFNESS
+30000., 1.
+*BOUNDARY
+1, XSYMM
+2, XSYMM
+*OBSTACLE, NAME=HOST, TYPE=CIRCLE, SIDE=INSIDE
+0., 0., 1.
+*CONTACT, OBSTACLE=HOST, NSET=RING
+*MONITOR, NAME=v
+1, U2, -1.
+*STEP
+*ACCURACY, TOLERANCE={tolerance}
+*STATIC
+0.2, 1E-9, 0.01
+*DLOAD
+RING, P, 1.
+*CLOAD
+1, 2, -0.0002407
+2, 2, 0.00012035
+*STOP
+v, ABOVE, 0.3
+*END STEP
+"""
+
+
+def test_a_limit_point_before_a_span_vanishes():
+    """What lifts off at the lower pole lies down again just behind the limit point, within one increment of the coarse mesh."""
+    runs = [dr.run_deck(LOBES.format(tolerance=tolerance)) for tolerance in ("1E-4", "1E-6")]
+    for run in runs:
+        assert [c.label for c in run.results.critical] == ["LP", "EP"]
+        for found, other in zip(run.results.critical, runs[1].results.critical):
+            within_bars(found, other)
+
+
+WAVES = """*HEADING
+Hinged column with an imperfection of four half waves, between walls
+*NODE
+1, 0., 0.
+2, 1., 0.
+*LINE, ELSET=COLUMN, NSET=COLUMN, TYPE=GE8
+1, 2{count}
+*IMPERFECTION, ELSET=COLUMN, SHAPE=SINE
+{amplitude}, 4
+*BEAM SECTION, ELSET=COLUMN, SECTION=STIFFNESS
+{ea}, 1.
+*BOUNDARY
+1, PINNED
+2, 2
+*OBSTACLE, NAME=TOP, TYPE=LINE
+1., {gap}, 0., {gap}
+*OBSTACLE, NAME=BOTTOM, TYPE=LINE
+0., -{gap}, 1., -{gap}
+*CONTACT, OBSTACLE=TOP, NSET=COLUMN
+*CONTACT, OBSTACLE=BOTTOM, NSET=COLUMN
+*MONITOR, NAME=short
+2, U1, -1.
+*STEP
+{accuracy}*STATIC
+0.3, 1E-12, {largest}
+*CLOAD
+2, 1, -9.869604401089358
+*STOP
+LOAD, ABOVE, 18.
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("amplitude, gap, ea, accuracy", [(-9.56e-6, 0.01464, 8.57e7, "1E-4"), (2.84e-8, 0.00762, 6.19e9, "1E-6")])
+def test_a_coarse_mesh_does_not_turn_the_path(amplitude, gap, ea, accuracy):
+    """The first mesh does not see four half waves. On a finer one the path goes on in the sense in which it came: to n^2 times Euler's
+    load, n = 1, 2, 3, where the deflection of the imperfection is a/(16 - n^2) n^2 and counts with its square."""
+    fields = dict(amplitude=amplitude, gap=gap, ea=ea, largest=gap / 2)
+    run = dr.run_deck(WAVES.format(count="", accuracy=f"*ACCURACY, TOLERANCE={accuracy}\n", **fields))
+    given = dr.run_deck(WAVES.format(count=", 24", accuracy="", **fields))
+    assert [c.label for c in run.results.critical][:3] == ["BP"] * 3
+    assert [c.label for c in run.results.critical] == [c.label for c in given.results.critical]
+    for n, found, other in zip((1, 2, 3), run.results.critical, given.results.critical):
+        within_bars(found, other)
+        waves = 4.0 * math.pi * amplitude * 16.0 / (16.0 - n**2)
+        assert found.load_factor == pytest.approx(n**2, rel=waves**2 + 40.0 * n**2 / ea + float(accuracy))
+    assert (np.diff(run.column("load_factor")) > 0.0).all()
+
+
+LIFTED = """*HEADING
+Pipe lifted at its end off stiff soil
+*NODE
+1, 0., 0.
+2, 3.38182, 0.
+3, 6.76364, 0.
+*LINE, ELSET=PIPE, NSET=PIPE, TYPE=GE8
+1, 2{count}
+2, 3{count}
+*BEAM SECTION, ELSET=PIPE, SECTION=STIFFNESS
+67709., 1.
+*BOUNDARY
+1, 1
+*OBSTACLE, NAME=GROUND, TYPE=LINE, FOUNDATION=WINKLER, MODULUS=6547391.061493798
+-1., 0., 7.763639463695306, 0.
+*CONTACT, OBSTACLE=GROUND, NSET=PIPE
+*MONITOR, NAME=a
+3, U2
+*STEP
+{accuracy}*STATIC, METHOD=LOAD
+0.25
+*DLOAD
+PIPE, PY, -0.8202182614912022
+*END STEP
+*STEP
+{accuracy}*STATIC
+0.05, , 0.05
+*CLOAD
+3, 2, 2.7738303011327257
+*STOP
+a, ABOVE, 0.8745679239140121
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("tolerance", ["1E-4", "1E-5", "1E-6"])
+def test_contact_that_divides_just_behind_a_point(tolerance):
+    """The mesh that the end of the increment wants is none that the point in front of the event is in equilibrium on."""
+    run = dr.run_deck(LIFTED.format(count="", accuracy=f"*ACCURACY, TOLERANCE={tolerance}\n"))
+    given = dr.run_deck(LIFTED.format(count=", 24", accuracy=""))
+    assert [c.label for c in run.results.critical] == [c.label for c in given.results.critical]
+    for found, other in zip(run.results.critical, given.results.critical):
+        within_bars(found, other)
