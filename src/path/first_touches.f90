@@ -44,22 +44,30 @@ contains
       real(wp), allocatable, intent(out) :: at(:)    !! along the stretch, rising
       real(wp), allocatable, intent(out) :: gap(:)
       real(wp) :: inside, place
-      integer :: k
+      integer :: k, n
       associate (whole => problem%layout%stretch(stretch))
-         at = [whole%at(1)]
-         gap = [gap_at(problem, contact, whole%element(1), 0.0_wp)]
+         allocate (at(2 * size(whole%element) + 1), gap(2 * size(whole%element) + 1))
+         n = 0
+         call keep(whole%at(1), gap_at(problem, contact, whole%element(1), 0.0_wp))
          do k = 1, size(whole%element)
             call least_inside(problem, contact, whole%element(k), place, inside)
             associate (last => gap_at(problem, contact, whole%element(k), 1.0_wp))
-               if (inside < min(gap(size(gap)), last)) then
-                  at = [at, whole%at(k) + place * (whole%at(k + 1) - whole%at(k))]
-                  gap = [gap, inside]
-               end if
-               at = [at, whole%at(k + 1)]
-               gap = [gap, last]
+               if (inside < min(gap(n), last)) call keep(whole%at(k) + place * (whole%at(k + 1) - whole%at(k)), inside)
+               call keep(whole%at(k + 1), last)
             end associate
          end do
       end associate
+      at = at(:n)
+      gap = gap(:n)
+
+   contains
+
+      subroutine keep(where, what)
+         real(wp), intent(in) :: where, what
+         n = n + 1
+         at(n) = where
+         gap(n) = what
+      end subroutine keep
    end subroutine sample_gap
 
    !> The one minimum of the gap inside an element.
