@@ -32,7 +32,7 @@ module attempt
       integer :: cuts = 0                        !! increments from the point that led nowhere
       integer :: failures = 0                    !! those that went astray since one has led on at once
       integer :: searches = 0                    !! halvings to tell events apart
-      integer :: meshes = 0                      !! that the increment has had for its errors' sake, see accept
+      integer :: meshes = 0                      !! that the increment has had for its errors' sake, see arrival_t
       integer :: corner_meshes = 0               !! that a corner of the contact set has had, likewise
       integer :: doubled_at = -1                 !! point for whose sake the mesh was made twice as fine last
       real(wp) :: asked_at = -1.0_wp             !! arc length up to which nodes have been asked what touches

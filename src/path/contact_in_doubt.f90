@@ -16,7 +16,7 @@ module contact_in_doubt
    use touch_candidates, only: present_touches
    use nodes_to_spans, only: find_spans_ahead
    use next_spans, only: next_t
-   use begin_of_set, only: go_back
+   use set_begins, only: go_back
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t, is_arc_length, displacement_between, path_length
    use path_continuity, only: heading_at

@@ -12,7 +12,7 @@ module corner_turning
    use corrector, only: increment_t
    use path_run, only: run_t, heading_of
    use path_events, only: new_probe
-   use path_acceptance, only: accept
+   use path_acceptance, only: arrival_t, accept
    use accuracy_asked, only: wants_another
    use path_outcome, only: outcome_t
    use path_record, only: recorder_t
@@ -30,8 +30,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the last point, on return too
-      integer, intent(in) :: meshes              !! that the corner has had for its errors' sake, see accept; where it wants another
-      !! one nothing has changed
+      integer, intent(in) :: meshes              !! that the corner has had for its errors' sake, see arrival_t; where it wants
+      !! another one nothing has changed
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: turned             !! the path stands at the corner, with its new contact set
       logical, intent(out) :: finished           !! the step ended before
@@ -41,6 +41,7 @@ contains
       integer, allocatable :: corner(:)          ! candidates that change there
       logical, allocatable :: active(:)          ! contact set behind it
       type(increment_t) :: report
+      type(arrival_t) :: arrival
       real(wp) :: load
       integer :: k
       logical :: shorter
@@ -57,8 +58,11 @@ contains
          active(corner(k)) = .not. place%active(corner(k))
       end do
       load = abs(run%last_load)
-      call accept(problem, step, run, place, heading_of(problem, run, place), corner_label(problem, place, active), report, &
-         & .false., recorder, shorter, finished, outcome, timers, active .neqv. place%active, tries=meshes)
+      arrival%report = report
+      arrival%tries = meshes
+      arrival%label = corner_label(problem, place, active)
+      arrival%changing = active .neqv. place%active
+      call accept(problem, step, run, place, heading_of(problem, run, place), arrival, recorder, shorter, finished, outcome, timers)
       if (finished .or. allocated(outcome%why) .or. wants_another(run)) return
       load = max(load, abs(run%last_load), least_load * abs(run%state%load_factor))
       call leave_corner(problem, corner, run%state, run%system, run%heading, turned, timers)

@@ -48,7 +48,7 @@ contains
       if (.not. done) call go_back_to_finer_mesh(problem, run, attempt, done, timers)
       if (.not. done) call double_mesh(problem, step, run, attempt, done, timers)
       if (.not. done) call go_around_corner(problem, step, run, attempt, recorder, done, outcome, timers)
-      if (.not. done) call go_less_far(problem, step, run, attempt, recorder, outcome, timers)
+      if (.not. done) call cut_increment(problem, step, run, attempt, recorder, outcome, timers)
    end subroutine try_otherwise
 
    !> A change of contact spans just ahead may be the reason.
@@ -144,7 +144,7 @@ contains
 
    !> Half of the increment, or what leads up to a corner of foundations; where that is not worth trying, what nodes say. The run
    !> ends if that is nothing new.
-   subroutine go_less_far(problem, step, run, attempt, recorder, outcome, timers)
+   subroutine cut_increment(problem, step, run, attempt, recorder, outcome, timers)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
@@ -168,7 +168,7 @@ contains
          ! A shorter increment may ask for a mesh of its own.
          attempt%meshes = 0
       end if
-   end subroutine go_less_far
+   end subroutine cut_increment
 
    !> True where a part of the increment is not worth trying.
    pure logical function too_short(step, run, part)

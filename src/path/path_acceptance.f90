@@ -1,530 +1,305 @@
 !> What happens when an increment has converged: events up to the new point are located and recorded, then the point, and
 !> the run goes there.
+!>
+!>   find_events (event_search) -> told by others? (event_order) -> does a shorter increment tell better? (event_doubts)
+!>   -> what each event is, its errors, the mesh that they ask for (settle_events) -> those of the trial (settle_trial)
+!>   -> events in their order (record_events) -> the trial (record_trial), its words (announce_trial) -> there (arrive)
 module path_acceptance
    use kinds, only: wp
-   use errors, only: error_t
-   use text, only: to_text
    use model, only: step_t
    use problem, only: problem_t
-   use rod_state, only: state_t, candidate_opening
-   use linear_system, only: system_t, new_system
+   use rod_state, only: state_t
    use bordered_system, only: linearise
-   use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode, deck_mode
-   use weak_lines, only: release_lines, count_released, let_turn, line_opening
    use path_control, only: path_length
-   use path_continuity, only: heading_t, largest_turn
+   use path_continuity, only: heading_t
    use corrector, only: increment_t
-   use path_run, only: run_t, copy_run, probe_at, keep_landmark, leave_trail
-   use homecoming, only: is_home, see_home
+   use path_run, only: run_t, keep_landmark
    use step_control, only: stop_met
-   use path_events, only: probe_t, event_t, new_probe, detect_events, value_events, event_stop, event_bifurcation, &
-      & event_release, event_limit, event_value_reached, event_turning
-   use ground_cuts, only: find_cuts, inner_cuts
-   use sightings, only: sighting_t
-   use event_order, only: told_otherwise, one_sided, count_before, by_fraction, same_place
-   use event_location, only: locate
+   use path_events, only: event_stop, event_bifurcation
+   use event_search, only: findings_t, find_events
+   use event_doubts, only: better_from_nearer, hides_release, turns_by_rounding, doubt_bifurcation
+   use event_order, only: told_otherwise, count_before, by_fraction, same_place
+   use event_recording, only: record_event, announce, new_critical, go_to
    use path_outcome, only: outcome_t, note_bracketed
    use point_recording, only: record
    use error_bar, only: error_bars_t
    use error_report, only: bars_at_event, bars_at_point, note_error, asked_at
-   use mesh_request, only: motion_sizes, rounding_of
    use accuracy_asked, only: wants_another, ask_at_event, ask_for_mesh, ask_for_less, sizes_there
-   use path_record, only: recorder_t, critical_t
+   use path_record, only: recorder_t
    use run_accuracy, only: place_t
-   use timing, only: timers_t, count_up, counter_located
+   use timing, only: timers_t
    implicit none
    private
-   public :: accept
+   public :: arrival_t, accept
 
-   integer, parameter :: most_null_vectors = 4
-   character(*), parameter :: passing = 'bifurcation, or two paths that pass each other closely,', &
-      & imperfect = ', but for an imperfection too small to tell here'
-   real(wp), parameter :: loosest = 1.0e-4_wp    !! eigenvalues below this part of what they were count as zero
+   integer, parameter :: mesh_has_to_do = -1    !! tries: no other one is asked for
+
+   !> What whoever has found a trial tells of it.
+   type :: arrival_t
+      type(increment_t) :: report
+      logical :: can_cut = .false.             !! a shorter increment can be tried instead
+      integer :: tries = mesh_has_to_do        !! meshes that the same increment has had for its errors' sake. Where this one does
+      !! not do, either, run%wanted is allocated, and nothing recorded
+      character(2) :: label = ''               !! C+ or C- when the trial is known to be one
+      integer :: times = 1                     !! how often that happens there
+      logical :: bracketed = .false.           !! it happens somewhere on the way there
+      logical :: divides = .false.             !! at a C-: of the contact a part stays on both sides
+      logical :: changes = .false.             !! the contact set is about to change there, with a label or without
+      logical, allocatable :: changing(:)      !! (candidates) whose contact at a node begins or ends there; not allocated: none is
+      !! known of
+      type(error_bars_t), allocatable :: bars  !! at a change of contact spans, where they are known
+   end type arrival_t
 
 contains
 
    !> Detects what happened up to a converged trial point, locates it, puts it in order, records it and the point, and goes
    !> there. `shorter` instead, and nothing recorded, when an event was not located and the caller can cut the increment.
-   subroutine accept(problem, step, run, trial, ahead, label, report, can_cut, recorder, shorter, finished, outcome, timers, &
-      & changing, divides, changes, bars, tries, times, bracketed)
+   subroutine accept(problem, step, run, trial, ahead, arrival, recorder, shorter, finished, outcome, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the trial on entry and on return, else anywhere
-      type(state_t), intent(inout) :: trial
+      type(state_t), intent(in) :: trial
       type(heading_t), intent(in) :: ahead       !! tangent at the trial
-      character(2), intent(in) :: label          !! C+ or C- when the point is known to be one
-      type(increment_t), intent(in) :: report
-      logical, intent(in) :: can_cut
+      type(arrival_t), intent(in) :: arrival
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: shorter
       logical, intent(out) :: finished           !! the step has come to its end
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
-      logical, intent(in), optional :: changing(:) !! (candidates) whose contact at a node begins or ends at the trial
-      logical, intent(in), optional :: divides   !! at a C-: of the contact a part stays on both sides
-      type(error_bars_t), allocatable, intent(in), optional :: bars !! at a change of contact spans
-      integer, intent(in), optional :: tries     !! meshes that the same increment has had for its errors' sake; not there: this
-      !! mesh has to do. Where it does not run%wanted is allocated, and nothing recorded
-      integer, intent(in), optional :: times     !! how often the label happens at the trial; not there: once
-      logical, intent(in), optional :: bracketed !! it happens somewhere on the way there
-      logical, intent(in), optional :: changes   !! the contact set is about to change at the trial, with a label or without
-      type(sighting_t), allocatable :: seen(:)
-      type(system_t), allocatable :: at_trial    ! what is looked at on the way changes nothing of it
-      type(probe_t) :: probe
-      logical, allocatable :: told(:)
-      integer, allocatable :: order(:)
-      type(error_bars_t), allocatable :: shown_bars, contact_bars
-      character(:), allocatable :: note
-      integer :: i, unseen, told_times
-      logical :: splits, set_changes, stops, comes_home, ends, exact, as_it_is
-
+      type(findings_t) :: findings
       finished = .false.
-      shorter = .false.
-      splits = .false.
-      if (present(divides)) splits = divides
-      exact = .true.
-      if (present(bracketed)) exact = .not. bracketed
-      probe = probe_at(problem, run, trial, ahead)
-      call count_released(problem, trial, run%system, probe%free_pivots, probe%weak, timers)
-      if (run%fresh) then
-         run%probe%load_rate = probe%load_rate
-         run%probe%monitor_rate = probe%monitor_rate
-      end if
-      call find_events(problem, step, run, trial, ahead, probe, seen, comes_home, at_trial, timers)
-      set_changes = label /= ''
-      if (present(changes)) set_changes = set_changes .or. changes
-      told = told_otherwise(run, trial, set_changes, seen)
-      ! Values that are only looked for change nothing.
-      shorter = can_cut .and. (.not. comes_home .and. one_sided(run, trial, probe) .or. any(.not. (told .or. seen%located .or. &
-         & seen%event%kind == event_value_reached .or. seen%event%kind == event_turning)) .or. &
-         & any([(passes_kinks(problem, run%state, seen(i)), i=1, size(seen))]))
+      call find_events(problem, step, run, trial, ahead, findings, timers)
+      findings%told = told_otherwise(run, trial, arrival%label /= '' .or. arrival%changes, findings%seen)
+      shorter = arrival%can_cut .and. better_from_nearer(problem, run, trial, findings)
       if (shorter) return
-      run%has_events = any(seen%located .and. .not. told)
-      stops = stop_met(step, run%probe, probe)
+      call begin_asking(problem, step, run, arrival, findings)
+      call settle_events(problem, step, run, trial, arrival, findings, shorter, outcome, timers)
+      if (shorter .or. wants_another(run)) return
+      call settle_trial(problem, step, run, trial, ahead, arrival, findings, outcome, timers)
+      if (wants_another(run)) return
+      call record_events(problem, step, run, trial, findings, recorder, finished, outcome, timers)
+      if (finished .or. allocated(outcome%why)) return
+      finished = findings%stops
+      call record_trial(problem, run, trial, ahead, arrival, findings, recorder, outcome, timers)
+      if (allocated(outcome%why)) return
+      call announce_missed(problem, run, trial, findings, recorder, finished, outcome, timers)
+      if (arrival%label /= '') call announce_contact(problem, run, trial, arrival, findings, recorder, outcome, timers)
+      if (finished) call announce(problem, run, new_critical('EP', 'end of the step', findings%bars), trial, findings%probe, &
+         & .true., recorder, outcome, timers)
+      if (allocated(outcome%why)) return
+      call arrive(problem, run, trial, ahead, findings)
+   end subroutine accept
+
+   !> Nothing is asked for yet.
+   subroutine begin_asking(problem, step, run, arrival, findings)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run
+      type(arrival_t), intent(in) :: arrival
+      type(findings_t), intent(inout) :: findings
+      run%has_events = any(findings%seen%located .and. .not. findings%told)
+      findings%stops = stop_met(step, run%probe, findings%probe)
       if (allocated(run%wanted)) deallocate (run%wanted)
       run%unsettled = .false.
       ! A given mesh stays as it is; of another one a second will not have the nodes that the first has not. (A point between has
       ! them at once: the next increment's mesh begins there.)
-      as_it_is = .not. any(problem%layout%stretch%placed)
-      if (present(tries)) as_it_is = as_it_is .or. tries > 0
-      do i = 1, size(seen)
-         if (told(i) .or. .not. seen(i)%located) cycle
-         call linearise(problem, seen(i)%place, seen(i)%place, run%system, timers)
-         told(i) = turns_by_rounding(problem, step, run, probe, seen(i))
-         if (told(i)) cycle
-         ! At home they are those of the path that was left, on its mesh.
-         if (allocated(seen(i)%bars)) cycle
-         shorter = can_cut .and. seen(i)%event%kind == event_stop .and. hides_release(problem, run, seen, told, seen(i), timers)
-         if (shorter) return
-         call bars_at_event(problem, step, run, trial, seen(i)%event, seen(i)%place, seen(i)%heading, seen(i)%bars, timers, &
-            & as_it_is)
-         ! Bars may know of more rounding.
-         told(i) = turns_by_rounding(problem, step, run, probe, seen(i))
-         if (told(i)) cycle
-         if (present(tries)) call ask_at_event(problem, step, run, seen(i), tries, outcome)
-         if (wants_another(run)) return
-         call doubt_bifurcation(seen(i))
-         shorter = can_cut .and. .not. seen(i)%located
-         if (shorter) return
-      end do
-      if (allocated(at_trial)) run%system = at_trial
-      if (present(bars)) then
-         if (allocated(bars)) shown_bars = bars
-      end if
-      ! A trial behind the end of the step is no point of it.
-      ends = any(seen%located .and. seen%event%kind == event_stop .and. .not. told)
-      if (.not. (allocated(shown_bars) .or. ends)) &
-         & call bars_at_point(problem, step, run, trial, ahead, merge(label, '  ', exact), stops, 0, shown_bars, timers, &
-         & wanted=step%asked_of_path > 0.0_wp .and. any(problem%layout%stretch%placed), changing=changing, &
-         & as_it_is=as_it_is .and. (label /= '' .or. stops))
-      if (allocated(shown_bars) .and. .not. ends) then
-         if (present(tries)) call ask_for_mesh(problem, step, run, trial, shown_bars, label /= '' .or. stops, tries, outcome)
-         if (wants_another(run)) return
-         if (.not. (label /= '' .or. stops)) call note_error(problem, step, shown_bars, sizes_there(problem, step, run, trial, &
-            & asked_at(problem, step, ''), outcome), '', place_t(run%branch, problem%step, run%points + 1, trial%load_factor), &
-            & outcome%accuracy)
-         if (present(tries) .and. .not. (label /= '' .or. stops .or. any(seen%located))) &
-            & call ask_for_less(problem, step, run, trial, shown_bars, tries, outcome)
-         if (.not. (label /= '' .or. stops .or. step%bars_everywhere)) deallocate (shown_bars)
-      end if
-      order = by_fraction(seen%fraction)
-      do i = 1, size(seen)
-         associate (sighting => seen(order(i)))
-            if (told(order(i)) .or. .not. sighting%located) cycle
-            call record_event(problem, step, run, trial, sighting, count_before(run, seen, told, sighting%fraction), recorder, &
-               & finished, outcome, timers)
-         end associate
-         if (finished .or. allocated(outcome%why)) return
-      end do
-      if (allocated(at_trial)) run%system = at_trial
-      ! Where contact changes the tangent may be singular: a point as flat as its wall beside a neutral span.
-      if (present(changes)) then
-         if (changes) run%system%negative_pivots = count_before(run, seen, told, 1.0_wp)
-      end if
-      finished = stops
-      call record(problem, run, trial, merge('EP', label, finished), report, recorder, outcome, timers, changing, &
-         & shown_bars, ahead)
-      if (allocated(outcome%why)) return
-      do i = 1, size(seen)
-         if (told(i) .or. seen(i)%located) cycle
-         call announce(problem, run, new_critical(seen(i)%event%label, seen(i)%event%note), trial, probe, .false., recorder, &
-            & outcome, timers)
-         call note_bracketed(outcome, seen(i)%event%note, run%state%load_factor, trial%load_factor)
-         finished = finished .or. seen(i)%event%kind == event_stop
-         ! It counts, though nothing can start there.
-         call keep_landmark(problem, run, seen(i)%event%label, trial, trial, 1.0_wp, &
-            & run%arc_length + path_length(problem, run%state, trial), probe%negative_pivots, 0)
-      end do
-      told_times = 1
-      if (present(times)) told_times = times
-      if (label /= '') then
-         note = merge('contact gained', 'contact lost  ', label == 'C+')
-         if (splits) note = 'a contact region splits'
-         if (exact .and. allocated(shown_bars)) contact_bars = shown_bars
-         do i = 1, told_times
-            call announce(problem, run, new_critical(label, trim(note), contact_bars), trial, probe, exact, recorder, outcome, &
-               & timers)
-         end do
-         if (.not. exact) call note_bracketed(outcome, trim(note), run%state%load_factor, trial%load_factor)
-      end if
-      if (finished) call announce(problem, run, new_critical('EP', 'end of the step', shown_bars), trial, probe, .true., &
-         & recorder, outcome, timers)
-      if (allocated(outcome%why)) return
-      unseen = 0
-      do i = 1, size(seen)
-         if (seen(i)%later) unseen = unseen + nint(sign(1.0_wp, seen(i)%event%before))
-      end do
-      probe%negative_pivots = probe%negative_pivots - unseen
-      run%step_points = run%step_points + 1
-      run%last_load = trial%load_factor - run%state%load_factor
-      run%on_bifurcation = any(seen%event%kind == event_bifurcation .and. seen%located .and. seen%fraction >= 1.0_wp - same_place)
-      call go_to(problem, run, trial, ahead, probe)
-   end subroutine accept
+      findings%as_it_is = .not. any(problem%layout%stretch%placed) .or. arrival%tries > 0
+   end subroutine begin_asking
 
-   !> True for an end of the step where lines have let go of what a trial behind it does not tell: elements so long that they buckle
-   !> between their own nodes hide that, and those behind the end may be.
-   logical function hides_release(problem, run, seen, told, end, timers) result(hides)
+   !> What each located event is, with its error bars. Up to the first one for which the increment is to be another one.
+   subroutine settle_events(problem, step, run, trial, arrival, findings, shorter, outcome, timers)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run             !! its system is factored at the end
-      type(sighting_t), intent(in) :: seen(:)
-      logical, intent(in) :: told(:)
-      type(sighting_t), intent(in) :: end
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run          !! its system is factored anywhere on entry, at the trial on return where all are
+      !! settled
+      type(state_t), intent(in) :: trial
+      type(arrival_t), intent(in) :: arrival
+      type(findings_t), intent(inout) :: findings
+      logical, intent(out) :: shorter
+      type(outcome_t), intent(in) :: outcome
       type(timers_t), intent(inout) :: timers
-      integer :: pivots, i
-      logical :: weak
-      call count_released(problem, end%place, run%system, pivots, weak, timers)
-      hides = weak .and. run%probe%weak .and. run%system%negative_pivots == run%probe%negative_pivots
-      do i = 1, size(seen)
-         if (seen(i)%event%kind == event_release .and. seen(i)%located .and. .not. told(i) .and. seen(i)%fraction < end%fraction) &
-            & pivots = pivots - nint(sign(1.0_wp, seen(i)%event%before))
+      integer :: i
+      shorter = .false.
+      do i = 1, size(findings%seen)
+         if (findings%told(i) .or. .not. findings%seen(i)%located) cycle
+         call settle_event(problem, step, run, trial, arrival, i, findings, shorter, outcome, timers)
+         if (shorter .or. wants_another(run)) return
       end do
-      hides = hides .and. pivots /= run%probe%free_pivots
-   end function hides_release
+      if (allocated(findings%at_trial)) run%system = findings%at_trial
+   end subroutine settle_events
 
-   !> What was located as a bifurcation may be two paths that pass each other: no path goes through where the null vector feels a
-   !> force, and the points that the place was interpolated from lie on both.
-   pure subroutine doubt_bifurcation(sighting)
-      type(sighting_t), intent(inout) :: sighting !! not located where it is none
-      if (.not. allocated(sighting%bars) .or. sighting%event%kind /= event_bifurcation) return
-      sighting%located = sighting%bars%unfolding * sighting%swerve <= largest_turn
-      if (.not. sighting%located) sighting%event%note = passing
-   end subroutine doubt_bifurcation
-
-   !> True for a monitor that turns by no more than what rounding makes of it, as one that symmetry holds: that is nothing to tell.
-   logical function turns_by_rounding(problem, step, run, probe, sighting) result(no_turn)
+   !> What one located event is: nothing to tell, or with error bars, or not to be told from this increment or mesh.
+   subroutine settle_event(problem, step, run, trial, arrival, i, findings, shorter, outcome, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(in) :: run             !! its system is factored at the place
-      type(probe_t), intent(in) :: probe         !! at the trial
-      type(sighting_t), intent(in) :: sighting
-      type(probe_t) :: there
-      real(wp) :: least
-      integer :: m
-      no_turn = .false.
-      if (sighting%event%kind /= event_turning) return
-      m = step%turning(sighting%event%monitor)
-      there = new_probe(problem, sighting%place, run%system, sighting%heading%load)
-      least = rounding_of(problem, m)
-      if (allocated(sighting%bars)) then
-         if (sighting%bars%monitor(m)%told) least = max(least, sighting%bars%monitor(m)%rounding)
-      end if
-      no_turn = maxval(abs(there%monitor(m) - [run%probe%monitor(m), probe%monitor(m)])) <= least
-   end function turns_by_rounding
+      type(run_t), intent(inout) :: run          !! its system is factored anywhere on entry, at the event on return
+      type(state_t), intent(in) :: trial
+      type(arrival_t), intent(in) :: arrival
+      integer, intent(in) :: i                   !! which of those seen
+      type(findings_t), intent(inout) :: findings
+      logical, intent(out) :: shorter
+      type(outcome_t), intent(in) :: outcome
+      type(timers_t), intent(inout) :: timers
+      shorter = .false.
+      associate (sighting => findings%seen(i))
+         call linearise(problem, sighting%place, sighting%place, run%system, timers)
+         findings%told(i) = turns_by_rounding(problem, step, run, findings%probe, sighting)
+         if (findings%told(i)) return
+         ! At home they are those of the path that was left, on its mesh.
+         if (allocated(sighting%bars)) return
+         shorter = arrival%can_cut .and. sighting%event%kind == event_stop .and. hides_release(problem, run, findings, i, timers)
+         if (shorter) return
+         call bars_at_event(problem, step, run, trial, sighting%event, sighting%place, sighting%heading, sighting%bars, timers, &
+            & findings%as_it_is)
+         ! Bars may know of more rounding.
+         findings%told(i) = turns_by_rounding(problem, step, run, findings%probe, sighting)
+         if (findings%told(i)) return
+         if (arrival%tries /= mesh_has_to_do) call ask_at_event(problem, step, run, sighting, arrival%tries, outcome)
+         if (wants_another(run)) return
+         call doubt_bifurcation(sighting)
+         shorter = arrival%can_cut .and. .not. sighting%located
+      end associate
+   end subroutine settle_event
 
-   !> True where kinks of foundations lie inside elements at a located event that have appeared on the way to it: a point between
-   !> gives them nodes. Those of the last point have been refused some.
-   logical function passes_kinks(problem, last, sighting)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: last
-      type(sighting_t), intent(in) :: sighting
-      passes_kinks = sighting%located .and. any(problem%layout%stretch%free)
-      if (passes_kinks) passes_kinks = inner_cuts(find_cuts(problem, sighting%place)) > max(size(problem%mark), &
-         & inner_cuts(find_cuts(problem, last)))
-   end function passes_kinks
-
-   !> The run moves to a point whose probe is known.
-   subroutine go_to(problem, run, place, heading, probe)
-      type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
-      type(state_t), intent(in) :: place
-      type(heading_t), intent(in) :: heading
-      type(probe_t), intent(in) :: probe
-      call leave_trail(problem, run, place, heading)
-      run%last_length = path_length(problem, run%state, place)
-      run%arc_length = run%arc_length + run%last_length
-      run%state = place
-      run%motion = max(run%motion, motion_sizes(problem, place))
-      run%heading = heading
-      run%probe = probe
-      run%fresh = .false.
-      run%shrunk = .false.
-   end subroutine go_to
-
-   !> All events between the last point and the trial, looked for. A load that is passed on the way to a limit point, and
-   !> again on the way back, does not show at the ends: to values such an increment is two.
-   subroutine find_events(problem, step, run, trial, ahead, probe, seen, comes_home, at_trial, timers)
+   !> Error bars of the trial: as far as they are to be shown, or ask for another mesh.
+   subroutine settle_trial(problem, step, run, trial, ahead, arrival, findings, outcome, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
+      type(run_t), intent(inout) :: run          !! its system is factored at the trial
       type(state_t), intent(in) :: trial
       type(heading_t), intent(in) :: ahead
-      type(probe_t), intent(in) :: probe
-      type(sighting_t), allocatable, intent(out) :: seen(:)
-      logical, intent(out) :: comes_home         !! one of them is where its branch comes back to the path that it left
-      type(system_t), allocatable, intent(out) :: at_trial !! the run's system as it was; allocated where something was seen
+      type(arrival_t), intent(in) :: arrival
+      type(findings_t), intent(inout) :: findings
+      type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
-      type(event_t), allocatable :: events(:)
-      type(sighting_t), allocatable :: home
-      type(probe_t) :: top
-      type(run_t) :: beyond
-      real(wp) :: part
-      integer :: i, limit, n
-      call detect_events(problem, step, run%probe, probe, run%state, trial, events)
-      call see_home(problem, run, trial, ahead, events, home)
-      comes_home = allocated(home)
-      if (size(events) > 0 .or. comes_home) at_trial = run%system
-      call look(run, trial, ahead, events)
-      if (comes_home) seen = [seen, home]
-      limit = 0
-      do i = 1, size(seen)
-         if (seen(i)%event%kind == event_limit .and. seen(i)%located) limit = i
-      end do
-      ! A branch may turn its load where it comes home, too.
-      if (limit == 0 .and. comes_home) limit = size(seen)
-      if (limit == 0 .or. (size(step%stop) == 0 .and. size(step%locate) == 0)) return
-      associate (place => seen(limit)%place, heading => seen(limit)%heading)
-         call linearise(problem, place, place, run%system, timers)
-         top = probe_at(problem, run, place, heading)
-         call value_events(problem, step, run%probe, top, run%state, place, events)
-         if (size(events) == 0) return
-      end associate
-      ! Those that the ends tell, too, are known.
-      events = pack(events, [(.not. crossed(events(i)%monitor, events(i)%value), i=1, size(events))])
-      n = size(seen)
-      part = seen(limit)%fraction
-      call look(run, seen(limit)%place, seen(limit)%heading, events)
-      seen(n + 1:)%fraction = part * seen(n + 1:)%fraction
-      call copy_run(run, beyond)
-      beyond%state = seen(limit)%place
-      beyond%heading = seen(limit)%heading
-      beyond%probe = top
-      beyond%fresh = .false.
-      call value_events(problem, step, top, probe, beyond%state, trial, events)
-      events = pack(events, [(.not. crossed(events(i)%monitor, events(i)%value), i=1, size(events))])
-      n = size(seen)
-      call look(beyond, trial, ahead, events)
-      seen(n + 1:)%fraction = part + (1.0_wp - part) * seen(n + 1:)%fraction
+      logical :: behind_end, critical, can_ask
+      if (allocated(arrival%bars)) findings%bars = arrival%bars
+      ! A trial behind the end of the step is no point of it.
+      behind_end = any(findings%seen%located .and. findings%seen%event%kind == event_stop .and. .not. findings%told)
+      critical = arrival%label /= '' .or. findings%stops
+      can_ask = arrival%tries /= mesh_has_to_do
+      if (.not. (allocated(findings%bars) .or. behind_end)) &
+         & call bars_at_point(problem, step, run, trial, ahead, merge('  ', arrival%label, arrival%bracketed), findings%stops, 0, &
+         & findings%bars, timers, wanted=step%asked_of_path > 0.0_wp .and. any(problem%layout%stretch%placed), &
+         & changing=arrival%changing, as_it_is=findings%as_it_is .and. critical)
+      if (behind_end .or. .not. allocated(findings%bars)) return
+      if (can_ask) call ask_for_mesh(problem, step, run, trial, findings%bars, critical, arrival%tries, outcome)
+      if (wants_another(run)) return
+      if (.not. critical) call note_error(problem, step, findings%bars, sizes_there(problem, step, run, trial, &
+         & asked_at(problem, step, ''), outcome), '', place_t(run%branch, problem%step, run%points + 1, trial%load_factor), &
+         & outcome%accuracy)
+      if (can_ask .and. .not. (critical .or. any(findings%seen%located))) &
+         & call ask_for_less(problem, step, run, trial, findings%bars, arrival%tries, outcome)
+      if (.not. (critical .or. step%bars_everywhere)) deallocate (findings%bars)
+   end subroutine settle_trial
 
-   contains
-
-      !> Locates events between the point of a run and a later one, and adds them to those seen.
-      subroutine look(from, to, heading, wanted)
-         type(run_t), intent(inout) :: from
-         type(state_t), intent(in) :: to
-         type(heading_t), intent(in) :: heading
-         type(event_t), intent(in) :: wanted(:)
-         type(sighting_t), allocatable :: found(:)
-         integer :: k
-         allocate (found(size(wanted)))
-         do k = 1, size(wanted)
-            found(k)%event = wanted(k)
-            call locate(problem, step, from, to, heading, found(k), timers)
-         end do
-         if (allocated(seen)) found = [seen, found]
-         call move_alloc(found, seen)
-      end subroutine look
-
-      !> True for a value between those at both ends of the increment.
-      pure logical function crossed(monitor, value)
-         integer, intent(in) :: monitor
-         real(wp), intent(in) :: value
-         if (monitor == 0) then
-            crossed = (run%probe%load_factor - value) * (probe%load_factor - value) < 0.0_wp
-         else
-            crossed = (run%probe%monitor(monitor) - value) * (probe%monitor(monitor) - value) < 0.0_wp
-         end if
-      end function crossed
-   end subroutine find_events
-
-   !> Records a located event: its point, its words, what others may start from. At the end of a step the run goes there.
-   subroutine record_event(problem, step, run, trial, sighting, pivots, recorder, finished, outcome, timers)
+   !> Records the located events in the order in which they come, up to the one that ends the step.
+   subroutine record_events(problem, step, run, trial, findings, recorder, finished, outcome, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
+      type(run_t), intent(inout) :: run          !! its system is factored at the trial on return, where none ends the step
       type(state_t), intent(in) :: trial
-      type(sighting_t), intent(in) :: sighting
-      integer, intent(in) :: pivots              !! negative ones before it
+      type(findings_t), intent(in) :: findings
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
-      type(critical_t) :: critical
-      type(modes_t) :: modes
-      type(probe_t) :: probe
-      type(problem_t) :: free
-      type(state_t) :: released
-      type(system_t) :: other
-      real(wp) :: arc_length
-      type(error_bars_t), allocatable :: bars
-      logical :: weak
+      integer, allocatable :: order(:)
+      integer :: i, k
       finished = .false.
-      associate (event => sighting%event, place => sighting%place)
-         call linearise(problem, place, place, run%system, timers)
-         if (run%branch == 0 .and. any(event%kind == [event_bifurcation, event_limit])) outcome%home = is_home(problem, run, place)
-         if (outcome%home) outcome%why = 'the path comes back to a bifurcation of its own at load factor '// &
-            & to_text(place%load_factor)//': beyond lies what it has passed'
-         if (outcome%home) return
-         if (allocated(sighting%bars)) bars = sighting%bars
-         critical = new_critical(event%label, event%note, bars)
-         if (any(event%kind == [event_bifurcation, event_limit])) run%system%negative_pivots = pivots
-         call record(problem, run, place, event%label, sighting%report, recorder, outcome, timers, first_touch(problem, event, &
-            & place), bars, sighting%heading)
-         if (allocated(outcome%why)) return
-         call count_up(timers, counter_located)
-         probe = new_probe(problem, place, run%system, sighting%heading%load)
-         arc_length = run%arc_length + path_length(problem, run%state, place)
-         select case (event%kind)
-         case (event_bifurcation)
-            call find_null_vectors(problem, step, run%system, place, event, critical, modes, timers)
-            if (allocated(bars)) then
-               if (bars%unfolding > 0.0_wp) critical%note = critical%note//imperfect
-            end if
-            call keep_landmark(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, &
-               & size(critical%null_vector, 3), event%scale, sighting%bars)
-         case (event_release)
-            call release_lines(problem, place, run%system, free, released, weak)
-            other = new_system(free)
-            call linearise(free, released, released, other, timers)
-            call find_null_vectors(free, step, other, released, event, critical, modes, timers)
-            critical%note = event%note
-            if (line_opening(problem, place, free, released, nodal_mode(free, other, modes%x(:, 1))) == 0) &
-               & critical%note = 'bifurcation without contacts that carry no force; none of its directions opens them all'
-            call let_turn(free)
-            call keep_landmark(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, 1, &
-               & free=free, released=released)
-         case (event_limit)
-            call keep_landmark(problem, run, 'LP', place, trial, 0.0_wp, arc_length, pivots, 0)
-         end select
-         call announce(problem, run, critical, place, probe, .true., recorder, outcome, timers)
-         if (allocated(outcome%why)) return
-         if (any(event%kind == [event_bifurcation, event_limit])) then
-            finished = is_home(problem, run, place)
-            if (finished) call announce(problem, run, new_critical('EP', 'back on the path it left, at a bifurcation', bars), &
-               & place, probe, .true., recorder, outcome, timers)
-         else if (event%kind == event_stop) then
-            finished = .true.
-            call go_to(problem, run, place, sighting%heading, probe)
-         end if
-      end associate
-   end subroutine record_event
-
-   !> The candidate that is about to carry force where a contact is gained at nodes: the one with the least gap.
-   function first_touch(problem, event, place) result(touching)
-      type(problem_t), intent(in) :: problem
-      type(event_t), intent(in) :: event
-      type(state_t), intent(in) :: place
-      logical :: touching(problem%candidates%n)
-      real(wp) :: opening, least
-      integer :: c, nearest
-      touching = .false.
-      if (event%label /= 'C+' .or. event%ground%contact > 0) return
-      if (any(event%marked .and. place%active)) return
-      nearest = 0
-      least = huge(least)
-      do c = 1, problem%candidates%n
-         if (.not. event%marked(c)) cycle
-         opening = candidate_opening(problem, place, c)
-         if (opening >= least) cycle
-         least = opening
-         nearest = c
+      order = by_fraction(findings%seen%fraction)
+      do i = 1, size(order)
+         k = order(i)
+         if (findings%told(k) .or. .not. findings%seen(k)%located) cycle
+         call record_event(problem, step, run, trial, findings%seen(k), count_before(run, findings%seen, findings%told, &
+            & findings%seen(k)%fraction), recorder, finished, outcome, timers)
+         if (finished .or. allocated(outcome%why)) return
       end do
-      if (nearest > 0) touching(nearest) = .true.
-   end function first_touch
+      if (allocated(findings%at_trial)) run%system = findings%at_trial
+   end subroutine record_events
 
-   !> Reports the point recorded last as a critical one.
-   subroutine announce(problem, run, point, state, values, exact, recorder, outcome, timers)
+   !> Records the trial as a point.
+   subroutine record_trial(problem, run, trial, ahead, arrival, findings, recorder, outcome, timers)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
-      type(critical_t), intent(in) :: point      !! label, note and null vectors
-      type(state_t), intent(in) :: state
-      type(probe_t), intent(in) :: values
-      logical, intent(in) :: exact               !! located, not only bracketed
+      type(run_t), intent(inout) :: run          !! its system is factored at the trial
+      type(state_t), intent(in) :: trial
+      type(heading_t), intent(in) :: ahead
+      type(arrival_t), intent(in) :: arrival
+      type(findings_t), intent(in) :: findings
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
-      type(critical_t) :: full
-      type(place_t) :: at
-      type(error_t), allocatable :: error
-      full = point
-      full%step = problem%step
-      full%point = run%points
-      full%load_factor = state%load_factor
-      full%located = exact
-      full%monitor = values%monitor
-      if (allocated(full%bars)) then
-         at = place_t(run%branch, problem%step, run%points, state%load_factor)
-         associate (step => problem%model%step(problem%step))
-            call note_error(problem, step, full%bars, sizes_there(problem, step, run, state, asked_at(problem, step, full%label), &
-               & outcome), full%label, at, outcome%accuracy)
-         end associate
-      end if
-      call recorder%critical(full, timers, error)
-      if (allocated(error)) outcome%why = error%message
-   end subroutine announce
+      ! Where contact changes the tangent may be singular: a point as flat as its wall beside a neutral span.
+      if (arrival%changes) run%system%negative_pivots = count_before(run, findings%seen, findings%told, 1.0_wp)
+      call record(problem, run, trial, merge('EP', arrival%label, findings%stops), arrival%report, recorder, outcome, timers, &
+         & arrival%changing, findings%bars, ahead)
+   end subroutine record_trial
 
-   !> The modes whose eigenvalues vanish at a bifurcation, where the system is factored now.
-   subroutine find_null_vectors(problem, step, system, state, event, point, modes, timers)
+   !> Events that were not located are told at the trial, which comes after them.
+   subroutine announce_missed(problem, run, trial, findings, recorder, finished, outcome, timers)
       type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      type(system_t), intent(in) :: system         !! factored there
-      type(state_t), intent(in) :: state
-      type(event_t), intent(in) :: event
-      type(critical_t), intent(inout) :: point   !! gets its null vectors and a note of their number
-      type(modes_t), intent(out) :: modes        !! the same on the mesh come first
+      type(run_t), intent(inout) :: run
+      type(state_t), intent(in) :: trial
+      type(findings_t), intent(in) :: findings
+      class(recorder_t), intent(inout) :: recorder
+      logical, intent(inout) :: finished         !! or becomes so, where the end of the step is one of them
+      type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
-      type(error_t), allocatable :: error
-      real(wp) :: sense
-      integer :: n, j
-      call lowest_modes(problem, state, system, most_null_vectors, modes, error, timers)
-      n = max(count(abs(modes%mu) <= min(max(1.0e3_wp * step%locate_tolerance, same_place), loosest) * event%scale), 1)
-      call choose_null_vectors(problem, state, system, n, modes)
-      allocate (point%null_vector(3, problem%deck%mesh%n_nodes, n))
-      do j = 1, n
-         call deck_mode(problem, state, system, modes%x(:, j), point%null_vector(:, :, j), sense)
+      integer :: i
+      do i = 1, size(findings%seen)
+         if (findings%told(i) .or. findings%seen(i)%located) cycle
+         associate (event => findings%seen(i)%event)
+            call announce(problem, run, new_critical(event%label, event%note), trial, findings%probe, .false., recorder, outcome, &
+               & timers)
+            call note_bracketed(outcome, event%note, run%state%load_factor, trial%load_factor)
+            finished = finished .or. event%kind == event_stop
+            ! It counts, though nothing can start there.
+            call keep_landmark(problem, run, event%label, trial, trial, 1.0_wp, &
+               & run%arc_length + path_length(problem, run%state, trial), findings%probe%negative_pivots, 0)
+         end associate
       end do
-      point%note = 'bifurcation, simple'
-      if (n == 2) point%note = 'bifurcation, double'
-      if (n > 2) point%note = 'bifurcation, '//to_text(n)//'-fold'
-   end subroutine find_null_vectors
+   end subroutine announce_missed
 
-   !> A critical point with its words. (gfortran 12 loses the length of a deferred-length component in a constructor.)
-   function new_critical(label, note, bars) result(critical)
-      character(*), intent(in) :: label, note
-      type(error_bars_t), allocatable, intent(in), optional :: bars
-      type(critical_t) :: critical
-      critical%label = label
-      critical%note = note
-      if (.not. present(bars)) return
-      if (allocated(bars)) critical%bars = bars
-   end function new_critical
+   !> What the trial is known to be: contact is gained or lost there.
+   subroutine announce_contact(problem, run, trial, arrival, findings, recorder, outcome, timers)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      type(state_t), intent(in) :: trial
+      type(arrival_t), intent(in) :: arrival
+      type(findings_t), intent(in) :: findings
+      class(recorder_t), intent(inout) :: recorder
+      type(outcome_t), intent(inout) :: outcome
+      type(timers_t), intent(inout) :: timers
+      type(error_bars_t), allocatable :: bars    ! of what is bracketed there are none
+      character(:), allocatable :: note
+      integer :: i
+      note = trim(merge('contact gained', 'contact lost  ', arrival%label == 'C+'))
+      if (arrival%divides) note = 'a contact region splits'
+      if (allocated(findings%bars) .and. .not. arrival%bracketed) bars = findings%bars
+      do i = 1, arrival%times
+         call announce(problem, run, new_critical(arrival%label, note, bars), trial, findings%probe, .not. arrival%bracketed, &
+            & recorder, outcome, timers)
+      end do
+      if (arrival%bracketed) call note_bracketed(outcome, note, run%state%load_factor, trial%load_factor)
+   end subroutine announce_contact
+
+   !> The run goes to the trial. Bifurcations that come after it are not among its pivots yet.
+   subroutine arrive(problem, run, trial, ahead, findings)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(inout) :: run
+      type(state_t), intent(in) :: trial
+      type(heading_t), intent(in) :: ahead
+      type(findings_t), intent(inout) :: findings
+      integer :: i
+      associate (seen => findings%seen, pivots => findings%probe%negative_pivots)
+         do i = 1, size(seen)
+            if (seen(i)%later) pivots = pivots - nint(sign(1.0_wp, seen(i)%event%before))
+         end do
+         run%step_points = run%step_points + 1
+         run%last_load = trial%load_factor - run%state%load_factor
+         run%on_bifurcation = any(seen%event%kind == event_bifurcation .and. seen%located .and. &
+            & seen%fraction >= 1.0_wp - same_place)
+      end associate
+      call go_to(problem, run, trial, ahead, findings%probe)
+   end subroutine arrive
 end module path_acceptance

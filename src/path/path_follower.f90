@@ -14,7 +14,7 @@ module path_follower
    use increment_trials, only: try_increment
    use other_ways, only: try_otherwise
    use increment_retries, only: retry_refined, retry_by_nodes, retry_closer
-   use path_acceptance, only: accept
+   use path_acceptance, only: arrival_t, accept
    use accuracy_asked, only: wants_another
    use path_outcome, only: outcome_t
    use span_changes, only: pass_change, set_changed, go_nearer, other_mesh
@@ -71,8 +71,7 @@ contains
             if (ended(attempt, outcome)) return
             cycle
          end if
-         call accept(problem, step, run, attempt%trial, attempt%ahead, '  ', attempt%report, attempt%searches < max_searches, &
-            & recorder, shorter, attempt%finished, outcome, timers, tries=attempt%meshes)
+         call accept_trial(problem, step, run, attempt, recorder, shorter, outcome, timers)
          if (ended(attempt, outcome)) return
          if (shorter) then
             call retry_closer(problem, run, attempt, timers)
@@ -86,6 +85,23 @@ contains
          end if
       end do
    end subroutine follow_points
+
+   !> The trial becomes a point, if nothing on the way asks for another one.
+   subroutine accept_trial(problem, step, run, attempt, recorder, shorter, outcome, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run
+      type(attempt_t), intent(inout) :: attempt
+      class(recorder_t), intent(inout) :: recorder
+      logical, intent(out) :: shorter            !! nothing is recorded: the increment is to be cut
+      type(outcome_t), intent(inout) :: outcome
+      type(timers_t), intent(inout) :: timers
+      type(arrival_t) :: arrival
+      arrival%report = attempt%report
+      arrival%can_cut = attempt%searches < max_searches
+      arrival%tries = attempt%meshes
+      call accept(problem, step, run, attempt%trial, attempt%ahead, arrival, recorder, shorter, attempt%finished, outcome, timers)
+   end subroutine accept_trial
 
    !> What the increment is measured by, and how far it may go.
    subroutine set_control(problem, step, run)

@@ -12,8 +12,7 @@ module span_arrival
    use path_continuity, only: heading_at, between
    use path_events, only: event_t, new_probe, detect_events
    use path_run, only: run_t, copy_run, heading_of, forget_mesh
-   use path_acceptance, only: accept
-   use error_bar, only: error_bars_t
+   use path_acceptance, only: arrival_t, accept
    use error_report, only: bars_at_point
    use path_outcome, only: outcome_t
    use corrector, only: increment_t, correct
@@ -35,7 +34,7 @@ contains
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
-      type(error_bars_t), allocatable :: bars
+      type(arrival_t) :: arrival
       logical :: shorter, known
       run = bound_for(problem, run, next)
       call copy_problem(next%problem, problem)
@@ -44,10 +43,14 @@ contains
          next%heading = run%heading
          if (.not. is_there(run, next)) next%heading = heading_of(problem, run, next%state)
       end if
-      if (next%test > 0) call bars_at_point(problem, step, run, next%state, next%heading, next%label, .false., next%test, bars, &
-         & timers)
-      call accept(problem, step, run, next%state, next%heading, next%label, next%report, .false., recorder, shorter, finished, &
-         & outcome, timers, divides=next%divides, times=next%times, bracketed=.not. next%located, bars=bars)
+      arrival%report = next%report
+      arrival%label = next%label
+      arrival%times = next%times
+      arrival%bracketed = .not. next%located
+      arrival%divides = next%divides
+      if (next%test > 0) call bars_at_point(problem, step, run, next%state, next%heading, next%label, .false., next%test, &
+         & arrival%bars, timers)
+      call accept(problem, step, run, next%state, next%heading, arrival, recorder, shorter, finished, outcome, timers)
       if (finished .or. allocated(outcome%why) .or. known) return
       ! The way up to here was one of another set.
       call forget_mesh(run)

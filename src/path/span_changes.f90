@@ -28,7 +28,7 @@ module span_changes
    use path_control, only: path_length
    use path_events, only: event_t, value_events
    use path_run, only: run_t, copy_run
-   use path_acceptance, only: accept
+   use path_acceptance, only: arrival_t, accept
    use accuracy_asked, only: wants_another
    use path_outcome, only: outcome_t
    use step_control, only: smallest
@@ -57,7 +57,7 @@ contains
       type(state_t), intent(in) :: trial
       type(heading_t), intent(in) :: ahead       !! tangent there
       logical, intent(in) :: stuck               !! no increment converges: the trial is the run's state, what may be ahead of it?
-      integer, intent(in) :: tries               !! as accept has it
+      integer, intent(in) :: tries               !! as arrival_t has it
       class(recorder_t), intent(inout) :: recorder
       integer, intent(out) :: result             !! set_holds, set_changed, ...
       logical, intent(out) :: finished
@@ -349,7 +349,7 @@ contains
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
       type(leg_t), intent(in) :: leg
-      integer, intent(in) :: tries               !! as accept has it
+      integer, intent(in) :: tries               !! as arrival_t has it
       character(2), intent(in) :: label          !! contact gained or lost; where it only spreads, nothing
       logical, intent(in) :: divides             !! of the contact that is lost a part stays on both sides
       type(change_t), intent(inout) :: change
@@ -358,6 +358,7 @@ contains
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
+      type(arrival_t) :: arrival
       real(wp) :: increment
       logical :: shorter
       shorter = .false.
@@ -369,9 +370,16 @@ contains
       if (.not. allocated(change%bars)) call bars_at_point(problem, step, run, change%place, change%heading, label, .false., &
          & change%which, change%bars, timers)
       ! Two changes at once, of which the first has its point: where contact only spreads Newton's method has yet to follow.
-      if (.not. (change%where == place_here .and. label == '  ')) call accept(problem, step, run, change%place, change%heading, &
-         & label, change%report, .not. leg%stuck, recorder, shorter, finished, outcome, timers, &
-         & divides=divides, changes=.true., bars=change%bars, tries=tries)
+      if (.not. (change%where == place_here .and. label == '  ')) then
+         arrival%report = change%report
+         arrival%can_cut = .not. leg%stuck
+         arrival%tries = tries
+         arrival%label = label
+         arrival%divides = divides
+         arrival%changes = .true.
+         if (allocated(change%bars)) arrival%bars = change%bars
+         call accept(problem, step, run, change%place, change%heading, arrival, recorder, shorter, finished, outcome, timers)
+      end if
       run%control%increment = increment
       if (allocated(run%beginning)) deallocate (run%beginning)
       run%beginning_in = 0

@@ -4,7 +4,7 @@ module span_rules
    use problem, only: problem_t
    use rod_state, only: state_t
    use contact_touch, only: touch_t, line_share
-   use touch_edits, only: lost, spread_out, parted, shrunk, end_moved, moved, continued, numbered
+   use touch_edits, only: lost, spread_out, parted, shrunk, moved, continued, numbered
    use line_pressure, only: virtual_pressure
    use lifted_node, only: lifted_at_mirror, stays_down
    use passages, only: pass_breakpoints, is_turned, behind

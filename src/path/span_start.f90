@@ -11,7 +11,7 @@ module span_start
    use next_spans, only: next_t
    use span_arrival, only: bound_for
    use nodes_to_spans, only: find_spans_ahead
-   use begin_of_set, only: go_back
+   use set_begins, only: go_back
    use corrector, only: increment_t
    use path_run, only: run_t, copy_run
    use rod_layout, only: stretch_element

@@ -1,0 +1,100 @@
+!> What has to hold at a converged state beside the balance of forces, and what is kept of one.
+module converged_state
+   use kinds, only: wp
+   use rod_element, only: rod_element_t
+   use rod_elements, only: rod_at
+   use problem, only: problem_t, dof
+   use rod_state, only: state_t
+   use linear_system, only: system_t, contact_reaction
+   use contact_set, only: overlap_allowed
+   use touchdown_points, only: misfit
+   use element_foundation, only: foundation_forces
+   use ground_marks, only: mark_step, mark_spring
+   use inner_forces, only: inner_forces_t
+   implicit none
+   private
+   public :: constraint_residual, contact_holds, keep_resultants
+
+   real(wp), parameter :: coarsest = 0.01_wp !! of the rod's rotation: a hinge that turns by more is not where its clamp has it
+
+contains
+
+   !> Largest error of supports and rigid contacts, over the structure's size, and of the moments at touchdown points.
+   real(wp) function constraint_residual(problem, state, system) result(worst)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      real(wp) :: distance(problem%candidates%n), moment, spring, force, rate, normal(2)
+      integer :: m
+      worst = 0.0_wp
+      if (any(system%fixed)) worst = maxval(abs(system%value), mask=system%fixed) / problem%size
+      ! No force tells how far it has yet to roll.
+      if (system%roll_at > 0) worst = max(worst, abs(system%roll_by) / problem%size)
+      if (any(state%active .and. .not. system%soft .and. system%unknown == 0 .and. problem%candidates%touch == 0)) &
+         & worst = huge(1.0_wp)
+      ! What is not yet where it belongs would take part in the forces by the square of its way.
+      if (size(problem%mark) > 0) then
+         do m = 1, size(problem%mark)
+            call mark_spring(problem, state, m, spring, force, rate, normal)
+            worst = max(worst, abs(force) / max(system%force_scale, tiny(worst)), (mark_step(problem, state, state, m) / &
+               & problem%size)**2)
+         end do
+      end if
+      if (.not. problem%has_spans()) return
+      call misfit(problem, state, distance, moment)
+      worst = max(worst, moment / (problem%size * max(system%force_scale, tiny(worst))))
+      ! Where a touchdown point is held the hinge of a neutral span turns. By what the mesh errs it does so anyway.
+      if (size(problem%hinge) > 0 .and. .not. any(problem%candidates%held)) worst = max(worst, problem%model%step(problem%step)% &
+         & tolerance * maxval(abs(state%u(3, problem%hinge))) / max(coarsest * maxval(abs(state%u(3, :))), tiny(worst)))
+   end function constraint_residual
+
+   !> Signs of all gaps and reactions at a converged state.
+   logical function contact_holds(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      real(wp) :: reaction
+      integer :: c
+      contact_holds = .true.
+      do c = 1, problem%candidates%n
+         if (problem%candidates%bilateral(c)) cycle
+         if (state%active(c)) then
+            if (system%soft(c)) then
+               reaction = system%push(c)
+            else
+               reaction = state%reaction(c)
+            end if
+            contact_holds = contact_holds .and. reaction >= -1.0e-8_wp * system%force_scale
+         else
+            contact_holds = contact_holds .and. system%opening(c) >= -10.0_wp * overlap_allowed(problem, system, c)
+         end if
+      end do
+   end function contact_holds
+
+   !> Reactions from equilibrium, and the natural forces of UL2 elements, at a converged state.
+   subroutine keep_resultants(problem, system, state)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      type(state_t), intent(inout) :: state
+      type(inner_forces_t) :: inner
+      class(rod_element_t), pointer :: rod
+      integer :: c, e
+      do c = 1, problem%candidates%n
+         if (.not. state%active(c)) then
+            state%reaction(c) = 0.0_wp
+         else if (system%soft(c)) then
+            state%reaction(c) = system%push(c)
+         else if (system%unknown(c) > 0) then
+            state%reaction(c) = contact_reaction(system, c, system%raw)
+         end if
+         if (problem%candidates%follows(c)) state%couple(c) = system%raw(dof(problem, problem%candidates%node(c), 3))
+      end do
+      do e = 1, problem%model%mesh%n_elements
+         rod => rod_at(problem, e)
+         if (.not. rod%takes_increments()) state%z(:problem%z_size(e), e) = system%op(:problem%z_size(e), 1, e)
+         if (.not. problem%ground%founded(e)) cycle
+         call foundation_forces(problem, state, e, inner)
+         state%grounded(e) = inner%n > 0
+      end do
+   end subroutine keep_resultants
+end module converged_state

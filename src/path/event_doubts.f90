@@ -1,0 +1,104 @@
+!> Whether what was seen on the way to a trial is what it seems: events that are none, and such as a shorter increment tells better.
+module event_doubts
+   use kinds, only: wp
+   use model, only: step_t
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use weak_lines, only: count_released
+   use path_continuity, only: largest_turn
+   use path_run, only: run_t
+   use path_events, only: probe_t, new_probe, event_bifurcation, event_release, event_value_reached, event_turning
+   use ground_cuts, only: find_cuts, inner_cuts
+   use sightings, only: sighting_t
+   use event_order, only: one_sided
+   use event_search, only: findings_t
+   use mesh_request, only: rounding_of
+   use timing, only: timers_t
+   implicit none
+   private
+   public :: better_from_nearer, hides_release, turns_by_rounding, doubt_bifurcation
+
+   character(*), parameter :: passing = 'bifurcation, or two paths that pass each other closely,'
+
+contains
+
+   !> True where a shorter increment may tell what this one does not: an event was not located, something went unseen, or an event
+   !> lies where its mesh has no nodes for kinks. Values that are only looked for change nothing.
+   logical function better_from_nearer(problem, run, trial, findings) result(better)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      type(state_t), intent(in) :: trial
+      type(findings_t), intent(in) :: findings
+      integer :: i
+      better = .not. findings%comes_home .and. one_sided(run, trial, findings%probe)
+      do i = 1, size(findings%seen)
+         if (better) return
+         associate (sighting => findings%seen(i))
+            better = .not. (findings%told(i) .or. sighting%located .or. &
+               & any(sighting%event%kind == [event_value_reached, event_turning])) .or. passes_kinks(problem, run%state, sighting)
+         end associate
+      end do
+   end function better_from_nearer
+
+   !> True where kinks of foundations lie inside elements at a located event that have appeared on the way to it: a point between
+   !> gives them nodes. Those of the last point have been refused some.
+   logical function passes_kinks(problem, last, sighting)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: last
+      type(sighting_t), intent(in) :: sighting
+      passes_kinks = sighting%located .and. any(problem%layout%stretch%free)
+      if (passes_kinks) passes_kinks = inner_cuts(find_cuts(problem, sighting%place)) > max(size(problem%mark), &
+         & inner_cuts(find_cuts(problem, last)))
+   end function passes_kinks
+
+   !> True for an end of the step where lines have let go of what a trial behind it does not tell: elements so long that they buckle
+   !> between their own nodes hide that, and those behind the end may be.
+   logical function hides_release(problem, run, findings, end, timers) result(hides)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run             !! its system is factored at the end
+      type(findings_t), intent(in) :: findings
+      integer, intent(in) :: end                 !! which of those seen
+      type(timers_t), intent(inout) :: timers
+      integer :: pivots, i
+      logical :: weak
+      associate (seen => findings%seen)
+         call count_released(problem, seen(end)%place, run%system, pivots, weak, timers)
+         hides = weak .and. run%probe%weak .and. run%system%negative_pivots == run%probe%negative_pivots
+         do i = 1, size(seen)
+            if (seen(i)%event%kind == event_release .and. seen(i)%located .and. .not. findings%told(i) .and. &
+               & seen(i)%fraction < seen(end)%fraction) pivots = pivots - nint(sign(1.0_wp, seen(i)%event%before))
+         end do
+      end associate
+      hides = hides .and. pivots /= run%probe%free_pivots
+   end function hides_release
+
+   !> True for a monitor that turns by no more than what rounding makes of it, as one that symmetry holds: that is nothing to tell.
+   logical function turns_by_rounding(problem, step, run, probe, sighting) result(no_turn)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(in) :: run             !! its system is factored at the place
+      type(probe_t), intent(in) :: probe         !! at the trial
+      type(sighting_t), intent(in) :: sighting
+      type(probe_t) :: there
+      real(wp) :: least
+      integer :: m
+      no_turn = .false.
+      if (sighting%event%kind /= event_turning) return
+      m = step%turning(sighting%event%monitor)
+      there = new_probe(problem, sighting%place, run%system, sighting%heading%load)
+      least = rounding_of(problem, m)
+      if (allocated(sighting%bars)) then
+         if (sighting%bars%monitor(m)%told) least = max(least, sighting%bars%monitor(m)%rounding)
+      end if
+      no_turn = maxval(abs(there%monitor(m) - [run%probe%monitor(m), probe%monitor(m)])) <= least
+   end function turns_by_rounding
+
+   !> What was located as a bifurcation may be two paths that pass each other: no path goes through where the null vector feels a
+   !> force, and the points that the place was interpolated from lie on both.
+   pure subroutine doubt_bifurcation(sighting)
+      type(sighting_t), intent(inout) :: sighting !! not located where it is none
+      if (.not. allocated(sighting%bars) .or. sighting%event%kind /= event_bifurcation) return
+      sighting%located = sighting%bars%unfolding * sighting%swerve <= largest_turn
+      if (.not. sighting%located) sighting%event%note = passing
+   end subroutine doubt_bifurcation
+end module event_doubts
