@@ -68,6 +68,8 @@ contains
       type(timers_t), intent(inout) :: timers
       type(findings_t) :: findings
       finished = .false.
+      if (allocated(run%wanted)) deallocate (run%wanted)
+      run%unsettled = .false.
       call find_events(problem, step, run, trial, ahead, findings, timers)
       findings%told = told_otherwise(run, trial, arrival%label /= '' .or. arrival%changes, findings%seen)
       shorter = arrival%can_cut .and. better_from_nearer(problem, run, trial, findings)
@@ -90,7 +92,7 @@ contains
       call arrive(problem, run, trial, ahead, findings)
    end subroutine accept
 
-   !> Nothing is asked for yet.
+   !> What the questions for errors and meshes hang on.
    subroutine begin_asking(problem, step, run, arrival, findings)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -99,8 +101,6 @@ contains
       type(findings_t), intent(inout) :: findings
       run%has_events = any(findings%seen%located .and. .not. findings%told)
       findings%stops = stop_met(step, run%probe, findings%probe)
-      if (allocated(run%wanted)) deallocate (run%wanted)
-      run%unsettled = .false.
       ! A given mesh stays as it is; of another one a second will not have the nodes that the first has not. (A point between has
       ! them at once: the next increment's mesh begins there.)
       findings%as_it_is = .not. any(problem%layout%stretch%placed) .or. arrival%tries > 0
