@@ -25,6 +25,14 @@ module candidates
       real(wp), allocatable :: gap_offset(:)
       real(wp), allocatable :: overlap(:)     !! how far an obstacle that some step makes push out what begins behind it is
       !! withdrawn at the start: by the deepest penetration of the contact
+      ! The nodes of contact spans, all of them bilateral:
+      !                                     follows  moves  rolls
+      !   node inside a line                   x
+      !   end of a line                        x       x
+      !   end of a line at a breakpoint        x
+      !   point                                        x      x
+      !   point at a breakpoint                               x
+      !   point at the end of its rod, at a kink, or where a support holds the rotation
       logical, allocatable :: bilateral(:)    !! held by its obstacle for good: no sign counts
       integer, allocatable :: touch(:)        !! node of a contact span: which one; 0: a candidate on its own
       logical, allocatable :: follows(:)      !! its rotation is that of the obstacle

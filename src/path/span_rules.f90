@@ -60,11 +60,11 @@ contains
       case (test_gap)
          answer%label = 'C+'
       case (test_force)
-         answer%label = 'C-'
          if (problem%touch(test%touch)%line) then
-            ! Without a force the moments do not tell where the end goes; many nodes do (contact_in_doubt).
+            ! Without a force the moments do not tell where the end goes; many nodes do (contact_in_doubt), and what is lost.
             answer%why = 'a line contact lifts off at its end'
          else
+            answer%label = 'C-'
             call lose_points(problem, tests, which, fall > 0.0_wp, answer)
          end if
       case (test_curvature)
