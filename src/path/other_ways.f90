@@ -12,7 +12,7 @@ module other_ways
    use step_control, only: smallest
    use accuracy_asked, only: wants_another
    use path_outcome, only: outcome_t
-   use span_changes, only: pass_change, set_holds
+   use span_changes, only: pass_change, set_holds, set_changed
    use span_mesh, only: step_back, ask_for_twice
    use attempt, only: attempt_t, ended
    use increment_retries, only: retry_refined, retry_by_nodes
@@ -71,8 +71,8 @@ contains
       done = ended(attempt, outcome)
       if (done) return
       if (allocated(run%stuck)) deallocate (run%stuck)
-      attempt%changed = result /= set_holds
-      done = attempt%changed
+      attempt%changed = result == set_changed
+      done = result /= set_holds
       if (done) then
          attempt%cuts = 0
       else

@@ -61,7 +61,7 @@ contains
             call pass_change(problem, step, run, attempt%trial, attempt%ahead, .false., attempt%meshes, recorder, result, &
                & attempt%finished, outcome, timers)
             if (ended(attempt, outcome)) return
-            attempt%changed = any(result == [set_changed, go_nearer])
+            attempt%changed = result == set_changed
             if (result == other_mesh) call retry_refined(problem, run, attempt, .true., timers)
             if (any(result == [set_changed, go_nearer, other_mesh])) cycle
          end if
