@@ -545,3 +545,50 @@ def test_meshes_of_a_symmetric_column_are_symmetric(accuracy, first, stiffness):
     assert events(run) == ["BP", "EP"]
     load = (2.0 * 2.3210486 / math.pi)**2
     dr.assert_close(run.load("BP"), load, absolute=run.only("BP").error + load * (1e-4 + 4.0 * math.pi**2 * load / stiffness))
+
+
+HALVES = """*HEADING
+Column, clamped at both ends, with a symmetric imperfection between walls
+*NODE
+1, 0., 0.
+2, 1., 0.
+*LINE, ELSET=COLUMN, NSET=COLUMN, TYPE=GE8
+1, 2{count}
+*IMPERFECTION, ELSET=COLUMN, SHAPE=CLAMPED
+0.001, 0.
+*BEAM SECTION, ELSET=COLUMN, SECTION=STIFFNESS
+1E8, 1.
+*BOUNDARY
+1, ENCASTRE
+2, 2
+2, 6
+*OBSTACLE, NAME=TOP, TYPE=LINE
+2., 0.05, -1., 0.05
+*CONTACT, OBSTACLE=TOP, NSET=COLUMN
+*OBSTACLE, NAME=BOTTOM, TYPE=LINE
+-1., -0.05, 2., -0.05
+*CONTACT, OBSTACLE=BOTTOM, NSET=COLUMN
+*MONITOR, NAME=short
+2, U1, -1.
+*STEP
+{accuracy}*STATIC
+0.3, 1E-12, 0.025
+*CLOAD
+2, 1, -39.47841760435743
+*STOP
+LOAD, ABOVE, 20.
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("count, accuracy", [("", "*ACCURACY, TOLERANCE=1E-4\n"), (", 24", "")])
+def test_the_load_stands_where_both_halves_buckle(count, accuracy):
+    """Four times the critical load, but for the square of the slopes: the contact has just been a line, and the load hardly changes up
+    to the other wall. A mesh made there must not turn the path round."""
+    run = dr.run_deck(HALVES.format(count=count, accuracy=accuracy))
+    labels = [c.label for c in run.results.critical]
+    assert labels in (["C+", "LP", "C+", "EP"], ["C+", "BP", "C+", "EP"])
+    loads = [c.load_factor for c in run.results.critical]
+    assert loads[1] == pytest.approx(4.0, rel=(0.05 * np.pi)**2) and loads[3] == pytest.approx(20.0, rel=1e-9)
+    dr.assert_close(loads[:3], [0.98309484, 3.98461403, 4.09064384], relative=1e-5)
+    assert (np.diff(run.column("short")) > 0.0).all()
