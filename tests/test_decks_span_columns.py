@@ -547,7 +547,7 @@ def test_meshes_of_a_symmetric_column_are_symmetric(accuracy, first, stiffness):
     dr.assert_close(run.load("BP"), load, absolute=run.only("BP").error + load * (1e-4 + 4.0 * math.pi**2 * load / stiffness))
 
 
-HALVES = """*HEADING
+STANDING = """*HEADING
 Column, clamped at both ends, with a symmetric imperfection between walls
 *NODE
 1, 0., 0.
@@ -585,7 +585,7 @@ LOAD, ABOVE, 20.
 def test_the_load_stands_where_both_halves_buckle(count, accuracy):
     """Four times the critical load, but for the square of the slopes: the contact has just been a line, and the load hardly changes up
     to the other wall. A mesh made there must not turn the path round."""
-    run = dr.run_deck(HALVES.format(count=count, accuracy=accuracy))
+    run = dr.run_deck(STANDING.format(count=count, accuracy=accuracy))
     labels = [c.label for c in run.results.critical]
     assert labels in (["C+", "LP", "C+", "EP"], ["C+", "BP", "C+", "EP"])
     loads = [c.load_factor for c in run.results.critical]

@@ -278,8 +278,8 @@ contains
          if (done) done = stays_within(problem, run%state, better, run%motion)
       end if
       if (done) ahead = heading_at(problem, run%system, run%heading%u, run%heading%load)
-      ! Where a coarse mesh has made so much else of the displacements that they do not tell the sense, the load does: it turns where
-      ! the stability changes.
+      ! Where a coarse mesh has made so much else of the displacements that they do not tell the sense, the load does: it turns
+      ! where the stability changes.
       if (done .and. run%system%negative_pivots == run%probe%negative_pivots .and. ahead%load * run%heading%load < 0.0_wp) then
          if (angle_between(problem, run%heading%u, ahead%u) > largest_turn) &
             & ahead = heading_at(problem, run%system, 0.0_wp * run%heading%u, run%heading%load)
