@@ -18,7 +18,7 @@ module touchdown_points
    implicit none
    private
    public :: misfit, with_held, opening_misfit, move_touchdown_points, touchdown_travel, touchdown_steps, touchdown_slopes, &
-      & shift_touchdown_points, point_force, carry_forces
+      & shift_touchdown_points, point_force, carry_forces, excess_ahead
 
    real(wp), parameter :: here = 1.0e-12_wp !! of the size: one and the same place
    real(wp), parameter :: most = 0.5_wp     !! of a span, that its ends may come nearer at once: its nodes keep their order
@@ -168,6 +168,22 @@ contains
       local = forces_beside(problem, state, candidate)
       force = sense * (local(2, 1) - local(2, 2))
    end function point_force
+
+   !> The excess of curvature at a point contact, as excess_curvature has it, where the moments beside it tell the point to go, by
+   !> the forces of a state next to this one.
+   real(wp) function excess_ahead(problem, before, state, candidate) result(excess)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: before, state
+      integer, intent(in) :: candidate
+      real(wp) :: forces(3, 2), local(3, 2), stretch, sense
+      call excess_curvature(problem, state, candidate, excess, stretch)
+      if (.not. problem%candidates%moves(candidate)) return
+      forces = forces_beside(problem, before, candidate)
+      local = forces_beside(problem, state, candidate)
+      sense = track_sense(problem, state, candidate, node_track(problem, state, candidate))
+      excess = excess - sense * problem%compliance(problem%candidates%element(2, candidate))%bending * forces(2, 2) * &
+         & quotient(local(3, 1) - local(3, 2), forces(2, 1) - forces(2, 2))
+   end function excess_ahead
 
    !> Forces of contacts that go on with another set: that of a point holds it from turning (touchdown_spring), so the tangent
    !> is not the path's without.

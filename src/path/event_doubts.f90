@@ -30,7 +30,7 @@ contains
       type(state_t), intent(in) :: trial
       type(findings_t), intent(in) :: findings
       integer :: i
-      better = .not. findings%comes_home .and. one_sided(run, trial, findings%probe)
+      better = .not. findings%comes_home .and. one_sided(run, trial, findings%probe, findings%seen)
       do i = 1, size(findings%seen)
          if (better) return
          associate (sighting => findings%seen(i))

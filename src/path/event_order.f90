@@ -56,14 +56,21 @@ contains
       end do
    end function told_otherwise
 
-   !> True for a limit point without a change of the pivot count where the contact set stays: something else changed its sign,
-   !> too, and went unseen.
-   pure logical function one_sided(run, trial, probe)
+   !> True for a limit point where the contact set stays and no eigenvalue is seen to change its sign there: another one does, too,
+   !> and goes unseen.
+   pure logical function one_sided(run, trial, probe, seen)
       type(run_t), intent(in) :: run
       type(state_t), intent(in) :: trial
       type(probe_t), intent(in) :: probe
+      type(sighting_t), intent(in) :: seen(:)
+      integer :: i
       one_sided = run%probe%load_rate * probe%load_rate < 0.0_wp .and. all(run%state%active .eqv. trial%active) .and. &
          & modulo(probe%negative_pivots - run%probe%negative_pivots, 2) == 0
+      ! Eigenvalues of their own are listed where there are several.
+      do i = 1, size(seen)
+         if (seen(i)%event%kind == event_limit .and. seen(i)%located) one_sided = one_sided .and. .not. any( &
+            & seen%event%kind == event_bifurcation .and. seen%located .and. abs(seen%fraction - seen(i)%fraction) <= same_place)
+      end do
    end function one_sided
 
    !> Negative pivots on the side of a place that the path comes from: where an eigenvalue is zero the factors have the sign of

@@ -1,4 +1,4 @@
-!> Spans that open from nothing, and points as curved as their obstacle: there the touchdown points' own equations have no slope.
+!> Spans that open from nothing: there the touchdown points' own equations have no slope.
 !> With the points held, load and place are found at which they are where they belong (held_touchdown).
 module held_openings
    use kinds, only: wp
@@ -9,15 +9,15 @@ module held_openings
    use path_control, only: control_t
    use corrector, only: increment_t, correct
    use path_run, only: run_t
-   use touchdown_points, only: with_held, opening_misfit, point_force, touchdown_steps
+   use touchdown_points, only: with_held, opening_misfit, touchdown_steps
    use touch_candidates, only: touch_place
    use tangent_step, only: states_along
    use held_touchdown, only: solve_held
-   use conforming_span, only: flat_excess, excess_curvature, track_sense, node_track
+   use conforming_span, only: excess_curvature, track_sense, node_track
    use timing, only: timers_t
    implicit none
    private
-   public :: open_span, rest_held, find_fastest, stay_in_place, spread_ahead, find_flat_point, held_load, &
+   public :: open_span, rest_held, find_fastest, stay_in_place, spread_ahead, held_load, &
       & spreading_rate, first_length
 
    real(wp), parameter :: first_length = 4.0e-3_wp !! of a stretch: what opens from nothing begins with that
@@ -46,12 +46,12 @@ contains
             frozen = with_held(frozen, opening_ends(problem, others(:, k)))
          end do
       end if
-      call solve_held(frozen, ends, run%system, all(ends > 0), held_steps(problem, run), opening_misfit, state, ok, timers)
+      call solve_held(frozen, ends, run%system, all(ends > 0), held_steps(problem, run), state, ok, timers)
       if (.not. ok) then
          ! At this load what begins at the same place has no length: held, too, it comes to a load at which it has one.
          state = run%state
          call copy_problem(problem, frozen)
-         call solve_held(problem, [maxval(ends), 0], run%system, .false., held_steps(problem, run), opening_misfit, state, ok, &
+         call solve_held(problem, [maxval(ends), 0], run%system, .false., held_steps(problem, run), state, ok, &
             & timers, [(c, c=1, problem%candidates%n)])
          if (.not. ok) return
          here%method = method_load
@@ -115,7 +115,7 @@ contains
       type(state_t), intent(inout) :: state      !! a guess on entry
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
-      call solve_held(problem, [fastest, 0], run%system, .false., held_steps(problem, run), opening_misfit, state, found, timers)
+      call solve_held(problem, [fastest, 0], run%system, .false., held_steps(problem, run), state, found, timers)
       if (found) call linearise(problem, state, state, run%system, timers)
       found = found .and. run%system%ok
    end subroutine stay_in_place
@@ -160,34 +160,6 @@ contains
       type(run_t), intent(in) :: run
       step = 1.0e-4_wp * max(abs(run%last_load), 1.0e-3_wp * abs(run%state%load_factor))
    end function held_load
-
-   !> Where a point contact is as curved as its obstacle: there its own equation, that of the least gap, has no slope. Held, and
-   !> turning with the obstacle as the end of a line does, load and place are found at which no moment is left and it is flat.
-   subroutine find_flat_point(problem, run, candidate, place, ok, timers)
-      type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
-      integer, intent(in) :: candidate
-      type(state_t), intent(inout) :: place      !! a state nearby on entry
-      logical, intent(out) :: ok
-      type(timers_t), intent(inout) :: timers
-      type(problem_t) :: turning
-      call copy_problem(problem, turning)
-      turning%candidates%follows(candidate) = problem%candidates%rolls(candidate)
-      call solve_held(turning, [candidate, 0], run%system, problem%candidates%moves(candidate), held_steps(problem, run), &
-         & flatness, place, ok, timers)
-      if (ok .and. problem%candidates%moves(candidate)) place%reaction(candidate) = point_force(problem, place, candidate)
-   end subroutine find_flat_point
-
-   !> How far a point is from where it belongs, and its excess of curvature over the size, which is to stay above zero.
-   function flatness(problem, points, state) result(left)
-      type(problem_t), intent(in) :: problem
-      integer, intent(in) :: points(2)           !! candidate, 0
-      type(state_t), intent(in) :: state
-      real(wp) :: left(2), excess, stretch
-      left = opening_misfit(problem, points, state)
-      call excess_curvature(problem, state, points(1), excess, stretch)
-      left(2) = excess * problem%size - flat_excess
-   end function flatness
 
    !> Candidates at the ends of an opening span, those that move: of one line both, of two contacts the ends that face each other.
    pure function opening_ends(problem, opened) result(ends)

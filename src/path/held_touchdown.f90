@@ -8,23 +8,12 @@ module held_touchdown
    use linear_system, only: system_t
    use path_control, only: control_t
    use corrector, only: increment_t, correct
-   use touchdown_points, only: with_held, shift_touchdown_points
+   use touchdown_points, only: with_held, shift_touchdown_points, opening_misfit
    use small_dense, only: solve_small
    use timing, only: timers_t
    implicit none
    private
-   public :: solve_held, condition
-
-   abstract interface
-      !> What is to vanish, of the size of rotations.
-      function condition(problem, points, state) result(left)
-         import :: problem_t, state_t, wp
-         type(problem_t), intent(in) :: problem
-         integer, intent(in) :: points(2)
-         type(state_t), intent(in) :: state
-         real(wp) :: left(2)
-      end function condition
-   end interface
+   public :: solve_held
 
    integer, parameter :: max_iterations = 20
    real(wp), parameter :: small = 1.0e-8_wp !! from here on as small as it gets, for where the gap is least hangs on that where
@@ -36,13 +25,12 @@ contains
 
    !> Newton's method, by differences, for load factor and place of touchdown points, which move together. With one
    !> point at most, and `places` false, the load alone is unknown and the sum of the conditions has to vanish.
-   subroutine solve_held(problem, points, system, places, step, left_of, state, ok, timers, also)
+   subroutine solve_held(problem, points, system, places, step, state, ok, timers, also)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: points(2)           !! candidates, 0: none
       type(system_t), intent(inout) :: system
       logical, intent(in) :: places              !! the place is an unknown, too
       real(wp), intent(in) :: step(2)            !! of load factor and place, for differences
-      procedure(condition) :: left_of
       type(state_t), intent(inout) :: state      !! guess on entry
       logical, intent(out) :: ok
       type(timers_t), intent(inout) :: timers
@@ -119,7 +107,7 @@ contains
          if (present(whole)) control%whole = whole
          call correct(frozen, from, control, .true., to, system, report, timers)
          ok = report%converged
-         left = left_of(problem, points, to)
+         left = opening_misfit(problem, points, to)
       end subroutine go_by
    end subroutine solve_held
 end module held_touchdown

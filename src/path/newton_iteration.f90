@@ -133,8 +133,9 @@ contains
          newton%most = step%max_iterations
          newton%at_length = held_within(step)
       end associate
-      ! How long an arc is matters to nothing on the path, and nodes that go along it make it uncertain until they rest.
-      if (problem%moves_nodes() .and. is_arc_length(given%method) .and. .not. given%whole > 0.0_wp) &
+      ! How long an arc is matters to nothing on the path, and nodes that go along it make it uncertain until they rest. Nor does by
+      ! how much exactly a point is more curved than its obstacle.
+      if ((problem%moves_nodes() .and. is_arc_length(given%method) .and. .not. given%whole > 0.0_wp) .or. given%flat > 0) &
          & newton%at_length = large_correction
       newton%origin = start
       newton%control = given

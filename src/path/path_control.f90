@@ -11,6 +11,7 @@
 !> spherical:    |du|^2 + (load_scale dl)^2 = increment^2                      (Crisfield 1981)
 !> linearised:   the plane normal to the tangent at distance `increment`       (Riks 1979)
 !> largest displacement: that of the tangent's step of length `increment` which moves most (Rheinboldt 1981)
+!> flat:         excess of curvature at a point contact = increment (curvature_row)
 !> The others take the tangent's step as predictor, and then corrections normal to
 !> minimum residual:        the load's own displacements: as short as possible (Chan 1988)
 !> variable load:           the displacements of the increment so far          (Gierlinski & Graves Smith 1985)
@@ -24,6 +25,8 @@ module path_control
    use state_transfer, only: displacements_at, field_at, see_from
    use linear_system, only: system_t, to_global
    use bordered_system, only: set_path_row, solve_bordered
+   use curvature_row, only: curvature_row_t, new_curvature_row
+   use conforming_span, only: excess_curvature
    use monitor_rows, only: monitor_row_t, monitor_row, watched_displacement
    use timing, only: timers_t
    implicit none
@@ -40,6 +43,8 @@ module path_control
       real(wp), allocatable :: tangent(:, :)   !! (3, nodes) unit tangent at the start, only displacements count
       real(wp) :: tangent_load = 0.0_wp        !! its load factor component
       real(wp), allocatable :: previous(:, :)  !! the tangent of the increment before, when there was one
+      integer :: flat = 0                      !! candidate of a point contact where the rod is to be more curved than the obstacle by
+      !! the increment, whatever the method; 0: none
       real(wp), allocatable :: watched         !! the controlled monitor's displacement at the start, where that has moved nodes
    end type control_t
 
@@ -134,7 +139,14 @@ contains
       type(timers_t), intent(inout) :: timers
       real(wp), dimension(3, size(state%u, 2)) :: row
       real(wp) :: dl, travelled, corner, defect
+      type(curvature_row_t) :: curved
       integer :: node, component
+      if (control%flat > 0) then
+         curved = new_curvature_row(problem, state, system, control%flat)
+         rhs = control%increment - curved%excess - curved%defect
+         call set_path_row(problem, system, curved%node, curved%load)
+         return
+      end if
       dl = state%load_factor - start%load_factor
       if (any(control%method == [method_load, method_displacement])) then
          call held_row(problem, control, state, system, row, corner, defect)
@@ -288,11 +300,16 @@ contains
       type(control_t), intent(in) :: control
       type(state_t), intent(in) :: start, state
       real(wp), allocatable :: row(:, :)
-      real(wp) :: dl, scale
+      real(wp) :: dl, scale, excess, stretch
       integer :: node, component
       dl = state%load_factor - start%load_factor
       scale = max(abs(control%increment), abs(control%whole))
       if (.not. scale > 0.0_wp) scale = 1.0_wp
+      if (control%flat > 0) then
+         call excess_curvature(problem, state, control%flat, excess, stretch)
+         control_error = abs(control%increment - excess) / scale
+         return
+      end if
       select case (control%method)
       case (method_load)
          control_error = abs(control%increment - dl) / scale

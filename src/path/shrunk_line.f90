@@ -5,10 +5,9 @@ module shrunk_line
    use problem, only: problem_t
    use rod_state, only: state_t
    use bordered_system, only: linearise
-   use conforming_span, only: excess_curvature
-   use path_control, only: control_t, path_length, metric
-   use path_continuity, only: heading_t, normal_plane
-   use path_samples, only: state_between, zero_of_cubic, n_samples
+   use path_control, only: control_t, path_length
+   use path_continuity, only: heading_t
+   use flat_points, only: leave_flat_point
    use path_run, only: run_t
    use corrector, only: increment_t, correct
    use timing, only: timers_t
@@ -16,7 +15,6 @@ module shrunk_line
    private
    public :: come_to_rest
 
-   integer, parameter :: max_centres = 6        !! of samples
    !> Times the reach that a flat point may be away: where a line's length is zero its moments tell, where a point is flat its
    !> curvature, and a mesh errs in these on its own.
    real(wp), parameter :: farther = 10.0_wp
@@ -50,9 +48,7 @@ contains
       call linearise(problem, run%state, run%state, run%system, timers)
    end subroutine come_to_rest
 
-   !> To where the point is as curved as its obstacle. What holds its rotation there is without bounds, and free spans beside it
-   !> may buckle as the line between them vanishes, so that the load hardly tells: the place is interpolated between equilibria in
-   !> planes across the path, beyond it and, though the obstacle would have to give way there, before it.
+   !> To where the point is as curved as its obstacle.
    subroutine go_to_flat_point(problem, run, candidate, reach, found, timers)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
@@ -60,36 +56,11 @@ contains
       real(wp), intent(in) :: reach              !! along the path
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
-      type(control_t) :: across
-      type(increment_t) :: report
-      type(state_t) :: sample(n_samples), place
+      type(state_t) :: place
       type(heading_t) :: heading
-      real(wp) :: at(n_samples), excess(n_samples), centre, near, whole, stretch
-      integer :: try, k
-      found = .false.
-      across = normal_plane(problem, run%state, run%heading)
-      if (.not. allocated(across%tangent)) return
-      ! Of the motion along the path as the plane counts it, with the load.
-      whole = reach / sqrt(metric(problem, across%tangent, across%tangent))
-      centre = 0.5_wp * whole
-      near = 0.25_wp * whole
-      do try = 1, max_centres
-         at = centre + near * [-2.0_wp, -1.0_wp, 1.0_wp, 2.0_wp]
-         do k = 1, n_samples
-            sample(k) = run%state
-            across%increment = at(k)
-            call correct(problem, run%state, across, .true., sample(k), run%system, report, timers)
-            if (.not. report%converged) return
-            call excess_curvature(problem, sample(k), candidate, excess(k), stretch)
-         end do
-         centre = zero_of_cubic(at, excess)
-         if (abs(centre) > farther * whole) return
-         found = centre >= at(2) .and. centre <= at(3)
-         if (found) exit
-      end do
-      if (.not. found) return
-      call state_between(problem, sample, at, centre, place, heading)
-      found = path_length(problem, run%state, place) <= farther * reach
+      place = run%state
+      call leave_flat_point(problem, run, candidate, place, heading, found, timers)
+      if (found) found = path_length(problem, run%state, place) <= farther * reach
       if (.not. found) return
       run%state = place
       run%heading = heading

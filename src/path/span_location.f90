@@ -9,7 +9,7 @@ module span_location
    use span_tests, only: run_span_tests
    use span_change, only: leg_t, change_t, change_by_rule, change_missed, place_within, place_here, &
       & place_ahead
-   use held_openings, only: find_flat_point
+   use flat_points, only: find_flat_point
    use tangent_step, only: states_along
    use span_rules, only: would_press
    use lying_ahead, only: turns, leads_to, arrival

@@ -3,8 +3,8 @@ module span_rules
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
-   use contact_touch, only: touch_t, line_share
-   use touch_edits, only: lost, spread_out, parted, shrunk, moved, continued, numbered
+   use contact_touch, only: touch_t, line_share, shortest
+   use touch_edits, only: lost, spread_out, parted, moved, continued, numbered
    use line_pressure, only: virtual_pressure
    use lifted_node, only: lifted_at_mirror, stays_down
    use passages, only: pass_breakpoints, is_turned, behind
@@ -94,7 +94,7 @@ contains
             if (stands(problem, state, ends(1)) .or. stands(problem, state, ends(2))) answer%label = 'C-'
          end associate
          call pass_breakpoints(problem, tests, which, fall, answer%touch, answer%crosses, passed, meets)
-         if (.not. passed) call shrink(problem, test, answer)
+         if (.not. passed) call shrink_lines(problem, tests, which, fall, answer)
       case (test_crossing)
          call pass_breakpoints(problem, tests, which, fall, answer%touch, answer%crosses, passed, meets)
          if (meets) then
@@ -394,25 +394,45 @@ contains
       end do
    end subroutine go_beside
 
-   !> What is left of a line that has become as short as none: a point.
-   subroutine shrink(problem, test, answer)
+   !> The line of a test, and others that become as short as none before nothing is left of it: of two that a mirror makes one of
+   !> the other neither is the first.
+   subroutine shrink_lines(problem, tests, which, fall, answer)
       type(problem_t), intent(in) :: problem
-      type(span_test_t), intent(in) :: test
+      type(span_test_t), intent(in) :: tests(:)
+      integer, intent(in) :: which
+      real(wp), intent(in) :: fall(:)              !! (tests)
       type(answer_t), intent(inout) :: answer
-      real(wp) :: at
-      associate (line => answer%touch(test%touch), whole => stretch_length(problem, answer%touch(test%touch)))
-         at = test%at
-         if (line%at(1) <= 0.0_wp) then
-            at = 0.0_wp
-         else if (line%at(2) >= whole) then
-            at = whole
-         end if
-      end associate
-      if (any(others_touch(problem, test%touch))) then
-         answer%touch = lost(answer%touch, test%touch)
-      else
-         answer%touch = shrunk(answer%touch, test%touch, at)
+      logical :: gone(size(answer%touch))
+      real(wp) :: left
+      integer :: k
+      gone = .false.
+      left = shortest * stretch_length(problem, answer%touch(tests(which)%touch)) / problem%size
+      do k = 1, size(tests)
+         if (tests(k)%kind /= test_length) cycle
+         if (k /= which .and. .not. (fall(k) > 0.0_wp .and. tests(k)%value * fall(which) <= left * fall(k))) cycle
+         call shrink(problem, tests(k), answer%touch(tests(k)%touch), gone(tests(k)%touch))
+      end do
+      answer%touch = pack(answer%touch, .not. gone)
+   end subroutine shrink_lines
+
+   !> What is left of a line that has become as short as none: a point, or nothing of its own.
+   subroutine shrink(problem, test, line, gone)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: test        !! of the line's length
+      type(touch_t), intent(inout) :: line
+      logical, intent(out) :: gone                 !! other contacts have its ends
+      real(wp) :: at, whole
+      gone = any(others_touch(problem, test%touch))
+      if (gone) return
+      whole = stretch_length(problem, line)
+      at = test%at
+      if (line%at(1) <= 0.0_wp) then
+         at = 0.0_wp
+      else if (line%at(2) >= whole) then
+         at = whole
       end if
+      line%line = .false.
+      line%at = at
    end subroutine shrink
 
    !> Which ends of a touch are held by another one, too.

@@ -24,7 +24,7 @@ module vanishing_span
    use set_begins, only: find_begin
    use lost_at_support, only: clamped_ends, go_into_clamp, lose_line
    use lying_ahead, only: turns, leads_to_next, reach_of
-   use held_openings, only: find_flat_point
+   use flat_points, only: find_flat_point
    use state_transfer, only: carried
    use path_control, only: path_length
    use path_continuity, only: largest_distance

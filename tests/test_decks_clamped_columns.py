@@ -1,0 +1,115 @@
+"""Clamped columns whose imperfection has a symmetry, beside a wall and between two: free spans that are images of one another buckle
+at one load, and contacts that are change at once.
+
+A part of a straight rod between two clamped ends a distance apart buckles at the load that its S-shape has no moments at, (2 pi / l)^2,
+whatever the distance. So the two halves beside a point of contact in the middle do at 4 Pcr, where the point becomes a line, too; an
+imperfection parts these: with v0 = a/2 (1 - cos 2 pi x), and kl = 2 pi + th for the free parts beside a line of half length s, small
+terms leave A th^2 + 2 b th + 2 b k s = 0 with b/A = 2 pi a / (24 (d + a/3)). The line begins at th = -2 b/A, is longest at -b/A, and
+gone again at 0, where k = 4 pi and both halves buckle.
+"""
+import math
+
+import numpy as np
+import pytest
+
+import deck_runner as dr
+
+PCR = 4.0 * math.pi**2
+EA = 1e8
+DECK = """*HEADING
+Clamped column beside walls
+*NODE
+1, 0., 0.
+2, 1., 0.
+*LINE, ELSET=COLUMN, NSET=COLUMN, TYPE=GE8
+1, 2{elements}
+*IMPERFECTION, ELSET=COLUMN, SHAPE=CLAMPED
+{waves}
+*BEAM SECTION, ELSET=COLUMN, SECTION=STIFFNESS
+{axial!r}, 1.
+*BOUNDARY
+1, ENCASTRE
+2, 2
+2, 6
+*OBSTACLE, NAME=TOP, TYPE=LINE
+2., {gap!r}, -1., {gap!r}
+*CONTACT, OBSTACLE=TOP, NSET=COLUMN
+{lower}*MONITOR, NAME=shortening
+2, U1, -1.
+*STEP
+{accuracy}*STATIC
+0.3, 1E-12, {largest!r}
+*CLOAD
+2, 1, {load!r}
+*STOP
+LOAD, ABOVE, 20.
+shortening, ABOVE, 0.3
+*END STEP
+"""
+LOWER = """*OBSTACLE, NAME=BOTTOM, TYPE=LINE
+-1., {low!r}, 2., {low!r}
+*CONTACT, OBSTACLE=BOTTOM, NSET=COLUMN
+"""
+
+
+def column(gap, waves, mesh, between=False):
+    """`mesh`: number of elements, or the tolerance asked for."""
+    given = mesh.isdigit()
+    return dr.run_deck(DECK.format(gap=gap, waves=waves, axial=EA, load=-PCR, largest=0.5 * gap, elements=f", {mesh}" if given else "",
+                                   lower=LOWER.format(low=-gap) if between else "",
+                                   accuracy="" if given else f"*ACCURACY, TOLERANCE={mesh}\n"))
+
+
+def events(run):
+    return [c.label for c in run.results.critical]
+
+
+@pytest.mark.parametrize("gap, mesh", [(0.005, "24"), (0.005, "36"), (0.005, "1E-4"), (0.02, "24")])
+def test_halves_buckle_as_the_line_between_them_vanishes(gap, mesh):
+    """The load stands; what lies beyond is no limit point, and the point is one again."""
+    wave = 0.02 * gap
+    run = column(gap, f"{wave!r}, 0.", mesh)
+    assert events(run) == ["C+", "BP", "EP"]
+    buckles, last = run.only("BP"), run.results.critical[-1]
+    # To the square of the slopes, and to the strain.
+    dr.assert_close(buckles.load_factor, 4.0, relative=math.pi**2 * gap**2 + 4.0 * PCR / EA + buckles.error / 4.0)
+    load, contact = run.column("load_factor"), run.results.contact
+    length = contact.end[:, 0] - contact.start[:, 0]
+    lines = np.flatnonzero(length > 0.0)
+    at = buckles.point
+    assert np.all(contact.count[run.only("C+").point:] == 1) and np.all(lines < at) and length[at] == 0.0
+    b = 2.0 * math.pi * wave / (24.0 * (gap + wave / 3.0))
+    # Second order in the imperfection; of the line's lengths those at the points are known.
+    dr.assert_close(length[lines].max(), b / (4.0 * math.pi), relative=0.05)
+    dr.assert_close(buckles.load_factor - load[lines[0] - 1], 4.0 - 4.0 * (1.0 - b / math.pi)**2, relative=0.05)
+    # One half would rather buckle alone.
+    assert np.all(run.column("negative_pivots")[at + 1:] == 1)
+    assert np.all(np.diff(load[at:]) > -1e-7) and last.load_factor > 4.5
+
+
+@pytest.mark.parametrize("gap, mesh", [(0.005, "24"), (0.005, "36"), (0.02, "24")])
+def test_images_of_one_another(gap, mesh):
+    """Between two walls the parts beyond the lines buckle at once, where the load turns: one of two zeros is the limit point's, the other
+    a bifurcation. Further on both lines vanish at once, and both free parts touch at once."""
+    run = column(gap, f"0., {0.02 * gap!r}", mesh, between=True)
+    assert events(run)[:2] == ["BP", "C+"] and sorted(events(run)[2:4]) == ["BP", "LP"] and events(run)[4:] == ["C+", "EP"]
+    dr.assert_close(run.labelled("BP")[0].load_factor, 1.0, relative=0.02 * math.pi**2 * gap**2 + PCR / EA + 1e-8)
+    dr.assert_close(run.labelled("BP")[1].load_factor, run.only("LP").load_factor, relative=1e-9)
+    pivots, load = run.column("negative_pivots"), run.column("load_factor")
+    top = max(run.only("LP").point, run.labelled("BP")[1].point)
+    touch = run.labelled("C+")[1].point
+    assert np.all(pivots[top + 1:touch] == 2) and np.all(np.diff(load[top:touch]) < 0.0)
+    contact = run.results.contact
+    two = contact.count == 2
+    # Rounding of moments tells ends the less the flatter the load.
+    assert np.ptp(contact.start[two, 0] + contact.end[two, 1]) < 1e-6
+    assert set(contact.count[:touch - 1]) == {0, 1, 2} and set(contact.count[touch:]) == {4}
+
+
+def test_the_limit_load_does_not_hang_on_the_mesh():
+    """Both bars hold where both events are one."""
+    runs = [column(0.005, "0., 0.0001", mesh, between=True) for mesh in ("24", "40")]
+    for label in ("LP", "BP"):
+        coarse, fine = (run.labelled(label)[-1] for run in runs)
+        assert abs(coarse.load_factor - fine.load_factor) <= coarse.error + fine.error
+        assert coarse.error < 1e-5 * coarse.load_factor
