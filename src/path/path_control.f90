@@ -43,7 +43,7 @@ module path_control
       real(wp), allocatable :: tangent(:, :)   !! (3, nodes) unit tangent at the start, only displacements count
       real(wp) :: tangent_load = 0.0_wp        !! its load factor component
       real(wp), allocatable :: previous(:, :)  !! the tangent of the increment before, when there was one
-      integer :: flat = 0                      !! candidate of a point contact where the rod is to be more curved than the obstacle by
+      integer :: flat = 0                      !! candidate of a point contact that is to be more curved than its obstacle by
       !! the increment, whatever the method; 0: none
       real(wp), allocatable :: watched         !! the controlled monitor's displacement at the start, where that has moved nodes
    end type control_t
