@@ -197,6 +197,52 @@ def test_paths_that_pass_each_other_closely():
     dr.assert_close(touch[1e-8], touch[1e-7] + 0.1 * (touch[1e-7] - touch[1e-6]), relative=1e-11)
 
 
+SLENDER = """*HEADING
+Hinged column between two walls
+*NODE
+1, 0., 0.
+2, 1., 0.
+*LINE, ELSET=COLUMN, NSET=COLUMN, TYPE=GE8
+1, 2, {elements}
+*IMPERFECTION, ELSET=COLUMN, SHAPE=SINE
+1.685e-06, 3
+-4.913e-07, 2
+*BEAM SECTION, ELSET=COLUMN, SECTION=STIFFNESS
+5.3e9, 1.
+*BOUNDARY
+1, PINNED
+2, 2
+*OBSTACLE, NAME=TOP, TYPE=LINE
+2., 0.001327, -1., 0.001327
+*OBSTACLE, NAME=BOTTOM, TYPE=LINE
+-1., -0.0035, 2., -0.0035
+*CONTACT, OBSTACLE=TOP, NSET=COLUMN
+*CONTACT, OBSTACLE=BOTTOM, NSET=COLUMN
+*MONITOR, NAME=shortening
+2, U1, -1.
+*STEP
+*STATIC
+0.3, 1E-12, 0.00066
+*CLOAD
+2, 1, {load!r}
+*STOP
+LOAD, ABOVE, {stop!r}
+*END STEP
+"""
+
+
+def test_a_step_ends_where_a_span_is_about_to_open():
+    """A line parts at 9.2108; the span is known from a little further on, and the end of the step lies before that."""
+    ends = []
+    for elements in (24, 36):
+        run = dr.run_deck(SLENDER.format(elements=elements, load=-math.pi**2, stop=9.224))
+        assert events(run) == ["BP", "C+", "C-", "EP"]
+        dr.assert_close(run.load("EP"), 9.224, relative=1e-12)
+        assert run.results.contact.count[-1] == 2
+        ends.append(run.only("EP").monitors["shortening"])
+    dr.assert_close(ends[0], ends[1], relative=1e-9)
+
+
 STRIP = """*HEADING
 Half of a clamped strip at a wall
 *NODE

@@ -170,6 +170,18 @@ def test_a_finer_mesh_has_the_change_behind_the_point(first):
     assert labels(run)[:3] == ["C+", "LP", "C+"] and labels(run)[3:] in ([], ["EP"])
 
 
+@dr.release_only
+@pytest.mark.parametrize("tolerance, first", [(9e-4, 0.09), (1.1e-3, 0.07), (1.2e-3, 0.12)])
+def test_a_mesh_gives_bounds_to_where_contact_ends(tolerance, first):
+    """What makes a run incomplete is asked of its meshes, too, at every point."""
+    run = column("clamped-hinged", AXIAL, GAP, -GAP, WAVES, tolerance=tolerance, first=first)
+    assert labels(run) == ["C+", "LP", "C+", "EP"]
+    contact = run.results.contact
+    for row in range(1, run.results.n_points):
+        told = np.isfinite(contact.start[row, :])
+        assert np.all(np.isfinite(contact.bars[:2, row, told]))
+
+
 # Two paths next to one another ------------------------------------------------------------------------------------------------------
 
 def test_no_bifurcation_between_a_path_and_the_one_beside_it():

@@ -1,11 +1,11 @@
 !> Which points of a run have their discretisation errors told, and of what kind they are.
 module error_report
    use kinds, only: wp
-   use model, only: step_t
+   use model, only: step_t, method_linearised
    use problem, only: problem_t
    use rod_state, only: state_t
    use state_transfer, only: find_point, carried_field
-   use path_control, only: path_length, holding_value
+   use path_control, only: control_t, path_length, holding_value
    use path_continuity, only: heading_t, heading_at
    use monitors, only: monitor_values
    use linear_system, only: system_t, new_system
@@ -59,6 +59,13 @@ contains
          call bars_at_release()
       else if (is_at_mesh_nodes(problem, event)) then
          bars = no_error_bars(size(problem%model%monitor), at_nodes)
+      else if (event%jumps) then
+         ! Free spans buckle: it is where the line is none, at a load that stands.
+         call point_errors(problem, run%finer, place, run%system, control_t(method=method_linearised), heading, bars, own, &
+            & places=.true., as_it_is=as_it_is)
+         ! Which of both sides a mesh has there tells nothing.
+         bars%missed = 0
+         bars%unsure = .false.
       else if (event%held) then
          call point_errors(problem, run%finer, place, run%system, holding_value(event%monitor, 0.0_wp), heading, bars, own, &
             & places=.true., as_it_is=as_it_is)

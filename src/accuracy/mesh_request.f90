@@ -12,7 +12,7 @@ module mesh_request
    use span_division, only: present_demand
    use mesh_demand, only: demand_t, new_demands, as_mirrored, with_smooth_density, in_whole_parts
    use ground_segments, only: is_cut
-   use error_bar, only: error_bar_t, error_bars_t, largest_unseen, allowed_part
+   use error_bar, only: error_bar_t, error_bars_t, largest_unseen, allowed_part, lacks_bound
    implicit none
    private
    public :: refinement_t, request_mesh, spare_mesh, motion_sizes, stays_within, value_sizes, rounding_of, excess
@@ -55,7 +55,7 @@ contains
       real(wp), intent(in) :: sizes(:)           !! (1 + monitors) what errors are measured against
       integer, intent(in) :: counted(:)          !! monitors, 0: the load factor
       real(wp), intent(in) :: asked              !! relative error
-      logical, intent(in) :: critical            !! a bar without bounds does not do, however narrow
+      logical, intent(in) :: critical            !! a bar without bounds does not do, however narrow; nor where all are told
       integer, intent(in) :: tries               !! requests for the same point that did not suffice
       type(refinement_t), intent(inout) :: last  !! what these were worth
       logical, intent(in) :: can_settle          !! the iteration can go on
@@ -89,7 +89,7 @@ contains
       real(wp), intent(in) :: sizes(:)           !! (1 + monitors) what errors are measured against
       integer, intent(in) :: counted(:)          !! monitors, 0: the load factor
       real(wp), intent(in) :: asked              !! relative error
-      logical, intent(in) :: critical            !! a bar without bounds does not do, however narrow
+      logical, intent(in) :: critical            !! a bar without bounds does not do, however narrow; nor where all are told
       integer, intent(in) :: tries               !! requests for the same point that did not suffice
       type(refinement_t), intent(inout) :: last  !! what these were worth
       logical, intent(in) :: can_settle          !! the iteration can go on
@@ -102,8 +102,8 @@ contains
       now = count(free)
       unsettled = .false.
       if (now == 0) return
-      call indicate(bars, sizes, counted, asked, critical, critical, can_settle, indicator, ratio, &
-         & known, bounded, unsettled)
+      call indicate(bars, sizes, counted, asked, critical, critical .or. problem%model%step(problem%step)%bars_everywhere, &
+         & can_settle, indicator, ratio, known, bounded, unsettled)
       if (tries == 0) then
          if (known .or. last%doublings == 0) last = refinement_t(demand=present_demand(problem, state))
          last%ratio = huge(ratio)
@@ -240,6 +240,8 @@ contains
             call add(bar%told, bar%bounded, bar%bar, bar%rounding, 1 + counted(k))
          end associate
       end do
+      ! Where contact ends nothing is asked of a bar but that there is one.
+      if (any(counted == 0) .and. allocated(bars%place)) bounded = bounded .and. .not. any(lacks_bound(bars%place%bar, asked))
 
    contains
 

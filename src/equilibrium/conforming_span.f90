@@ -17,7 +17,7 @@ module conforming_span
    private
    public :: evaluate_conforming, conforming_forces, conforming_point, conforming_displacement, &
       & conforming_resultant, conforming_guess, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple, flat_excess, &
-      & rolled_t, rolled, excess_curvature, node_track, track_joints, track_sense, rod_angle, bend_at, ge_end
+      & rolled_t, rolled, excess_curvature, excess_rate, node_track, track_joints, track_sense, rod_angle, bend_at, ge_end
 
    !> Excess of curvature times size that is as good as none: what rounding and the tolerance of Newton's method leave.
    real(wp), parameter :: flat_excess = 1.0e-8_wp
@@ -134,6 +134,22 @@ contains
       type(track_t) :: track
       call contact_track(problem, state, candidate, track, which, excess, stretch)
    end subroutine excess_curvature
+
+   !> What that changes by along the rod, per unit stress-free length, at a point that moves.
+   pure real(wp) function excess_rate(problem, state, candidate, shear) result(rate)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      real(wp), intent(in) :: shear                 !! force across the rod behind the point
+      type(track_t) :: track
+      real(wp) :: excess, stretch, sense, bend(0:2)
+      integer :: e
+      e = problem%candidates%element(2, candidate)
+      call contact_track(problem, state, candidate, track, excess=excess, stretch=stretch)
+      sense = track_sense(problem, state, candidate, track)
+      bend = bend_at(problem, state, e, 0.0_wp)
+      rate = sense * (bend(1) - problem%compliance(e)%bending * stretch * shear - track%curvature_rate * stretch**2)
+   end function excess_rate
 
    !> The track at a node in contact. A point contact lies where the gap is least. Where the rod bends more towards the obstacle
    !> than the nearest piece of the track does the gap is largest, and least beyond the joint if what follows there bends more than

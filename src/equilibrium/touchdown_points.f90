@@ -9,7 +9,7 @@ module touchdown_points
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
    use section_forces, only: end_forces
-   use conforming_span, only: conforming_forces, track_rotation, track_sense, node_track, excess_curvature, rod_angle
+   use conforming_span, only: conforming_forces, track_rotation, track_sense, node_track, excess_curvature, excess_rate, rod_angle
    use breakpoint_forces, only: at_breakpoint, held_force
    use state_transfer, only: carry_to, move_nodes
    use touch_candidates, only: touch_place
@@ -175,14 +175,13 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before, state
       integer, intent(in) :: candidate
-      real(wp) :: forces(3, 2), local(3, 2), stretch, sense
+      real(wp) :: forces(3, 2), local(3, 2), stretch
       call excess_curvature(problem, state, candidate, excess, stretch)
       if (.not. problem%candidates%moves(candidate)) return
       forces = forces_beside(problem, before, candidate)
       local = forces_beside(problem, state, candidate)
-      sense = track_sense(problem, state, candidate, node_track(problem, state, candidate))
-      excess = excess - sense * problem%compliance(problem%candidates%element(2, candidate))%bending * forces(2, 2) * &
-         & quotient(local(3, 1) - local(3, 2), forces(2, 1) - forces(2, 2))
+      excess = excess + excess_rate(problem, before, candidate, forces(2, 2)) * quotient(local(3, 1) - local(3, 2), &
+         & forces(2, 1) - forces(2, 2))
    end function excess_ahead
 
    !> Forces of contacts that go on with another set: that of a point holds it from turning (touchdown_spring), so the tangent

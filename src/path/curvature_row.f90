@@ -54,6 +54,7 @@ contains
       call answer(0, 7, 1.0_wp)
       row%defect = value(other) - row%excess
       step = little * max(abs(state%load_factor), 1.0_wp)
+      other%load_factor = state%load_factor + step
       call answer(0, 8, step)
       row%load = (value(other) - row%excess) / step
 

@@ -5,20 +5,16 @@ module flat_points
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
    use contact_touch, only: shortest
-   use conforming_span, only: excess_curvature, flat_excess
-   use touchdown_points, only: point_force
-   use path_control, only: control_t
-   use path_continuity, only: heading_t
-   use path_samples, only: state_between, lagrange, n_samples
+   use conforming_span, only: flat_excess
+   use touchdown_points, only: point_force, excess_ahead
+   use tangent_step, only: states_along
+   use path_control, only: control_t, path_length
    use path_run, only: run_t
    use corrector, only: increment_t, correct
    use timing, only: timers_t
    implicit none
    private
-   public :: find_flat_point, leave_flat_point
-
-   real(wp), parameter :: share(n_samples) = [4.0_wp, 3.0_wp, 2.0_wp, 1.0_wp] !! of the excess nearest to none
-   real(wp), parameter :: nearer = 0.125_wp      !! to the next samples
+   public :: find_flat_point, leave_flat_point, curving_rate
 
 contains
 
@@ -38,53 +34,43 @@ contains
       if (found .and. problem%candidates%moves(candidate)) place%reaction(candidate) = point_force(problem, place, candidate)
    end subroutine find_flat_point
 
-   !> The same where a line has become a point, and the way on from there, in the sense in which it becomes more curved. Free spans
-   !> beside it may buckle as the line between them vanishes, both at once, and no equation tells more than their sum: the place is
-   !> extrapolated from equilibria further on.
-   subroutine leave_flat_point(problem, run, candidate, place, heading, found, timers)
+   !> Just beyond where a line has become a point: there the point is as curved as its obstacle, what holds its rotation without
+   !> bounds, and free spans beside it may buckle as the line between them vanishes, so that the load hardly tells.
+   subroutine leave_flat_point(problem, run, candidate, reach, place, away, found, timers)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run          !! its system ends up anywhere
       integer, intent(in) :: candidate
-      type(state_t), intent(inout) :: place      !! a state nearby on entry
-      type(heading_t), intent(out) :: heading
+      real(wp), intent(in) :: reach              !! along the path, that it may be away
+      type(state_t), intent(inout) :: place      !! that of the line on entry
+      real(wp), intent(out) :: away              !! more than the reach where no nearer one can be told
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
-      type(state_t) :: sample(n_samples), near
-      real(wp) :: at(n_samples), whole, least, stretch
-      integer :: k
-      least = 10.0_wp * flat_excess / problem%size
-      whole = of_no_line(problem, place, candidate)
-      near = place
+      real(wp), parameter :: nearer = 0.125_wp
+      type(state_t) :: line
+      real(wp) :: excess
+      line = place
+      excess = of_no_line(problem, line, candidate)
       do
-         ! The first one comes from somewhere else.
-         call go_to_excess(problem, run, candidate, share(1) * whole, whole, near, found, timers)
-         do k = 1, n_samples
-            if (.not. found) return
-            sample(k) = near
-            call go_to_excess(problem, run, candidate, share(k) * whole, whole, sample(k), found, timers)
-            call excess_curvature(problem, sample(k), candidate, at(k), stretch)
-            near = sample(k)
-         end do
+         call go_to_excess(problem, run, candidate, excess, excess, place, found, timers)
+         ! Once more: spans that may buckle make a small residual come before a small error.
+         if (found) call go_to_excess(problem, run, candidate, excess, excess, place, found, timers)
          if (.not. found) return
-         ! The path may bend just before: as the point stops turning.
-         if (is_cubic() .or. whole <= least) exit
-         whole = max(nearer * whole, least)
+         away = path_length(problem, line, place)
+         if (away <= reach .or. excess <= least_told(problem)) return
+         excess = max(nearer * excess, least_told(problem))
       end do
-      call state_between(problem, sample, at, 0.0_wp, place, heading)
-      if (problem%candidates%moves(candidate)) place%reaction(candidate) = point_force(problem, place, candidate)
-
-   contains
-
-      !> True where the load that they lead to hardly hangs on the farthest of the samples.
-      logical function is_cubic()
-         real(wp), dimension(n_samples) :: w, d, of_three
-         of_three = 0.0_wp
-         call lagrange(at, 0.0_wp, w, d)
-         call lagrange(at(2:), 0.0_wp, of_three(2:), d(2:))
-         is_cubic = abs(dot_product(w - of_three, sample%load_factor)) <= problem%model%step(problem%step)%locate_tolerance * &
-            & maxval(abs(sample%load_factor))
-      end function is_cubic
    end subroutine leave_flat_point
+
+   !> How much more curved a point becomes along the path, per unit of load factor.
+   real(wp) function curving_rate(problem, run, candidate) result(rate)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run             !! its system factored
+      integer, intent(in) :: candidate
+      type(state_t) :: ahead, here
+      real(wp) :: step
+      call states_along(problem, run%system, run%state, 1.0_wp, here, ahead, step)
+      rate = (excess_ahead(problem, here, ahead, candidate) - excess_ahead(problem, here, here, candidate)) / step
+   end function curving_rate
 
    !> A small excess: a part of what the point's force makes of the curvature along a line of a length that is taken for none.
    real(wp) function of_no_line(problem, state, candidate) result(excess)
@@ -95,8 +81,14 @@ contains
       integer :: e
       e = maxval(problem%candidates%element(:, candidate))
       excess = max(part * abs(point_force(problem, state, candidate)) * problem%compliance(e)%bending * shortest * &
-         & problem%layout%stretch(problem%stretch(e))%length, 10.0_wp * flat_excess / problem%size)
+         & problem%layout%stretch(problem%stretch(e))%length, least_told(problem))
    end function of_no_line
+
+   !> An excess that can be told from none.
+   pure real(wp) function least_told(problem) result(excess)
+      type(problem_t), intent(in) :: problem
+      excess = 10.0_wp * flat_excess / problem%size
+   end function least_told
 
    !> The equilibrium at which a point is more curved than its obstacle by a given amount.
    subroutine go_to_excess(problem, run, candidate, excess, whole, state, found, timers)

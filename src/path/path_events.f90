@@ -48,6 +48,7 @@ module path_events
       logical :: divided = .false.            !! contact: a region splits there, or two merge
       type(ground_event_t) :: ground          !! contact with a distributed foundation: what happens where
       real(wp) :: gap_scale = 1.0_wp, reaction_scale = 1.0_wp !! contact: make both branches comparable
+      logical :: jumps = .false.              !! bifurcation: its eigenvalue does so as a line has become a point, and has no zero
       logical :: held = .false.               !! value events: it has been met by prescribing it, to rounding
       logical :: load_tells = .false.         !! the load grows so steadily over the increment that it tells parts of it
       real(wp) :: scale = 1.0_wp              !! what the zero of its function was measured against

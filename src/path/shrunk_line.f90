@@ -6,7 +6,6 @@ module shrunk_line
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use path_control, only: control_t, path_length
-   use path_continuity, only: heading_t
    use flat_points, only: leave_flat_point
    use path_run, only: run_t
    use corrector, only: increment_t, correct
@@ -21,48 +20,35 @@ module shrunk_line
 
 contains
 
-   !> The run in equilibrium with what a line has become. A point is as curved as the obstacle where the line that it comes from is
-   !> none; of a line it is the equilibrium at the same load. It stays where none is found nearby.
-   subroutine come_to_rest(problem, run, candidate, reach, flat, timers)
+   !> The run in equilibrium with what a line has become. A point is just beyond where it is as curved as the obstacle; of a line it
+   !> is the equilibrium at the same load. It stays where none is found nearby.
+   subroutine come_to_rest(problem, run, candidate, reach, leaves, timers)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       integer, intent(in) :: candidate           !! of what the contact has become, 0: it has become nothing of its own
       real(wp), intent(in) :: reach              !! along the path
-      logical, intent(out) :: flat               !! a point is: the run's heading is that of the path there
+      logical, intent(out) :: leaves             !! it is such a point, which becomes more curved further on
       type(timers_t), intent(inout) :: timers
       type(control_t) :: here
       type(increment_t) :: report
       type(state_t) :: state
-      flat = .false.
+      real(wp) :: away
+      logical :: found
+      leaves = .false.
       if (candidate == 0) return
+      state = run%state
       if (problem%touch(problem%candidates%touch(candidate))%line .or. .not. problem%candidates%moves(candidate)) then
-         state = run%state
          here%method = method_load
          here%whole = run%state%load_factor
          call correct(problem, run%state, here, .true., state, run%system, report, timers)
-         if (report%converged) report%converged = path_length(problem, run%state, state) <= reach
-         if (report%converged) run%state = state
+         found = report%converged
+         if (found) found = path_length(problem, run%state, state) <= reach
       else
-         call go_to_flat_point(problem, run, candidate, reach, flat, timers)
+         call leave_flat_point(problem, run, candidate, reach, state, away, found, timers)
+         if (found) found = away <= farther * reach
+         leaves = found
       end if
+      if (found) run%state = state
       call linearise(problem, run%state, run%state, run%system, timers)
    end subroutine come_to_rest
-
-   !> To where the point is as curved as its obstacle.
-   subroutine go_to_flat_point(problem, run, candidate, reach, found, timers)
-      type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
-      integer, intent(in) :: candidate
-      real(wp), intent(in) :: reach              !! along the path
-      logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
-      type(state_t) :: place
-      type(heading_t) :: heading
-      place = run%state
-      call leave_flat_point(problem, run, candidate, place, heading, found, timers)
-      if (found) found = path_length(problem, run%state, place) <= farther * reach
-      if (.not. found) return
-      run%state = place
-      run%heading = heading
-   end subroutine go_to_flat_point
 end module shrunk_line

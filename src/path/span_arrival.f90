@@ -5,12 +5,12 @@ module span_arrival
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
    use span_change, only: leg_t, change_t
-   use next_spans, only: next_t, copy_next
+   use next_spans, only: next_t, copy_next, holds
    use span_opening, only: open_line
    use state_transfer, only: carried, carried_field
-   use path_control, only: control_t, displacement_between
+   use path_control, only: control_t, displacement_between, can_be_held, holding_value
    use path_continuity, only: heading_at, between
-   use path_events, only: event_t, new_probe, detect_events
+   use path_events, only: event_t, probe_t, new_probe, detect_events, value_events, event_stop
    use path_run, only: run_t, copy_run, heading_of, forget_mesh
    use path_acceptance, only: arrival_t, accept
    use error_report, only: bars_at_point
@@ -38,6 +38,7 @@ contains
       logical :: shorter, known
       run = bound_for(problem, run, next)
       call copy_problem(next%problem, problem)
+      call stop_before(problem, step, run, next, timers)
       known = allocated(next%heading%u)
       if (.not. known) then
          next%heading = run%heading
@@ -58,6 +59,46 @@ contains
       run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, next%rate))
       run%probe = new_probe(problem, run%state, run%system, run%heading%load)
    end subroutine take_next
+
+   !> The next set where the step ends, if that is on the way to where it is known, and it holds there. Its spans are too short to
+   !> be found from before.
+   subroutine stop_before(problem, step, run, next, timers)
+      type(problem_t), intent(in) :: problem     !! with the next set
+      type(step_t), intent(in) :: step
+      type(run_t), intent(in) :: run             !! where it stands, on the same mesh
+      type(next_t), intent(inout) :: next
+      type(timers_t), intent(inout) :: timers
+      type(event_t), allocatable :: events(:)
+      integer, parameter :: most = 10            ! parts of the way back
+      type(next_t) :: there
+      type(state_t) :: from
+      type(probe_t) :: probe
+      real(wp) :: left, part                     ! to the value
+      integer :: k, try
+      probe = new_probe(problem, next%state, next%system, next%rate)
+      call value_events(problem, step, run%probe, probe, run%state, next%state, events)
+      k = findloc(events%kind == event_stop, .true., 1)
+      if (k == 0) return
+      if (.not. can_be_held(problem, events(k)%monitor)) return
+      call copy_next(next, there)
+      left = -events(k)%after
+      part = left
+      do try = 1, most
+         from = there%state
+         call correct(problem, from, holding_value(events(k)%monitor, part), .true., there%state, there%system, there%report, &
+            & timers)
+         if (there%report%converged) then
+            left = left - part
+            if (.not. abs(left) > 0.0_wp) exit
+            part = left
+         else
+            there%state = from
+            part = 0.5_wp * part
+         end if
+      end do
+      if (try > most) return
+      if (holds(there)) call copy_next(there, next)
+   end subroutine stop_before
 
    !> A span that opens where the run stands is known at the end of a leg: nearer, as long as something else happens before.
    subroutine come_nearer(problem, step, run, leg, change, timers)

@@ -7,7 +7,7 @@ module span_changes
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use span_regions, only: find_span_regions
-   use span_test, only: span_test_t, test_words, test_slack, test_curvature, test_force, test_length
+   use span_test, only: span_test_t, any_fails, test_words, test_slack, test_curvature, test_force, test_length
    use span_tests, only: spans_hold
    use contact_touch, only: shortest
    use touchdown_points, only: point_force
@@ -26,7 +26,7 @@ module span_changes
    use contact_in_doubt, only: ask_nodes
    use path_continuity, only: heading_t
    use path_control, only: path_length
-   use path_events, only: event_t, value_events
+   use path_events, only: event_t, new_probe, value_events, event_stop
    use path_run, only: run_t, copy_run
    use path_acceptance, only: arrival_t, accept
    use accuracy_asked, only: wants_another
@@ -99,8 +99,8 @@ contains
       result = merge(go_nearer, set_holds, shorter)
    end subroutine stay
 
-   !> A span is gone. The set without it is known at the end of the leg alone, and what is on the way would not be told: nearer, as
-   !> long as the load turns before.
+   !> A span is gone, or will be. The set without it is known where it begins alone, and what is on the way would not be told:
+   !> nearer, as long as the load turns before, and not beyond the leg where the step ends on the way there.
    subroutine pass_vanishing(problem, step, run, leg, change, recorder, result, finished, outcome, timers)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -115,11 +115,34 @@ contains
       finished = .false.
       if (turns(run, leg) .and. .not. leg%stuck .and. 0.5_wp * abs(run%control%increment) >= smallest(step, run%control)) then
          call go_less_far(problem, step, run, leg%after(change%which), result, timers)
+      else if (lies_beyond(leg, change%next) .and. ends_before(step, run, change%next)) then
+         call stay(problem, step, run, leg, result, timers)
       else
          result = set_changed
          call take_next(problem, step, run, change%next, recorder, finished, outcome, timers)
       end if
    end subroutine pass_vanishing
+
+   !> True for a set that begins behind the end of a leg over which the old one holds.
+   pure logical function lies_beyond(leg, next)
+      type(leg_t), intent(in) :: leg
+      type(next_t), intent(in) :: next
+      associate (here => leg%to%load_factor)
+         lies_beyond = .not. (leg%stuck .or. any_fails(leg%after)) .and. (next%state%load_factor - here) * &
+            & (here - leg%from%load_factor) > 0.0_wp
+      end associate
+   end function lies_beyond
+
+   !> True where the step ends between the run and where the next set begins.
+   logical function ends_before(step, run, next)
+      type(step_t), intent(in) :: step
+      type(run_t), intent(in) :: run
+      type(next_t), intent(in) :: next
+      type(event_t), allocatable :: events(:)
+      call value_events(next%problem, step, run%probe, new_probe(next%problem, next%state, next%system, next%rate), run%state, &
+         & next%state, events)
+      ends_before = any(events%kind == event_stop)
+   end function ends_before
 
    !> A test is zero, and a rule says what comes behind it.
    subroutine pass_by_rule(problem, step, run, leg, tries, change, recorder, result, finished, outcome, timers)

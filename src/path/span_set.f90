@@ -15,6 +15,7 @@ module span_set
    use held_openings, only: open_span, rest_held, spread_ahead, spreading_rate
    use tangent_step, only: states_along
    use shrunk_line, only: come_to_rest
+   use flat_points, only: curving_rate
    use path_control, only: control_t, is_arc_length
    use path_continuity, only: heading_at
    use path_events, only: new_probe
@@ -42,7 +43,7 @@ contains
       type(run_t) :: on
       type(touch_t) :: before(size(problem%touch))
       real(wp) :: rate
-      logical :: ok, parts, flat
+      logical :: ok, parts, leaves
       before = present_touches(problem, run%state)
       grows = .true.
       if (allocated(answer%why)) then
@@ -61,10 +62,9 @@ contains
       end if
       if (ok .and. parts) call open_span(next, on, answer%opens, ok, timers)
       if (ok .and. size(answer%crosses, 2) > 0) call open_span(next, on, answer%crosses(:, 1), ok, timers, answer%crosses(:, 2:))
-      flat = .false.
+      leaves = .false.
       if (ok .and. test%kind == test_length .and. size(answer%crosses, 2) == 0) &
-         & call come_to_rest(next, on, candidate_of(next, before(test%touch)%number), reach, &
-         & flat, timers)
+         & call come_to_rest(next, on, candidate_of(next, before(test%touch)%number), reach, leaves, timers)
       if (.not. ok) then
          run%stuck = 'no way on from where '//trim(test_words(test%kind))
          return
@@ -95,10 +95,11 @@ contains
          end if
          call head_for(next, on, rate)
       case default
-         ! At a flat point the tangent tells nothing.
-         if (is_arc_length(on%control%method) .and. .not. flat) then
+         if (leaves) then
+            call head_for(next, on, curving_rate(next, on, candidate_of(next, before(test%touch)%number)))
+         else if (is_arc_length(on%control%method)) then
             on%heading = heading_at(next, on%system, on%heading%u, on%heading%load)
-         else if (.not. flat) then
+         else
             on%heading = heading_of(next, on, on%state)
          end if
       end select

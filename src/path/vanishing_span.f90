@@ -57,7 +57,7 @@ contains
       end if
       if (.not. found) wave = is_wave(problem, leg%to, leg%after(which))
       ! As long as there is a gap between them, and both push, they are two.
-      if (wave .and. is_gone(problem, leg%after(which)) .and. .not. turns(run, leg)) then
+      if (wave .and. .not. turns(run, leg)) then
          if (any(clamped_ends(problem, leg%to, leg%after(which)))) then
             call go_into_clamp(problem, run, leg, which, next, found, timers)
          else

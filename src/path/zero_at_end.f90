@@ -32,6 +32,7 @@ contains
       call linearise(problem, run%state, run%state, run%system, timers)
       call note_balance(step, run%system, sighting%report, balanced)
       sighting%located = run%shrunk .and. balanced
+      sighting%event%jumps = sighting%located
    end subroutine take_beginning
 
    !> A limit point. Where an increment is so short that rounding lets no point within it be told, the load beyond its higher end,
