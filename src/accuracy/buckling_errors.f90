@@ -9,11 +9,10 @@ module buckling_errors
    use model, only: method_load
    use problem, only: problem_t
    use rod_state, only: state_t
-   use linear_system, only: system_t
    use path_control, only: control_t
    use path_continuity, only: heading_t
    use linear_buckling, only: buckle
-   use error_bar, only: error_bar_t, new_error_bar
+   use error_bar, only: new_error_bar
    use accuracy_limits, only: why_not_told
    use finer_problem, only: finer_problem_t
    use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point

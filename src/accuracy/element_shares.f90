@@ -13,7 +13,7 @@ module element_shares
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use linear_system, only: system_t, to_node
-   use tied_nodes, only: node_unknowns, spread_force
+   use tied_nodes, only: node_unknowns
    use element_products, only: element_deformation
    use bordered_system, only: solve_effective, solve_all_effective, unknowns_of
    use band_matrix, only: band_times

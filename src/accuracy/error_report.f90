@@ -11,7 +11,7 @@ module error_report
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
    use weak_lines, only: release_lines
-   use span_test, only: span_test_t, test_force
+   use test_kinds, only: span_test_t, test_force
    use span_tests, only: run_span_tests
    use path_events, only: event_t, event_limit, event_bifurcation, event_contact, event_release
    use path_run, only: run_t

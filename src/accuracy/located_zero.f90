@@ -8,7 +8,7 @@ module located_zero
    use linear_system, only: system_t
    use element_products, only: element_deformation
    use path_events, only: event_t, new_probe, event_value, event_bifurcation
-   use span_test, only: span_test_t, test_length
+   use test_kinds, only: span_test_t, test_length
    use span_tests, only: run_span_tests
    use contact_touch, only: shortest
    use ground_events, only: ground_event_place, ground_event_gap

@@ -7,11 +7,12 @@ module contact_touch
    use rod_layout, only: layout_t, new_layout
    implicit none
    private
-   public :: touch_t, covers, choose_spans, sort_touches, shortest, line_share
+   public :: touch_t, covers, choose_spans, sort_touches, shortest, line_share, first_length
 
    real(wp), parameter :: shortest = 1.0e-4_wp !! of a stretch: spans as short as that are taken for none
    !> Of its stretch, that a line begins with, or a touch goes on beside a breakpoint: not so short that it is taken for none.
    real(wp), parameter :: line_share = 2.0_wp * shortest
+   real(wp), parameter :: first_length = 20.0_wp * line_share !! of its stretch, that a free span begins with that opens
 
    !> One connected contact of one stretch of a rod with one obstacle.
    type :: touch_t

@@ -127,7 +127,7 @@ contains
       real(wp), intent(in) :: from, to           !! arc lengths; on a closed chain `to` may lie in the next round
       integer, intent(out), optional :: candidate !! it is on the element after this one, 0: nowhere
       real(wp), intent(out), optional :: place   !! and there, 0 to 1
-      type(gap_root_t), intent(in), optional :: root(:) !! divided out, see held_ends
+      type(gap_root_t), intent(in), optional :: root(:) !! divided out, see ground_ends
       real(wp), intent(out), optional :: factor  !! what that makes of the gap there; 0: the place is a root
       type(gap_root_t), allocatable :: there(:)
       real(wp) :: range(2), value, tau, h

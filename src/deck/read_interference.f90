@@ -1,7 +1,7 @@
 !> *CONTACT INTERFERENCE: gaps that close in a step, whatever the structure does.
 module read_interference
    use kinds, only: wp
-   use text, only: to_text, same_name
+   use text, only: same_name
    use model, only: model_t, load_t
    use obstacle_geometry, only: obstacle_gap
    use diagnostics, only: diagnostics_t

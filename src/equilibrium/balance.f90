@@ -3,7 +3,7 @@
 module balance
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
-   use rod_state, only: state_t, node_position, element_displacement, element_load, candidate_gap, candidate_opening, &
+   use rod_state, only: state_t, node_position, candidate_gap, candidate_opening, &
       & is_stress_free
    use contact_set, only: gap_tolerance
    use contact_touch, only: line_share

@@ -8,7 +8,7 @@ module bordered_system
    use kinds, only: wp
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
-   use problem, only: problem_t, dof
+   use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t, assemble, to_node, to_global
    use tied_nodes, only: spread_force

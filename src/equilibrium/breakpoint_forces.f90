@@ -7,7 +7,7 @@ module breakpoint_forces
    use conforming_span, only: conforming_forces, node_track, track_sense
    implicit none
    private
-   public :: at_breakpoint, stands, held_force, held_couple, left_over
+   public :: at_breakpoint, stands, breakpoint_force, breakpoint_couple, left_over
 
 contains
 
@@ -35,7 +35,7 @@ contains
    !> Concentrated force of the obstacle at a breakpoint of the rod, where loads and supports act, too, >= 0 when it pushes: what
    !> holds the free parts and those against the obstacle, and the jump of Q of the parts on the track. Zero where supports take all
    !> of it.
-   real(wp) function held_force(problem, state, candidate) result(force)
+   real(wp) function breakpoint_force(problem, state, candidate) result(force)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
@@ -54,12 +54,12 @@ contains
          call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, place, angle)
          force = force + sense * merge(1.0_wp, -1.0_wp, side == 1) * local(2)
       end do
-   end function held_force
+   end function breakpoint_force
 
    !> Couple that an obstacle would have to give to the node of a line at a breakpoint of the rod, which turns with its track: what
    !> loads, springs and free parts leave over, and the jump of the moment of the parts on the track; no obstacle gives one.
    !> Counterclockwise; zero where a support takes it.
-   real(wp) function held_couple(problem, state, candidate) result(couple)
+   real(wp) function breakpoint_couple(problem, state, candidate) result(couple)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
@@ -77,7 +77,7 @@ contains
             couple = couple + merge(1.0_wp, -1.0_wp, side == 1) * local(3)
          end do
       end associate
-   end function held_couple
+   end function breakpoint_couple
 
    !> What equilibrium leaves of forces, over their scale.
    pure real(wp) function left_over(problem)

@@ -38,7 +38,7 @@ module element_gap
       real(wp) :: sample(0:most_samples) = 0.0_wp
    end type element_gap_t
 
-   !> A root that the gap has whatever happens, see held_ends.
+   !> A root that the gap has whatever happens, see ground_ends.
    type :: gap_root_t
       real(wp) :: at = 0.0_wp                   !! where; of the element or elsewhere on the rod
       real(wp) :: scale = 1.0_wp                !! > 0, what distances from it are measured in

@@ -5,7 +5,7 @@ module ground_cuts
    use problem, only: problem_t
    use rod_state, only: state_t
    use ground_mark, only: cut_t, mark_t
-   use ground_segments, only: has_kinks, element_cuts, crosses_at, segment_at, segment_stiffness
+   use ground_segments, only: has_kinks, element_cuts, crosses_at, segment_at
    use ground_marks, only: is_live
    use remeshed_model, only: division_t
    use mesh_demand, only: demand_t, between, equal_shares

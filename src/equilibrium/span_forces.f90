@@ -8,7 +8,7 @@ module span_forces
    use section_forces, only: end_forces
    use conforming_span, only: conforming_forces, rolled_t, rolled, track_joints
    use touchdown_points, only: point_force
-   use breakpoint_forces, only: held_force
+   use breakpoint_forces, only: breakpoint_force
    use state_transfer, only: find_point
    implicit none
    private
@@ -140,7 +140,7 @@ contains
       if (inside) inside = next == problem%candidates%element(1, candidate) + 1
       if (inside) inside = problem%stretch(next) == problem%stretch(next - 1)
       force = 0.0_wp
-      if (.not. inside) force = held_force(problem, state, candidate)
+      if (.not. inside) force = breakpoint_force(problem, state, candidate)
    end function end_force
 
    !> What the cuts on both sides of a touchdown point leave over, in x and y. In equilibrium it is normal to the obstacle. While

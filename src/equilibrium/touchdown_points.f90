@@ -10,7 +10,7 @@ module touchdown_points
    use rod_state, only: state_t
    use section_forces, only: end_forces
    use conforming_span, only: conforming_forces, track_rotation, track_sense, node_track, excess_curvature, excess_rate, rod_angle
-   use breakpoint_forces, only: at_breakpoint, held_force
+   use breakpoint_forces, only: at_breakpoint, breakpoint_force
    use state_transfer, only: carry_to, move_nodes
    use touch_candidates, only: touch_place
    use ground_marks, only: mark_step
@@ -201,7 +201,7 @@ contains
                new%reaction(c) = state%reaction(old)
             else if (at_breakpoint(from, old)) then
                ! Loads and supports act there, too.
-               new%reaction(c) = held_force(from, state, old)
+               new%reaction(c) = breakpoint_force(from, state, old)
             else
                new%reaction(c) = point_force(from, state, old)
             end if

@@ -6,7 +6,7 @@ module deck_summary
       & method_load, method_displacement
    use element_families, only: family_name
    use model_words, only: monitor_description, method_name, side_name, kind_name, parameter_name, parameter_object
-   use columns, only: brief, whole, left, right
+   use columns, only: brief, whole, left
    use text, only: plural
    implicit none
    private

@@ -9,7 +9,6 @@ module path_series
    use bar_series, only: bar_series_t, open_bars, append_bars, open_monitor_series
    use told_error, only: stored_bar, stored_correction
    use columns, only: whole
-   use result_tables, only: link_name
    use hdf5_file, only: hdf5_file_t, hdf5_group
    use hdf5_datasets, only: hdf5_write
    use hdf5_series, only: series_set_t, series_real, series_integer, series_text, series_append, series_row_size

@@ -12,7 +12,7 @@ module branch_switching
    use linear_system, only: to_global
    use bordered_system, only: linearise, apply_increment
    use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, deck_mode
-   use span_test, only: span_test_t, test_slack, test_gap
+   use test_kinds, only: span_test_t, test_slack, test_gap
    use span_tests, only: run_span_tests
    use path_control, only: control_t, metric, path_length, is_arc_length
    use path_continuity, only: heading_at

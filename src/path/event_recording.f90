@@ -138,7 +138,7 @@ contains
       run%heading = heading
       run%probe = probe
       run%fresh = .false.
-      run%shrunk = .false.
+      run%since_change%shrunk = .false.
    end subroutine go_to
 
    !> The candidate that is about to carry force where a contact is gained at nodes: the one with the least gap.

@@ -2,13 +2,13 @@
 !>
 !> The event's function is the smallest gap on the stretch where the region is, or the largest local maximum of the gap
 !> where it opens: it changes smoothly, wherever inside an element that happens, and follows what moves. Roots that the gap has at
-!> held ends of the chain are divided out of it (held_ends).
+!> held ends of the chain are divided out of it (ground_ends).
 module ground_events
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
    use ground_regions, only: smallest_ground_gap, inner_opening
-   use held_ends, only: root_orders, chain_roots
+   use ground_ends, only: root_orders, chain_roots
    use path_record, only: region_t
    implicit none
    private
@@ -20,7 +20,7 @@ module ground_events
       integer :: contact = 0                   !! index into model%contact
       real(wp) :: from = 0.0_wp, to = 0.0_wp   !! arc lengths
       logical :: divided = .false.             !! a region splits there, or two merge
-      integer :: root(2) = 0                   !! orders of the gap's roots at ends of the chain, see held_ends; 0: none
+      integer :: root(2) = 0                   !! orders of the gap's roots at ends of the chain, see ground_ends; 0: none
    end type ground_event_t
 
 contains

@@ -2,6 +2,7 @@
 !> With the points held, load and place are found at which they are where they belong (held_touchdown).
 module held_openings
    use kinds, only: wp
+   use contact_touch, only: first_length
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
    use bordered_system, only: linearise
@@ -9,7 +10,7 @@ module held_openings
    use path_control, only: control_t
    use corrector, only: increment_t, correct
    use path_run, only: run_t
-   use touchdown_points, only: with_held, opening_misfit, touchdown_steps
+   use touchdown_points, only: with_held, opening_misfit
    use touch_candidates, only: touch_place
    use tangent_step, only: states_along
    use held_touchdown, only: solve_held
@@ -17,10 +18,8 @@ module held_openings
    use timing, only: timers_t
    implicit none
    private
-   public :: open_span, rest_held, find_fastest, stay_in_place, spread_ahead, held_load, &
-      & spreading_rate, first_length
-
-   real(wp), parameter :: first_length = 4.0e-3_wp !! of a stretch: what opens from nothing begins with that
+   public :: open_span, rest_held, spread_ahead, held_steps, held_load, &
+      & spreading_rate
 
 contains
 
@@ -87,38 +86,6 @@ contains
       if (report%converged) run%state = state
       call linearise(problem, run%state, run%state, run%system, timers)
    end subroutine rest_held
-
-   !> The touchdown point that goes furthest with the load.
-   subroutine find_fastest(problem, run, fastest, rate)
-      type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run             !! its system factored
-      integer, intent(out) :: fastest            !! candidate, 0: none moves
-      real(wp), intent(out) :: rate              !! along the rod, per unit of load factor
-      real(wp) :: rates(problem%candidates%n), step
-      type(state_t) :: ahead, here
-      fastest = 0
-      rate = 0.0_wp
-      associate (moves => problem%candidates%moves(:size(rates)))
-         if (.not. any(moves)) return
-         call states_along(problem, run%system, run%state, 1.0_wp, here, ahead, step)
-         rates = abs(touchdown_steps(problem, run%state, ahead) - touchdown_steps(problem, run%state, here)) / step
-         fastest = maxloc(rates, 1, moves)
-      end associate
-      rate = rates(fastest)
-   end subroutine find_fastest
-
-   !> Equilibrium with a touchdown point where it is.
-   subroutine stay_in_place(problem, run, fastest, state, found, timers)
-      type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run          !! its system is factored at the state where that is found
-      integer, intent(in) :: fastest             !! candidate
-      type(state_t), intent(inout) :: state      !! a guess on entry
-      logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
-      call solve_held(problem, [fastest, 0], run%system, .false., held_steps(problem, run), state, found, timers)
-      if (found) call linearise(problem, state, state, run%system, timers)
-      found = found .and. run%system%ok
-   end subroutine stay_in_place
 
    !> Brings a line that is about to open, at rest with its ends held, to the equilibrium further on where it has the length that it
    !> begins with, by the rate at which it grows. With its ends held there may be none: spans on straight walls that next to nothing

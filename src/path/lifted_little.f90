@@ -4,7 +4,7 @@ module lifted_little
    use problem, only: problem_t
    use rod_state, only: state_t
    use conforming_span, only: conforming_forces
-   use breakpoint_forces, only: held_couple, left_over
+   use breakpoint_forces, only: breakpoint_couple, left_over
    use lifted_node, only: inside_line, lifted_beside, lifted_at_mirror, stays_down
    use contact_touch, only: line_share
    implicit none
@@ -21,7 +21,7 @@ contains
       real(wp), intent(in) :: scale         !! of forces
       integer :: side, e
       real(wp) :: length(2)
-      couple = abs(held_couple(problem, state, c)) / (scale * problem%size)
+      couple = abs(breakpoint_couple(problem, state, c)) / (scale * problem%size)
       if (couple <= left_over(problem)) couple = 0.0_wp
       if (.not. couple > 0.0_wp) return
       if (.not. inside_line(problem, c)) then
@@ -44,7 +44,7 @@ contains
       integer :: e
       call look_at_end(problem, state, c, e, density)
       ends_down = e > 0
-      if (ends_down) ends_down = stays_down(problem, e, held_couple(problem, state, c), density)
+      if (ends_down) ends_down = stays_down(problem, e, breakpoint_couple(problem, state, c), density)
    end function ends_down
 
    !> True for a line's node on a mirror that a force lifts by as little as is taken for none.

@@ -18,7 +18,7 @@ module lifted_node
    use contact_touch, only: line_share
    use rod_state, only: state_t
    use conforming_span, only: conforming_forces, node_track, track_sense
-   use breakpoint_forces, only: held_force, held_couple, left_over
+   use breakpoint_forces, only: breakpoint_force, breakpoint_couple, left_over
    use section_forces, only: end_forces
    implicit none
    private
@@ -52,8 +52,8 @@ contains
             & merge(1.0_wp, 0.0_wp, side == 1), local, place, angle, density(side))
       end do
       ! What the obstacle would have to turn the node by is what turns it the other way.
-      length = lifted_lengths(held_couple(problem, state, candidate) * track_sense(problem, state, candidate, &
-         & node_track(problem, state, candidate)), held_force(problem, state, candidate), 0.5_wp * sum(density))
+      length = lifted_lengths(breakpoint_couple(problem, state, candidate) * track_sense(problem, state, candidate, &
+         & node_track(problem, state, candidate)), breakpoint_force(problem, state, candidate), 0.5_wp * sum(density))
    end function lifted_beside
 
    !> Length that lifts off beside a node that keeps its direction, as on a mirror, whose image a force lifts as much; huge where

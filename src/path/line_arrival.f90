@@ -6,12 +6,12 @@ module line_arrival
    use problem, only: problem_t
    use touch_edits, only: end_moved
    use contact_touch, only: touch_t, shortest
-   use breakpoint_forces, only: held_couple, held_force, left_over
+   use breakpoint_forces, only: breakpoint_couple, breakpoint_force, left_over
    use past_breakpoints, only: beyond, end_node
    use lifted_node, only: lifted_ahead
    use touch_candidates, only: present_touches
-   use span_test, only: span_test_t
-   use span_change, only: leg_t
+   use test_kinds, only: span_test_t
+   use change_kinds, only: leg_t
    use next_spans, only: next_t, new_next, go_to_load
    use timing, only: timers_t
    implicit none
@@ -31,30 +31,62 @@ contains
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
       type(touch_t), allocatable :: set(:)
-      type(span_test_t), allocatable :: tests(:)
-      real(wp) :: load(2), couple(2), force(2), held(2), whole
-      integer :: side, way, k, other, stretch, try, c
+      integer :: k, side
       logical :: meets
-      found = count(test%beside > 0) == 1
+      call set_at_breakpoint(problem, leg, test, set, k, side, meets)
+      found = allocated(set)
       if (.not. found) return
+      next = new_next(problem, leg%to, set)
+      k = findloc(next%problem%touch%number, problem%touch(k)%number, 1)
+      call find_load(problem, leg, next%problem%touch(k)%candidate(3 - side), meets, next, found, timers)
+   end subroutine find_arrival
+
+   !> The set with a line's end at the breakpoint, and that of another line that it meets there. Not allocated: there is none.
+   subroutine set_at_breakpoint(problem, leg, test, set, k, side, meets)
+      type(problem_t), intent(in) :: problem
+      type(leg_t), intent(in) :: leg
+      type(span_test_t), intent(in) :: test
+      type(touch_t), allocatable, intent(out) :: set(:)
+      integer, intent(out) :: k                  !! which touch the line is
+      integer, intent(out) :: side               !! of the free span, on which it is
+      logical, intent(out) :: meets              !! another line comes from the other side
+      real(wp) :: whole
+      integer :: way, other, stretch
+      k = 0
+      side = 0
+      meets = .false.
+      if (count(test%beside > 0) /= 1) return
       side = findloc(test%beside > 0, .true., 1)
       k = test%beside(side)
       way = merge(1, -1, side == 1)
       stretch = beyond(problem, k, way)
-      found = problem%touch(k)%line .and. stretch > 0
-      if (.not. found) return
+      if (.not. (problem%touch(k)%line .and. stretch > 0)) return
       other = findloc(problem%touch%stretch == stretch .and. problem%touch%contact == problem%touch(k)%contact, .true., 1, &
          & back=way < 0)
       meets = other > 0
       if (meets) meets = problem%touch(other)%line .and. problem%candidates%moves(problem%touch(other)%candidate(side))
       whole = problem%layout%stretch(test%stretch)%length
-      if (.not. meets) found = lifted_ahead(problem, leg%to, problem%touch(k)%candidate(3 - side), end_node(problem, k, way)) > &
-         & shortest * whole
-      if (.not. found) return
+      if (.not. meets) then
+         if (lifted_ahead(problem, leg%to, problem%touch(k)%candidate(3 - side), end_node(problem, k, way)) <= shortest * whole) &
+            & return
+      end if
       set = end_moved(present_touches(problem, leg%to), k, 3 - side, merge(whole, 0.0_wp, way > 0))
       if (meets) set = end_moved(set, other, side, merge(problem%layout%stretch(stretch)%length, 0.0_wp, way < 0))
-      next = new_next(problem, leg%to, set)
-      c = next%problem%touch(findloc(next%problem%touch%number, problem%touch(k)%number, 1))%candidate(3 - side)
+   end subroutine set_at_breakpoint
+
+   !> The load at which nothing has to hold the node at the breakpoint, by secants: a couple, or a force where two lines meet and
+   !> there is no couple.
+   subroutine find_load(problem, leg, c, meets, next, found, timers)
+      type(problem_t), intent(in) :: problem
+      type(leg_t), intent(in) :: leg
+      integer, intent(in) :: c                   !! candidate of the node, in the next set
+      logical, intent(in) :: meets
+      type(next_t), intent(inout) :: next
+      logical, intent(out) :: found
+      type(timers_t), intent(inout) :: timers
+      type(span_test_t), allocatable :: tests(:)
+      real(wp) :: load(2), couple(2), force(2), held(2)
+      integer :: try
       load = [leg%from%load_factor, leg%to%load_factor]
       call look_at(load(2), couple(2), force(2))
       if (found) call look_at(load(1), couple(1), force(1))
@@ -92,8 +124,8 @@ contains
          couple = 0.0_wp
          force = 0.0_wp
          if (.not. found) return
-         couple = held_couple(next%problem, next%state, c)
-         force = held_force(next%problem, next%state, c)
+         couple = breakpoint_couple(next%problem, next%state, c)
+         force = breakpoint_force(next%problem, next%state, c)
       end subroutine look_at
-   end subroutine find_arrival
+   end subroutine find_load
 end module line_arrival

@@ -8,9 +8,10 @@ module lost_at_support
    use breakpoint_forces, only: stands
    use touch_edits, only: lost
    use touch_candidates, only: present_touches
-   use span_test, only: span_test_t, test_curvature, test_slope
-   use span_rules, only: answer_t, answer_to
-   use span_change, only: leg_t
+   use test_kinds, only: span_test_t, test_curvature, test_slope
+   use span_answer, only: answer_t
+   use span_rules, only: answer_to
+   use change_kinds, only: leg_t
    use next_spans, only: next_t, new_next, tests_of
    use set_begins, only: find_begin
    use path_run, only: run_t

@@ -3,7 +3,7 @@ module lying_ahead
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
-   use span_change, only: leg_t
+   use change_kinds, only: leg_t
    use next_spans, only: next_t
    use state_transfer, only: carried, carried_field
    use path_control, only: path_length, displacement_between

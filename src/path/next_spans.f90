@@ -8,7 +8,7 @@ module next_spans
    use linear_system, only: system_t, new_system
    use contact_touch, only: touch_t
    use span_problem, only: new_span_problem
-   use span_test, only: span_test_t, any_fails
+   use test_kinds, only: span_test_t, any_fails
    use span_tests, only: run_span_tests
    use touchdown_points, only: with_held
    use state_transfer, only: carried

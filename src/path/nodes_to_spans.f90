@@ -7,7 +7,7 @@ module nodes_to_spans
    use contact_touch, only: touch_t
    use touch_edits, only: same_set, laid_down
    use touch_candidates, only: present_touches
-   use span_test, only: span_test_t, test_slack, test_flat
+   use test_kinds, only: span_test_t, test_slack, test_vanishing
    use nodal_touches, only: touches_at_nodes
    use bordered_system, only: linearise
    use next_spans, only: next_t, copy_next, new_next, settle, tests_of, holds
@@ -93,7 +93,7 @@ contains
          end if
          first = touch
          call take_these()
-         if (found) call lay_flat_spans()
+         if (found) call lay_closed_spans()
          if (found) exit waves
       end do waves
 
@@ -101,13 +101,13 @@ contains
 
       !> A free span that as good as lies on the obstacle does so where the line holds, too: its ends carry nothing, and would be
       !> anywhere.
-      subroutine lay_flat_spans()
+      subroutine lay_closed_spans()
          type(next_t) :: kept
          type(span_test_t), allocatable :: tests(:)
          tests = tests_of(next)
          k = 1
          do while (k <= size(tests))
-            if (tests(k)%kind == test_flat .and. abs(tests(k)%value) <= test_slack(test_flat)) then
+            if (tests(k)%kind == test_vanishing .and. abs(tests(k)%value) <= test_slack(test_vanishing)) then
                call copy_next(next, kept)
                touch = laid_down(present_touches(next%problem, next%state), tests(k)%beside, tests(k)%ends)
                call take_these()
@@ -121,7 +121,7 @@ contains
             end if
             k = k + 1
          end do
-      end subroutine lay_flat_spans
+      end subroutine lay_closed_spans
 
       !> Equilibrium with these touches, and whether it holds.
       subroutine take_these()

@@ -10,7 +10,7 @@ module passages
    use past_breakpoints, only: beyond, end_node
    use lifted_node, only: lifted_ahead
    use rod_state, only: state_t
-   use span_test, only: span_test_t, test_length, test_crossing
+   use test_kinds, only: span_test_t, test_length, test_crossing
    implicit none
    private
    public :: pass_breakpoints, is_turned, behind

@@ -47,6 +47,17 @@ module path_run
       logical :: rough = .false.                 !! there they had not to: tests are not smooth along the path
    end type slopes_t
 
+   !> What the last change of the contact spans leaves for the points behind it.
+   type :: since_change_t
+      logical :: shrunk = .false.                !! a line of contact has just become a point: its probe is the line's, and an
+      !! eigenvalue may have gone through zero as it did. Set by span_set, until the next point (event_recording); zero_at_end and
+      !! smooth_zero find the zero there
+      logical :: arrives = .false.               !! a line has become a point, or a point has come to a breakpoint that stops
+      !! it: it is as curved there as its obstacle, or still a little more. Set by span_set, until it is not (span_events), which
+      !! excuses it
+      logical :: rises = .false.                 !! and less along the path from where the run stands (span_dips)
+   end type since_change_t
+
    !> Kept together so that the procedures of the path loop have short argument lists.
    type :: run_t
       type(state_t) :: state                     !! the last accepted point
@@ -62,11 +73,7 @@ module path_run
       type(region_t), allocatable :: beginning   !! a point contact that begins at the next point
       integer :: beginning_in = 0                !! the element that it begins in, or 0
       logical :: on_bifurcation = .false.        !! the last point is one that was recorded: its pivots have the sign of rounding
-      logical :: shrunk = .false.                !! a line of contact has just become a point: its probe is the line's, and an
-      !! eigenvalue may have gone through zero as it did
-      logical :: arrives = .false.               !! a line has become a point, or a point has come to a breakpoint that stops
-      !! it: it is as curved there as its obstacle, or still a little more
-      logical :: rises = .false.                 !! and less along the path from where the run stands
+      type(since_change_t) :: since_change       !! what of its last change the run has not left behind yet
       real(wp) :: motion(2) = 0.0_wp             !! largest displacement and rotation so far
       type(finer_problem_t) :: finer             !! what errors on the mesh are told by
       type(refinement_t) :: refinement           !! what the meshes of the point have been worth

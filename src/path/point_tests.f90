@@ -6,10 +6,10 @@ module point_tests
    use rod_state, only: state_t, candidate_gap, may_react, parallel
    use conforming_span, only: rolled_t, rolled, excess_curvature, node_track, track_sense, track_rotation
    use touchdown_points, only: point_force
-   use breakpoint_forces, only: held_force, at_breakpoint, left_over
+   use breakpoint_forces, only: breakpoint_force, at_breakpoint, left_over
    use contact_touch, only: line_share
    use lifted_little, only: lifting_couple, lifts_little
-   use span_test, only: span_test_t, test_force, test_curvature, test_slope, test_leaving, test_couple
+   use test_kinds, only: span_test_t, test_force, test_curvature, test_slope, test_leaving, test_couple
    implicit none
    private
    public :: tests_of_points, rests_beside
@@ -135,7 +135,7 @@ contains
          push = point_force(problem, state, c) / scale
          return
       end if
-      push = held_force(problem, state, c) / scale
+      push = breakpoint_force(problem, state, c) / scale
       ! Where a line goes on nothing is held, and what is left is what equilibrium leaves. A point's force has its zero there.
       if (problem%touch(problem%candidates%touch(c))%line .and. (abs(push) <= left_over(problem) .or. &
          & lifts_little(problem, state, c, push, scale))) push = 0.0_wp

@@ -4,8 +4,8 @@
 !>   go_back     by whether all of its tests hold, from further on, where other sets may lie between
 module set_begins
    use kinds, only: wp
-   use span_test, only: span_test_t, test_slack, test_pressure, any_fails
-   use span_change, only: leg_t
+   use test_kinds, only: span_test_t, test_slack, test_pressure, any_fails
+   use change_kinds, only: leg_t
    use next_spans, only: next_t, copy_next, go_to_load
    use held_openings, only: held_load
    use path_run, only: run_t

@@ -60,7 +60,7 @@ contains
          ! mean nothing there where it is zero, too: of these the samples tell.
          sighting%located = .true.
          if (sighting%event%kind == event_bifurcation) call confirm_bifurcation(problem, step, run, trial, search, sighting, timers)
-      else if (run%shrunk) then
+      else if (run%since_change%shrunk) then
          call take_beginning(problem, step, run, sighting, timers)
       else if (sighting%event%kind == event_limit) then
          call take_nearer_end(problem, step, run, trial, ahead, sighting, timers)

@@ -4,7 +4,7 @@ module span_arrival
    use model, only: step_t, method_load
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
-   use span_change, only: leg_t, change_t
+   use change_kinds, only: leg_t, change_t
    use next_spans, only: next_t, copy_next, holds
    use span_opening, only: open_line
    use state_transfer, only: carried, carried_field

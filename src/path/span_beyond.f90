@@ -8,9 +8,9 @@ module span_beyond
    use state_transfer, only: find_point
    use bordered_system, only: linearise
    use span_regions, only: beginning_region
-   use span_test, only: span_test_t, test_gap, test_force, test_pressure, test_couple
+   use test_kinds, only: span_test_t, test_gap, test_force, test_pressure, test_couple
    use span_tests, only: run_span_tests
-   use span_change, only: leg_t, change_t, change_missed, change_opening
+   use change_kinds, only: leg_t, change_t, change_missed, change_opening
    use span_opening, only: open_line
    use span_rules, only: beginning_together
    use span_set, only: begin_touches, touched_at

@@ -7,19 +7,19 @@ module span_changes
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use span_regions, only: find_span_regions
-   use span_test, only: span_test_t, any_fails, test_words, test_slack, test_curvature, test_force, test_length
+   use test_kinds, only: span_test_t, any_fails, test_words, test_slack, test_curvature, test_force, test_length
    use span_tests, only: spans_hold
-   use contact_touch, only: shortest
+   use contact_touch, only: shortest, first_length
    use touchdown_points, only: point_force
-   use held_openings, only: first_length
    use lying_ahead, only: reach_of, turns
-   use span_change, only: leg_t, change_t, new_leg, change_none, change_missed, change_by_rule, &
+   use change_kinds, only: leg_t, change_t, new_leg, change_none, change_missed, change_by_rule, &
       & change_opening, change_vanishing, place_within, place_here, place_ahead
    use next_spans, only: next_t
    use span_events, only: find_change
    use span_beyond, only: look_beyond
    use span_dips, only: look_between
-   use span_rules, only: answer_t, answer_to
+   use span_answer, only: answer_t
+   use span_rules, only: answer_to
    use span_set, only: take_set
    use span_arrival, only: take_next, come_nearer
    use span_mesh, only: ask_for_twice
@@ -283,7 +283,7 @@ contains
       ahead%system = on%system
       ahead%heading = on%heading
       call take_next(problem, step, run, ahead, recorder, finished, outcome, timers)
-      run%arrives = on%arrives
+      run%since_change%arrives = on%since_change%arrives
    end subroutine go_on
 
    !> The two points of a divided one. Where the rod comes down beside a point just before that is flat, by less than is told,

@@ -7,9 +7,9 @@ module span_dips
    use problem, only: problem_t
    use rod_state, only: state_t
    use bordered_system, only: linearise
-   use span_test, only: span_test_t, test_force, test_curvature, test_slack
+   use test_kinds, only: span_test_t, test_force, test_curvature, test_slack
    use span_tests, only: run_span_tests
-   use span_change, only: leg_t
+   use change_kinds, only: leg_t
    use tangent_step, only: states_along
    use touchdown_points, only: touchdown_steps
    use touch_candidates, only: touch_place
@@ -67,7 +67,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run          !! its system is factored there
       real(wp) :: scale
-      if (run%arrives) run%rises = curvature_rises(problem, run)
+      if (run%since_change%arrives) run%since_change%rises = curvature_rises(problem, run)
       if (allocated(run%slopes%here) .or. .not. problem%has_spans() .or. problem%is_sampled()) return
       scale = max(run%system%force_scale, tiny(scale))
       run%slopes%here = slopes_at(problem, run, run%state, run%heading, run_span_tests(problem, run%state, scale), scale)

@@ -4,9 +4,9 @@ module span_events
    use model, only: step_t
    use problem, only: problem_t, rounding_gap
    use free_span_gap, only: gap_at
-   use span_test, only: span_test_t, any_fails, another_fails, test_slack, test_gap, test_curvature, test_flat, test_slope, &
+   use test_kinds, only: span_test_t, any_fails, another_fails, test_slack, test_gap, test_curvature, test_vanishing, test_slope, &
       & test_length
-   use span_change, only: leg_t, change_t, change_none, change_missed, change_by_rule, change_vanishing, place_here, &
+   use change_kinds, only: leg_t, change_t, change_none, change_missed, change_by_rule, change_vanishing, place_here, &
       & place_ahead
    use next_spans, only: next_t, copy_next
    use span_location, only: locate, locate_flat_point
@@ -32,8 +32,10 @@ contains
       type(leg_t) :: near
       integer :: round
       logical :: fails
-      run%arrives = run%arrives .and. any(leg%before%kind == test_curvature .and. leg%before%value < 0.0_wp)
-      call let_arrive(leg, run%arrives, run%rises)
+      associate (since => run%since_change)
+         since%arrives = since%arrives .and. any(leg%before%kind == test_curvature .and. leg%before%value < 0.0_wp)
+         call excuse_arriving_points(leg, since%arrives, since%rises)
+      end associate
       change%tests = leg%after
       near = leg
       fails = any_fails(leg%after)
@@ -65,7 +67,7 @@ contains
    !> A point that rolls to the end of a rod is held there as soon as the span beyond is as short as none: until it really is there
    !> the rod still turns in, from a slope just below zero. What a line has shrunk to, and a point that has come to a breakpoint,
    !> are as curved as the obstacle at first; on another mesh, or as long as a span is left, they may be a little more.
-   pure subroutine let_arrive(leg, arrives, rises)
+   pure subroutine excuse_arriving_points(leg, arrives, rises)
       type(leg_t), intent(inout) :: leg
       logical, intent(in) :: arrives, rises       !! see run_t
       integer :: k
@@ -77,7 +79,7 @@ contains
                & after%value = max(after%value, 0.0_wp)
          end associate
       end do
-   end subroutine let_arrive
+   end subroutine excuse_arriving_points
 
    !> A free span that vanishes on the way to the end of an increment, or just beyond, where no increment may get; and a line that
    !> shrinks onto a support.
@@ -96,22 +98,27 @@ contains
             call locate_lost_line(problem, run, leg, k, next, found, timers)
             if (found) exit
          end if
-         if (leg%after(k)%kind /= test_flat) cycle
+         if (leg%after(k)%kind /= test_vanishing) cycle
          ! Of a gap that is gone rounding is left.
          if (leg%after(k)%value > reach_of(leg) * (leg%before(k)%value - leg%after(k)%value) .and. .not. &
             & (is_gone(problem, leg%after(k)) .and. closes(leg, k))) cycle
          call locate_vanishing(problem, run, leg, k, fails, next, found, wave, timers)
          if (found) exit
-         ! What looks like the place where one of two points is flat is that where they are one.
-         if (.not. wave .or. change%kind /= change_by_rule .or. abs(leg%after(k)%value) > test_slack(test_gap)) cycle
-         if (change%tests(change%which)%kind == test_curvature) change%kind = merge(change_none, change_missed, &
-            & change%where == place_ahead)
+         if (wave .and. abs(leg%after(k)%value) <= test_slack(test_gap)) call withdraw_flat_point(change)
       end do
       if (k > size(leg%after)) return
       change%kind = change_vanishing
       change%which = k
       call copy_next(next, change%next)
    end subroutine find_vanishing
+
+   !> What looks like the place where one of two points is as curved as its obstacle is that where they are one: it is none.
+   pure subroutine withdraw_flat_point(change)
+      type(change_t), intent(inout) :: change
+      if (change%kind /= change_by_rule) return
+      if (change%tests(change%which)%kind /= test_curvature) return
+      change%kind = merge(change_none, change_missed, change%where == place_ahead)
+   end subroutine withdraw_flat_point
 
    !> A point contact that is about to become as curved as its obstacle: no increment may get there.
    subroutine look_ahead(problem, run, leg, change, timers)
@@ -127,7 +134,7 @@ contains
             if (after%kind /= test_curvature) cycle
             if (.not. problem%candidates%rolls(after%candidate)) cycle
             ! Beside a span that is gone its place is neutral.
-            if (any(leg%after%kind == test_flat .and. leg%after%value * problem%size <= rounding_gap(problem) .and. &
+            if (any(leg%after%kind == test_vanishing .and. leg%after%value * problem%size <= rounding_gap(problem) .and. &
                & (leg%after%beside(1) == after%touch .or. leg%after%beside(2) == after%touch))) cycle
             if (after%value <= 0.0_wp .or. after%value > reach_of(leg) * (before%value - after%value)) cycle
          end associate

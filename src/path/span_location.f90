@@ -5,13 +5,13 @@ module span_location
    use problem, only: problem_t
    use rod_state, only: state_t
    use bordered_system, only: linearise
-   use span_test, only: span_test_t, test_curvature
+   use test_kinds, only: span_test_t, test_curvature
    use span_tests, only: run_span_tests
-   use span_change, only: leg_t, change_t, change_by_rule, change_missed, place_within, place_here, &
+   use change_kinds, only: leg_t, change_t, change_by_rule, change_missed, place_within, place_here, &
       & place_ahead
    use flat_points, only: find_flat_point
    use tangent_step, only: states_along
-   use span_rules, only: would_press
+   use flat_point_rule, only: would_press
    use lying_ahead, only: turns, leads_to, arrival
    use path_control, only: path_length
    use path_run, only: run_t

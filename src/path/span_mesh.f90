@@ -18,7 +18,7 @@ module span_mesh
    use ground_segments, only: tell_segments
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t, is_arc_length, metric
-   use held_openings, only: find_fastest, stay_in_place
+   use standing_touch, only: find_fastest, stay_in_place
    use path_continuity, only: heading_t, heading_at, normal_plane, angle_between, largest_turn
    use path_events, only: probe_t, new_probe
    use path_run, only: run_t, copy_run, footing_t, forget_mesh, rest_of_mesh

@@ -25,8 +25,8 @@ module span_opening
    use touch_edits, only: begun, lost, opened, end_moved, shrunk, numbered, same_set
    use touch_candidates, only: present_touches
    use line_pressure, only: pressure_t, sample_line, density_at
-   use span_test, only: span_test_t, test_force, test_pressure, test_couple, test_slack, well_below
-   use breakpoint_forces, only: held_force, held_couple
+   use test_kinds, only: span_test_t, test_force, test_pressure, test_couple, test_slack, well_below
+   use breakpoint_forces, only: breakpoint_force, breakpoint_couple
    use lifted_node, only: inside_line, lifted_beside
    use next_spans, only: next_t, new_next, settle, holds
    use timing, only: timers_t
@@ -178,7 +178,7 @@ contains
       real(wp) :: beside(2), force, lift, length, local(3), x(2), normal(2), bend, angle, density
       integer :: c, e, k, side
       logical :: turns
-      force = -held_force(problem, state, candidate)
+      force = -breakpoint_force(problem, state, candidate)
       call candidate_gap(problem, state, candidate, lift, normal, bend)
       turns = .not. (problem%model%fixed(3, problem%candidates%node(candidate)) .or. &
          & all(problem%candidates%element(:, candidate) > 0))
@@ -230,7 +230,7 @@ contains
       e = problem%candidates%element(3 - side, candidate)
       if (e == 0 .or. problem%candidates%element(side, candidate) == 0) return
       call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 2), local, x, angle, density)
-      couple = merge(-1.0_wp, 1.0_wp, side == 1) * held_couple(problem, state, candidate) * &
+      couple = merge(-1.0_wp, 1.0_wp, side == 1) * breakpoint_couple(problem, state, candidate) * &
          & track_sense(problem, state, candidate, node_track(problem, state, candidate))
       length = now(k)%at(2) - now(k)%at(1)
       if (.not. (couple > 0.0_wp .and. 2.0_wp * sqrt(couple / max(density, tiny(density))) < length)) return

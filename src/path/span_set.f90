@@ -9,8 +9,8 @@ module span_set
    use contact_touch, only: touch_t, shortest
    use touch_candidates, only: present_touches, touch_place, rolls_at
    use free_span_gap, only: gap_at
-   use span_test, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, test_crossing, test_slope
-   use span_rules, only: answer_t
+   use test_kinds, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, test_crossing, test_slope
+   use span_answer, only: answer_t
    use span_mesh, only: take_touches
    use held_openings, only: open_span, rest_held, spread_ahead, spreading_rate
    use tangent_step, only: states_along
@@ -105,9 +105,9 @@ contains
       end select
       on%probe = new_probe(next, on%state, on%system, on%heading%load)
       ! A point that a line has shrunk to may leave a span neutral there; the line's pivots are definite.
-      on%shrunk = test%kind == test_length
-      if (on%shrunk) on%probe%negative_pivots = run%probe%negative_pivots
-      on%arrives = any(test%kind == [test_length, test_crossing])
+      on%since_change%shrunk = test%kind == test_length
+      if (on%since_change%shrunk) on%probe%negative_pivots = run%probe%negative_pivots
+      on%since_change%arrives = any(test%kind == [test_length, test_crossing])
       call copy_problem(next, problem)
       call copy_run(on, run)
    end subroutine take_set

@@ -13,8 +13,8 @@ module span_tests
    use line_pressure, only: least_pressure
    use contact_touch, only: touch_t, shortest
    use touch_candidates, only: present_touches
-   use span_test, only: span_test_t, any_fails, test_slack, well_below, test_gap, test_curvature, test_pressure, test_length, &
-      & test_flat, test_crossing
+   use test_kinds, only: span_test_t, any_fails, test_slack, well_below, test_gap, test_curvature, test_pressure, test_length, &
+      & test_vanishing, test_crossing
    use point_tests, only: tests_of_points
    implicit none
    private
@@ -62,7 +62,7 @@ contains
       !> iteration leaves.
       pure logical function is_closed(test)
          type(span_test_t), intent(in) :: test
-         is_closed = test%kind == test_flat .and. abs(test%value) * problem%size <= rounding_gap(problem)
+         is_closed = test%kind == test_vanishing .and. abs(test%value) * problem%size <= rounding_gap(problem)
       end function is_closed
    end function run_span_tests
    !> Free spans: are they outside, and is there anything of them left?
@@ -93,7 +93,7 @@ contains
             tests = [tests, test]
             test%beside = merge(span(i)%touch, 0, span(i)%contact == k)
             if (all(test%beside == 0)) cycle
-            test%kind = test_flat
+            test%kind = test_vanishing
             test%value = largest / problem%size
             test%ends = span_ends(problem, state, span(i))
             ! A gap of the sixth power of its length is gone long before a span between two contacts is.

@@ -15,11 +15,11 @@ module vanishing_span
    use touch_edits, only: laid_down, merged
    use line_pressure, only: virtual_pressure
    use touch_candidates, only: present_touches
-   use span_test, only: span_test_t, test_flat, test_force, test_slack, another_fails
+   use test_kinds, only: span_test_t, test_vanishing, test_force, test_slack, another_fails
    use past_breakpoints, only: beyond
    use line_arrival, only: find_arrival
    use span_regions, only: find_span_regions
-   use span_change, only: leg_t
+   use change_kinds, only: leg_t
    use next_spans, only: next_t, new_next, tests_of
    use set_begins, only: find_begin
    use lost_at_support, only: clamped_ends, go_into_clamp, lose_line
@@ -36,7 +36,13 @@ module vanishing_span
 
 contains
 
-   !> The set without a span, and its equilibrium where it begins to hold, if the path leads there.
+   !> The set without a span, and its equilibrium where it begins to hold, if the path leads there. What is tried, in this order,
+   !> and the first that holds within reach is it:
+   !>
+   !>   the end of a line beside it comes to the breakpoint on its other side (find_arrival)
+   !>   all of it lies down (lie_down); not the last bit before a breakpoint that contact goes on past, which passes it
+   !>   a wave between two points: one of them goes into the clamp that the other is (go_into_clamp)
+   !>   a wave between two points that become one (become_one)
    subroutine locate_vanishing(problem, run, leg, which, fails, next, found, wave, timers)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
@@ -49,11 +55,11 @@ contains
       type(timers_t), intent(inout) :: timers
       wave = .false.
       call find_arrival(problem, leg, leg%after(which), next, found, timers)
-      if (found) found = comes_next(problem, run, leg, fails, next)
+      if (found) found = holds_within_reach(problem, run, leg, fails, next)
       if (.not. found) then
          if (is_passage(problem, leg%after(which))) return
          call lie_down(problem, run, leg, which, next, found, timers)
-         if (found) found = comes_next(problem, run, leg, fails, next)
+         if (found) found = holds_within_reach(problem, run, leg, fails, next)
       end if
       if (.not. found) wave = is_wave(problem, leg%to, leg%after(which))
       ! As long as there is a gap between them, and both push, they are two.
@@ -64,7 +70,7 @@ contains
             call become_one(problem, run, leg, which, next, found, timers)
          end if
          if (found) found = leads_to_next(problem, run, next, leg%ahead%load)
-         if (found) found = comes_next(problem, run, leg, fails, next)
+         if (found) found = holds_within_reach(problem, run, leg, fails, next)
       end if
       if (.not. found .or. next%label /= '') return
       if (size(find_span_regions(next%problem, next%state)) < size(find_span_regions(problem, run%state))) next%label = 'C+'
@@ -82,11 +88,11 @@ contains
       type(timers_t), intent(inout) :: timers
       call lose_line(problem, run, leg, which, next, found, timers)
       if (found) found = leads_to_next(problem, run, next, leg%ahead%load)
-      if (found) found = comes_next(problem, run, leg, another_fails(leg%after, which), next)
+      if (found) found = holds_within_reach(problem, run, leg, another_fails(leg%after, which), next)
    end subroutine locate_lost_line
 
    !> True for an equilibrium that holds and lies as far ahead as something may be that is looked for.
-   logical function comes_next(problem, run, leg, fails, next) result(right)
+   logical function holds_within_reach(problem, run, leg, fails, next) result(right)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
       type(leg_t), intent(in) :: leg
@@ -104,7 +110,7 @@ contains
          right = right .and. (load - here) * (to - from) >= 0.0_wp .and. &
             & (.not. fails .or. (load - here) * (load - to) <= 0.0_wp)
       end associate
-   end function comes_next
+   end function holds_within_reach
 
    !> The line in which a free span lies down, and its equilibrium where it begins to press.
    subroutine lie_down(problem, run, leg, which, next, lies, timers)
@@ -154,7 +160,7 @@ contains
       integer, intent(in) :: which               !! the test of the span
       associate (tests => leg%after)
          do other = 1, size(tests)
-            if (other == which .or. tests(other)%kind /= test_flat .or. tests(other)%contact /= tests(which)%contact) cycle
+            if (other == which .or. tests(other)%kind /= test_vanishing .or. tests(other)%contact /= tests(which)%contact) cycle
             if (open_node(tests(other)) == 0 .or. open_node(tests(other)) /= open_node(tests(which))) cycle
             if (is_gone(problem, tests(other)) .and. closes(leg, other)) return
          end do

@@ -15,7 +15,7 @@ module weak_lines
    use span_problem, only: new_span_problem
    use touch_candidates, only: present_touches
    use touchdown_points, only: carry_forces
-   use breakpoint_forces, only: held_force
+   use breakpoint_forces, only: breakpoint_force
    use past_breakpoints, only: beyond
    use state_transfer, only: carried
    use linear_system, only: system_t, new_system
@@ -93,7 +93,7 @@ contains
          integer :: c
          c = problem%touch(k)%candidate(2)
          pressed_end = .not. problem%candidates%moves(c)
-         if (pressed_end) pressed_end = held_force(problem, state, c) > none
+         if (pressed_end) pressed_end = breakpoint_force(problem, state, c) > none
       end function pressed_end
    end subroutine release_lines
 

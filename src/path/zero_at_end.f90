@@ -31,7 +31,7 @@ contains
       sighting%fraction = 0.0_wp
       call linearise(problem, run%state, run%state, run%system, timers)
       call note_balance(step, run%system, sighting%report, balanced)
-      sighting%located = run%shrunk .and. balanced
+      sighting%located = run%since_change%shrunk .and. balanced
       sighting%event%jumps = sighting%located
    end subroutine take_beginning
 

@@ -1,11 +1,11 @@
 !> One test of a set of contact spans: of what, where, and what its value means.
-module span_test
+module test_kinds
    use kinds, only: wp
    implicit none
    private
    public :: span_test_t, any_fails, another_fails, test_slack, well_below, test_words
-   public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_flat, test_crossing, test_slope, test_leaving, &
-      & test_couple
+   public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_vanishing, test_crossing, test_slope, &
+      & test_leaving, test_couple
 
    ! What is tested.
    integer, parameter :: test_gap = 1       !! least gap of a free span
@@ -13,7 +13,7 @@ module span_test
    integer, parameter :: test_curvature = 3 !! of a point contact against the obstacle's
    integer, parameter :: test_pressure = 4  !! least density along a line
    integer, parameter :: test_length = 5    !! of a line
-   integer, parameter :: test_flat = 6      !! largest gap of a free span beside a contact; where that is gone, the span's length
+   integer, parameter :: test_vanishing = 6 !! largest gap of a free span beside a contact; where that is gone, the span's length
    integer, parameter :: test_crossing = 7  !! length of a free span between a contact and a breakpoint of the rod
    integer, parameter :: test_slope = 8     !! of the gap inwards from an end of a rod, or a corner, that touches
    integer, parameter :: test_leaving = 9   !! how far from a breakpoint of the rod a point that is held there belongs
@@ -41,9 +41,12 @@ module span_test
       integer :: beside(2) = 0              !! flat: the touches before and after it; 0: none of this contact
       real(wp) :: ends(2) = 0.0_wp          !! flat: of the span along the stretch
       real(wp) :: at = 0.0_wp               !! gap, pressure: where along the stretch
-      real(wp) :: sense = 1.0_wp            !! pressure: at the first end (-1), inside (0), at the last (1); crossing: before
-      !! the touch, after it; slope: likewise; leaving: which way; curvature: on which side of a support that holds the rotation, 0:
-      !! the rod turns there
+      !> Which way, by kind:
+      !>   pressure   at the line's first end (-1), inside (0), at its last (1)
+      !>   curvature  before (-1) or after (1) a support that holds the rotation, 0: the rod turns there
+      !>   crossing, slope   the free span, or the rod, lies before the touch (-1), or after it
+      !>   leaving    towards the rod's beginning (-1), or its end
+      real(wp) :: sense = 1.0_wp
    end type span_test_t
 
 contains
@@ -61,4 +64,4 @@ contains
       integer :: k
       another_fails = any(tests%value < -well_below * test_slack(tests%kind) .and. [(k, k=1, size(tests))] /= which)
    end function another_fails
-end module span_test
+end module test_kinds

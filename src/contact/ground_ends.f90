@@ -4,7 +4,7 @@
 !> end, and then is that of the root: it never goes through zero, so that any place behind the loss would do, another one on every
 !> mesh. The gap over the distance from the root, over its square where the support holds the slope, too, is smooth and goes
 !> through zero where the slope, or the curvature, does.
-module held_ends
+module ground_ends
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t, chain_gap
@@ -90,4 +90,4 @@ contains
       slope = merge(1.0_wp, -1.0_wp, side == 1) * dot_product(normal, x(:, 1))
       bend = dot_product(normal, x(:, 2)) + curvature * (normal(1) * x(2, 1) - normal(2) * x(1, 1))**2
    end subroutine look_at_end
-end module held_ends
+end module ground_ends

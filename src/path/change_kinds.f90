@@ -1,9 +1,9 @@
 !> What may happen to contact spans on an increment.
-module span_change
+module change_kinds
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
-   use span_test, only: span_test_t
+   use test_kinds, only: span_test_t
    use span_tests, only: run_span_tests
    use path_continuity, only: heading_t
    use path_run, only: run_t
@@ -20,7 +20,7 @@ module span_change
    integer, parameter :: change_none = 0    !! the set holds up to its end
    integer, parameter :: change_missed = 1  !! a test fails there, and its zero was not found
    integer, parameter :: change_by_rule = 2 !! a test is zero, and tells what follows (span_rules): by a bracket; where a point is
-   !! as curved as its obstacle by Newton's method with the point held (held_openings)
+   !! as curved as its obstacle by Newton's method with that held (flat_points)
    integer, parameter :: change_opening = 3 !! likewise of a line's force, which lifts off: the laws of what opens (span_opening)
    integer, parameter :: change_vanishing = 4 !! a free span is gone: where the set without it begins to hold (vanishing_span)
 
@@ -73,4 +73,4 @@ contains
       leg%after = run_span_tests(problem, leg%to, leg%scale)
       leg%before = run_span_tests(problem, leg%from, leg%scale)
    end function new_leg
-end module span_change
+end module change_kinds
