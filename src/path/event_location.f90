@@ -108,7 +108,7 @@ contains
       fraction = 2.0_wp * sighting%event%before / fall
       if (-fraction * division%length > run%arc_length - run%left_at) return
       call copy_run(run, behind)
-      call forget_opening(problem, sighting%event, behind%state)
+      if (sighting%event%ground%contact > 0) call forget_opening(problem, sighting%event, behind%state)
       part = division
       call point_within(problem, behind, trial, ahead, part, fraction, .true., .false., place, found%report, timers)
       behind%state = place

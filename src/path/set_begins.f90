@@ -67,6 +67,7 @@ contains
          end if
          loads(2) = load
          values(2) = value - goal
+         if (.not. abs(values(2) - values(1)) > 0.0_wp) return
          load = loads(2) - values(2) * (loads(2) - loads(1)) / (values(2) - values(1))
       end do
 

@@ -272,8 +272,9 @@ contains
       type(event_t), allocatable :: events(:)
       type(next_t) :: ahead
       finished = .false.
+      allocate (events(0))
       if (.not. allocated(on%stuck)) call value_events(next, step, run%probe, on%probe, on%state, on%state, events)
-      if (allocated(on%stuck) .or. size(events) == 0) then
+      if (size(events) == 0) then
          call copy_problem(next, problem)
          call copy_run(on, run)
          return

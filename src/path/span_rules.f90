@@ -8,8 +8,8 @@ module span_rules
    use line_pressure, only: virtual_pressure
    use lifted_node, only: stays_down
    use passages, only: pass_breakpoints, is_turned, behind
-   use test_kinds, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_pressure, test_length, &
-      & test_crossing, test_slope, test_leaving, test_couple, test_slack
+   use test_kinds, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, test_crossing, &
+      & test_slope, test_leaving, test_slack
    use conforming_span, only: flat_excess, excess_curvature, node_track, track_sense, rod_angle, ge_end
    use obstacle_track, only: track_t
    use breakpoint_forces, only: stands, breakpoint_force
@@ -70,12 +70,8 @@ contains
          call lie_down_from_end(problem, state, test, answer)
       case (test_leaving)
          call leave_breakpoint(problem, test, answer)
-      case (test_pressure)
-         answer%why = 'a line contact lifts off inside'
-      case (test_couple)
-         answer%why = 'a couple lifts a line contact'
       case default
-         ! Vanishing spans are located with the set that comes after (vanishing_span).
+         ! Lines that open, and spans that vanish, are known with the set that comes after (span_beyond, vanishing_span).
          answer%why = trim(test_words(test%kind))
       end select
       answer%touch = numbered(answer%touch, last)

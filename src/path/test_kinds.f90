@@ -36,10 +36,10 @@ module test_kinds
       real(wp) :: value = 0.0_wp            !! over its own scale: lengths, forces and curvatures of the structure
       integer :: touch = 0                  !! index into problem%touch; 0: none yet
       integer :: candidate = 0              !! force, curvature, slope: which node
-      integer :: contact = 0                !! gap, flat: index into model%contact
+      integer :: contact = 0                !! gap, vanishing: index into model%contact
       integer :: stretch = 0
-      integer :: beside(2) = 0              !! flat: the touches before and after it; 0: none of this contact
-      real(wp) :: ends(2) = 0.0_wp          !! flat: of the span along the stretch
+      integer :: beside(2) = 0              !! vanishing: the touches before and after it; 0: none of this contact
+      real(wp) :: ends(2) = 0.0_wp          !! vanishing: of the span along the stretch
       real(wp) :: at = 0.0_wp               !! gap, pressure: where along the stretch
       !> Which way, by kind:
       !>   pressure   at the line's first end (-1), inside (0), at its last (1)
