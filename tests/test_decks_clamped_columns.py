@@ -113,3 +113,46 @@ def test_the_limit_load_does_not_hang_on_the_mesh():
         coarse, fine = (run.labelled(label)[-1] for run in runs)
         assert abs(coarse.load_factor - fine.load_factor) <= coarse.error + fine.error
         assert coarse.error < 1e-5 * coarse.load_factor
+
+
+WAVY = """*HEADING
+Column with waves of its own between walls
+*NODE
+1, 0., 0.
+2, 1., 0.
+*LINE, ELSET=COLUMN, NSET=COLUMN, TYPE=GE8
+1, 2{elements}
+*IMPERFECTION, ELSET=COLUMN, SHAPE=SINE
+-1.34e-4, 4
+6.6e-6, 2
+*BEAM SECTION, ELSET=COLUMN, SECTION=STIFFNESS
+5.3e8, 1.
+*BOUNDARY
+1, ENCASTRE
+2, 2
+*OBSTACLE, NAME=TOP, TYPE=LINE
+2., 0.00105, -1., 0.00105
+*OBSTACLE, NAME=BOTTOM, TYPE=LINE
+-1., -0.00312, 2., -0.00312
+*CONTACT, OBSTACLE=TOP, NSET=COLUMN
+*CONTACT, OBSTACLE=BOTTOM, NSET=COLUMN
+*STEP
+{accuracy}*STATIC
+0.3, 1E-12, 5.2e-4
+*CLOAD
+2, 1, {load!r}
+*STOP
+LOAD, ABOVE, 18.4
+*END STEP
+"""
+
+
+def test_a_rod_whose_own_curvature_changes_along_it():
+    """What a point on it is more curved than its wall changes as it moves, though no moment does. Two of them become one on the way."""
+    runs = [dr.run_deck(WAVY.format(elements=elements, accuracy=accuracy, load=-math.pi**2))
+            for elements, accuracy in ((", 24", ""), ("", "*ACCURACY, TOLERANCE=1E-6\n"))]
+    assert events(runs[0]) == events(runs[1]) == ["C+", "C+", "LP", "C+", "C-", "C+", "EP"]
+    for one, other in zip(*(run.results.critical for run in runs)):
+        # Where two points become one there is no estimate.
+        if np.isfinite(one.error) and np.isfinite(other.error):
+            assert abs(one.load_factor - other.load_factor) <= one.error + other.error
