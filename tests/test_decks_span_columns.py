@@ -243,6 +243,18 @@ def test_a_step_ends_where_a_span_is_about_to_open():
     dr.assert_close(ends[0], ends[1], relative=1e-9)
 
 
+def test_the_end_of_a_line_behind_a_span_that_hardly_opens():
+    """Its gap is some 1e-15 and its point as good as flat: the rod touches there, and does not turn against the wall, all the same."""
+    text = dr.changed(SLENDER, ("1.685e-06, 3", "1.685e-05, 3"), ("-4.913e-07, 2", "-4.913e-06, 2"), ("5.3e9", "5.3e5"),
+                      ("0.3, 1E-12, 0.00066", "0.3, 1E-12, 0.0066"), ("2., 0.001327, -1., 0.001327", "2., 0.01327, -1., 0.01327"),
+                      ("-1., -0.0035, 2., -0.0035", "-1., -0.035, 2., -0.035"))
+    runs = [dr.run_deck(text.format(elements=elements, load=-math.pi**2, stop=9.3)) for elements in (24, 36, 48)]
+    lines = [run.results.contact.regions(run.only("EP").point)[1] for run in runs]
+    for line in lines:
+        dr.assert_close(line.start, lines[0].start, absolute=line.start_error + lines[0].start_error)
+        assert line.end > line.start and line.start_error < 1e-5
+
+
 STRIP = """*HEADING
 Half of a clamped strip at a wall
 *NODE

@@ -63,9 +63,10 @@ contains
          ! Free spans buckle: it is where the line is none, at a load that stands.
          call point_errors(problem, run%finer, place, run%system, control_t(method=method_linearised), heading, bars, own, &
             & places=.true., as_it_is=as_it_is)
-         ! Which of both sides a mesh has there tells nothing.
+         ! Which of both sides a mesh has there tells nothing, but whether the load goes on as it does on this one.
          bars%missed = 0
-         bars%unsure = .false.
+         bars%turned = load_turns()
+         bars%unsure = bars%turned
       else if (event%held) then
          call point_errors(problem, run%finer, place, run%system, holding_value(event%monitor, 0.0_wp), heading, bars, own, &
             & places=.true., as_it_is=as_it_is)
@@ -80,6 +81,15 @@ contains
       call timing_stop(timers, phase_accuracy)
 
    contains
+
+      !> True where finer elements have the load change the other way behind the place.
+      logical function load_turns() result(turns)
+         type(error_bars_t) :: of_rate
+         call new_zero(problem, event_t(kind=event_limit), place, run%system, zero, own)
+         call event_errors(problem, run%finer, place, run%system, zero, heading, path_length(problem, run%state, trial), &
+            & trial%load_factor - run%state%load_factor, of_rate, own, as_it_is)
+         turns = of_rate%turned
+      end function load_turns
 
       !> Of a bifurcation of the rod without lines that carry no force: there it is one like others, unless free spans on a straight
       !> wall, which turn at no cost, hide its null vector.
@@ -355,6 +365,11 @@ contains
          accuracy%bar_words = 'the mesh is too coarse for the bifurcations'//there//': finer elements have '// &
             & whole(abs(bars%missed))//trim(merge(' more ', ' fewer', bars%missed > 0))// &
             & ' unstable directions there; give more elements or a higher order'
+         return
+      end if
+      if (bars%unsure .and. (label == 'LP' .or. bars%turned)) then
+         accuracy%bar_words = 'the mesh is too coarse to tell whether the load turns'//there//': it errs by more than that '// &
+            & 'falls; give more elements or a higher order'
          return
       end if
       if (bars%unsure .and. .not. any(label == ['UZ', 'TP'])) then

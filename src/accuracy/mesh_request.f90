@@ -320,11 +320,12 @@ contains
       type(state_t), intent(in) :: state
       type(demand_t), intent(in) :: wanted(:)    !! (stretches)
       type(demand_t) :: demand(size(wanted))
-      real(wp) :: known
       integer :: k
-      known = share_known**(1.0_wp / (2 * minval(problem%model%mesh%stages) + 1))
-      if (bent_alike(problem, state)) known = huge(known)
-      demand = as_mirrored(wanted, known)
+      if (bent_alike(problem, state)) then
+         demand = as_mirrored(wanted, huge(1.0_wp), problem%model%step(problem%step)%asked)
+      else
+         demand = as_mirrored(wanted, share_known**(1.0_wp / (2 * minval(problem%model%mesh%stages) + 1)))
+      end if
       do k = 1, size(demand)
          if (problem%layout%stretch(k)%placed) demand(k) = in_whole_parts(with_smooth_density(demand(k)))
       end do

@@ -33,7 +33,8 @@ module path_errors
    type :: crossing_t
       real(wp) :: f = 0.0_wp                     !! its function next to where it was located
       real(wp) :: slope = 0.0_wp                 !! of that along the path, in the control's measure
-      real(wp), allocatable :: near(:)           !! values at the end of the way that these two give
+      real(wp) :: way = 0.0_wp                   !! to its zero by these two, in the control's measure
+      real(wp), allocatable :: near(:)           !! values at the end of the way
       real(wp) :: more = 0.0_wp                  !! what is left of it
       real(wp), allocatable :: rate(:)           !! of the values along what is left of the path
       real(wp), allocatable :: doubt(:)          !! what elements of two orders more make of the values there beside those of one
@@ -164,6 +165,8 @@ contains
          bars%too_coarse = bars%why == no_convergence .or. size(modes, 2) > 0
          return
       end if
+      bars%way = (crossing%way + crossing%more) / reach * length
+      if (zero_is(zero, event_limit)) bars%turned = crossing%f * heading%load < 0.0_wp
       final = crossing%near + (crossing%more - left_of_zero(problem, zero, state, system) / crossing%slope) * crossing%rate
       unseen = abs(first%value - value - shares%sum) + abs(crossing%more * crossing%rate) + abs(crossing%doubt)
       sizes = shares%size + abs(crossing%near - first%value)
@@ -259,9 +262,9 @@ contains
       type(crossing_t), intent(out) :: crossing
       type(timers_t), intent(inout) :: timers
       type(finer_point_t) :: ahead, near
-      real(wp) :: part, f_ahead, way, bend
+      real(wp) :: part, f_ahead, bend
       logical :: known
-      associate (f => crossing%f, slope => crossing%slope, more => crossing%more, control => path%control)
+      associate (f => crossing%f, slope => crossing%slope, way => crossing%way, more => crossing%more, control => path%control)
          f = value_at(first)
          part = small_part
          do

@@ -42,11 +42,15 @@ module error_bar
       real(wp), allocatable :: rest(:)        !! (1 + monitors) and what the iteration that led to the point has left
       logical :: too_coarse = .false.         !! nothing is told because the mesh is far from fine enough
       integer :: missed = 0                   !! unstable directions that finer elements have more, or fewer
-      logical :: unsure = .false.             !! the mesh errs by all of an eigenvalue: its sign may be the wrong one
+      logical :: unsure = .false.             !! the mesh errs by all of an eigenvalue, or by more than a load that turns changes:
+      !! the sign may be the wrong one
       logical, allocatable :: may_open(:)     !! (elements) contact with a foundation may have opened inside it without its notice;
       !! not allocated: nowhere
       real(wp) :: unfolding = 0.0_wp          !! bifurcation: force on its null vectors beyond what it may err by; a true one has
       !! none, and no path goes through where there is one
+      logical :: turned = .false.             !! the load's rate has the other sign on finer elements: told where a line has
+      !! become a point and the load may stand
+      real(wp) :: way = 0.0_wp                !! event: from its place to that on finer elements, as arc length along the path
       character(:), allocatable :: why        !! some are not told: the reason
    end type error_bars_t
 

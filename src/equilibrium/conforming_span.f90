@@ -5,7 +5,7 @@
 !> conforming elements, which answer to nothing but these places.
 module conforming_span
    use kinds, only: wp, pi
-   use problem, only: problem_t
+   use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t, element_load, element_displacement, node_position, obstacle_shift, candidate_offset, closing_rate
    use reference_curve, only: curve_point, curve_abscissa, curve_length, curve_bend
    use gauss_tableau, only: max_stages
@@ -246,23 +246,25 @@ contains
       spring = 0.0_wp
       if (.not. problem%candidates%rolls(candidate) .or. problem%candidates%held(candidate)) return
       call excess_curvature(problem, state, candidate, excess, stretch)
-      ! One that is flat turns no more than a line's end, whatever rounding makes of its curvature.
-      if (abs(excess) * problem%size <= flat_excess) excess = max(abs(excess), epsilon(excess) / problem%size)
+      ! One that is flat hardly turns, as a line's end, whatever rounding makes of its curvature.
+      if (abs(excess) * problem%size <= flat_excess) excess = flat_excess / problem%size
       spring = state%reaction(candidate) * stretch / excess
    end function touchdown_spring
 
-   !> What is out of balance at a point contact that is not where the gap is least: its force times the distance. 0 at a point as
-   !> curved as its obstacle, which is there everywhere nearby.
+   !> What is out of balance at a point contact that is not where the gap is least: its force times the distance. Rotations that
+   !> rounding makes are none: where the point is flat they would be any distance. One at a breakpoint is flat wherever it rolls.
    pure real(wp) function touchdown_couple(problem, state, candidate) result(couple)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state            !! with the reaction
       integer, intent(in) :: candidate
-      real(wp) :: excess, stretch
+      real(wp) :: spring, turn, excess, stretch
       couple = 0.0_wp
-      if (.not. problem%candidates%rolls(candidate) .or. problem%candidates%held(candidate)) return
+      spring = touchdown_spring(problem, state, candidate)
+      if (.not. abs(spring) > 0.0_wp) return
       call excess_curvature(problem, state, candidate, excess, stretch)
-      if (abs(excess) * problem%size <= flat_excess) return
-      couple = state%reaction(candidate) * stretch / excess * track_rotation(problem, state, candidate)
+      if (abs(excess) * problem%size <= flat_excess .and. .not. problem%candidates%moves(candidate)) return
+      turn = track_rotation(problem, state, candidate)
+      if (abs(turn) * problem%size > rounding_gap(problem)) couple = spring * turn
    end function touchdown_couple
 
    !> Where the force of a point contact is that keeps a breakpoint's node: where the gap is least beside it, to second order.

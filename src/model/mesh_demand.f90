@@ -17,7 +17,7 @@ module mesh_demand
 
    real(wp), parameter :: first_elements = 2.0_wp !! of a stretch: the fewest that can tell of each other
    real(wp), parameter :: steepest = 4.0_wp       !! ratio of the lengths of neighbours
-   real(wp), parameter :: same = 1.0e-9_wp        !! of a stretch: lengths that differ by rounding
+   real(wp), parameter :: rounding = 1.0e-9_wp    !! of a stretch, that places may differ by and be the same
    real(wp), parameter :: part = 1.0_wp / 64.0_wp !! of an element, the least that a demand tells apart; exact in any sum
 
 contains
@@ -152,22 +152,29 @@ contains
       end associate
    end subroutine even_out
 
-   !> The same, pieces that are each other's mirror images with the larger number of both where these differ by no more than they
-   !> are known. Of the stretches the first is the image of the last, and so on.
+   !> The same, pieces that are each other's mirror images at one place, and with the larger number of both where these differ by no
+   !> more than they are known. Of the stretches the first is the image of the last, and so on.
    !>
    !> A symmetric structure that a support at one of its ends holds is measured from that end: shares of its two halves are not the
    !> same, and a mesh that is not its own image would be an imperfection.
-   pure function as_mirrored(demand, known) result(even)
+   pure function as_mirrored(demand, known, near) result(even)
       type(demand_t), intent(in) :: demand(:)
       real(wp), intent(in) :: known             !! factor by which numbers of elements are known, >= 1
+      real(wp), intent(in), optional :: near    !! of a stretch, what ends of pieces may be off by and be images; else rounding
       type(demand_t) :: even(size(demand))
+      real(wp), allocatable :: mirrored(:)
+      real(wp) :: off
       integer :: k, i, n
+      off = rounding
+      if (present(near)) off = max(off, near)
       even = demand
       do k = 1, size(demand)
          associate (here => demand(k), image => demand(size(demand) + 1 - k))
             n = size(here%elements)
             if (size(image%elements) /= n) cycle
-            if (any(abs((here%at(2:) - here%at(:n)) - (image%at(n + 1:2:-1) - image%at(n:1:-1))) > same * here%at(n + 1))) cycle
+            mirrored = image%at(n + 1) - image%at(n + 1:1:-1)
+            if (any(abs(here%at - mirrored) > off * here%at(n + 1))) cycle
+            even(k)%at(2:n) = 0.5_wp * (here%at(2:n) + mirrored(2:n))
             do i = 1, n
                associate (mine => here%elements(i), its => image%elements(n + 1 - i))
                   if (max(mine, its) / known <= min(mine, its)) even(k)%elements(i) = max(mine, its)

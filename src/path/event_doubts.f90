@@ -5,9 +5,11 @@ module event_doubts
    use problem, only: problem_t
    use rod_state, only: state_t
    use weak_lines, only: count_released
+   use path_control, only: path_length
    use path_continuity, only: largest_turn
    use path_run, only: run_t
-   use path_events, only: probe_t, new_probe, event_bifurcation, event_release, event_value_reached, event_turning
+   use path_events, only: probe_t, new_probe, event_bifurcation, event_release, event_value_reached, event_turning, &
+      & event_limit
    use ground_cuts, only: find_cuts, inner_cuts
    use sightings, only: sighting_t
    use event_order, only: one_sided
@@ -16,7 +18,7 @@ module event_doubts
    use timing, only: timers_t
    implicit none
    private
-   public :: better_from_nearer, hides_release, turns_by_rounding, doubt_bifurcation
+   public :: better_from_nearer, hides_release, turns_by_rounding, doubt_limit, doubt_bifurcation
 
    character(*), parameter :: passing = 'bifurcation, or two paths that pass each other closely,'
 
@@ -92,6 +94,20 @@ contains
       end if
       no_turn = maxval(abs(there%monitor(m) - [run%probe%monitor(m), probe%monitor(m)])) <= least
    end function turns_by_rounding
+
+   !> A limit point that finer elements have before the contact that there is, or as far ahead as the way since that has begun, is
+   !> none that the mesh tells: where the load stands a mesh may have it fall by what it errs by.
+   subroutine doubt_limit(problem, run, trial, sighting)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      type(state_t), intent(in) :: trial
+      type(sighting_t), intent(inout) :: sighting !! its bars
+      real(wp) :: reach
+      if (.not. allocated(sighting%bars) .or. sighting%event%kind /= event_limit) return
+      reach = run%arc_length - max(run%left_at, run%since_change%at) + path_length(problem, run%state, sighting%place)
+      if (sighting%bars%way > 0.0_wp) reach = reach + path_length(problem, sighting%place, trial)
+      if (abs(sighting%bars%way) > reach) sighting%bars%unsure = .true.
+   end subroutine doubt_limit
 
    !> What was located as a bifurcation may be two paths that pass each other: no path goes through where the null vector feels a
    !> force, and the points that the place was interpolated from lie on both.

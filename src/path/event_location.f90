@@ -14,6 +14,7 @@ module event_location
       & event_value_reached, event_stop
    use sightings, only: sighting_t, note_balance
    use smooth_zero, only: locate_smooth
+   use zero_at_end, only: take_beginning
    use event_eigenvalue, only: zero_eigenvalue
    use path_run, only: run_t, copy_run, heading_of, probe_at
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
@@ -66,6 +67,9 @@ contains
       if (any(sighting%event%kind == [event_value_reached, event_stop])) call meet_value(problem, run, sighting, timers)
       if (division%smooth) then
          sighting%located = is_what_it_says(problem, step, run, trial, ahead, sighting)
+         ! Where a line has become a point the load may stand, and turn by rounding only.
+         if (sighting%event%kind == event_limit .and. run%since_change%shrunk .and. .not. sighting%located) &
+            & call take_beginning(problem, step, run, sighting, timers)
       else if (division%length > 0.0_wp .and. is_arc_length(run%control%method)) then
          ! Where load or displacement tells the way, it does so where nothing moves, too.
          sighting%fraction = chord_fraction(problem, run, division, sighting%place)

@@ -19,19 +19,26 @@ module flat_points
 contains
 
    !> Where on its path a point is as curved as its obstacle. Its own equation, that of the least gap, has no slope there: it turns
-   !> with the obstacle as the end of a line does, and goes to where no moment is left; held is by how much more it is curved.
-   subroutine find_flat_point(problem, run, candidate, place, found, timers)
+   !> with the obstacle as the end of a line does, and goes to where no moment is left; held is by how much more it is curved. So do
+   !> others that become flat nearby, as its image at a mirror.
+   subroutine find_flat_point(problem, run, candidate, too, place, found, timers)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run          !! its system ends up anywhere
       integer, intent(in) :: candidate
+      integer, intent(in) :: too(:)              !! candidates of others
       type(state_t), intent(inout) :: place      !! a state nearby on entry
       logical, intent(out) :: found
       type(timers_t), intent(inout) :: timers
       type(problem_t) :: turning
+      integer :: k
       call copy_problem(problem, turning)
-      turning%candidates%follows(candidate) = problem%candidates%rolls(candidate)
-      call go_to_excess(turning, run, candidate, 0.0_wp, of_no_line(problem, place, candidate), place, found, timers)
-      if (found .and. problem%candidates%moves(candidate)) place%reaction(candidate) = point_force(problem, place, candidate)
+      turning%candidates%follows([candidate, too]) = problem%candidates%rolls([candidate, too])
+      call go_to_excess(turning, run, candidate, 0.0_wp, least_told(problem), place, found, timers)
+      if (.not. found) return
+      do k = 1, size(too)
+         place%reaction(too(k)) = point_force(problem, place, too(k))
+      end do
+      if (problem%candidates%moves(candidate)) place%reaction(candidate) = point_force(problem, place, candidate)
    end subroutine find_flat_point
 
    !> Just beyond where a line has become a point: there the point is as curved as its obstacle, what holds its rotation without

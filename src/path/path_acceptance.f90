@@ -17,7 +17,7 @@ module path_acceptance
    use step_control, only: stop_met
    use path_events, only: event_stop, event_bifurcation
    use event_search, only: findings_t, find_events
-   use event_doubts, only: better_from_nearer, hides_release, turns_by_rounding, doubt_bifurcation
+   use event_doubts, only: better_from_nearer, hides_release, turns_by_rounding, doubt_limit, doubt_bifurcation
    use event_order, only: told_otherwise, count_before, by_fraction, same_place
    use event_recording, only: record_event, announce, new_critical, go_to
    use path_outcome, only: outcome_t, note_bracketed
@@ -154,6 +154,7 @@ contains
          ! Bars may know of more rounding.
          findings%told(i) = turns_by_rounding(problem, step, run, findings%probe, sighting)
          if (findings%told(i)) return
+         call doubt_limit(problem, run, trial, sighting)
          if (arrival%tries /= mesh_has_to_do) call ask_at_event(problem, step, run, sighting, arrival%tries, outcome)
          if (wants_another(run)) return
          call doubt_bifurcation(sighting)

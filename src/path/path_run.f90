@@ -56,6 +56,7 @@ module path_run
       !! it: it is as curved there as its obstacle, or still a little more. Set by span_set, until it is not (span_events), which
       !! excuses it
       logical :: rises = .false.                 !! and less along the path from where the run stands (span_dips)
+      real(wp) :: at = 0.0_wp                    !! arc length where it was
    end type since_change_t
 
    !> Kept together so that the procedures of the path loop have short argument lists.

@@ -105,8 +105,8 @@ contains
       change%report%residual = anew%residual
       change%heading = heading_of(problem, run, better)
       change%tests = run_span_tests(problem, better, leg%scale)
-      change%tests(change%which)%at = touched_at(next, touched)
-      change%begins(size(change%begins)) = change%tests(change%which)
+      change%begins = touched_at(next, touched, change%begins)
+      change%tests(change%which)%at = change%begins(size(change%begins))%at
       call bars_at_touch(problem, step, run, better, change%heading, next, touched, change%bars, timers)
    end subroutine begin_sharply
 

@@ -81,6 +81,7 @@ contains
       case (change_opening)
          call pass_opening(problem, step, run, leg, tries, change, recorder, result, finished, outcome, timers)
       end select
+      if (result == set_changed) run%since_change%at = run%arc_length
       if (allocated(run%stuck)) result = no_set
    end subroutine pass_change
 

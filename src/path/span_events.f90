@@ -33,7 +33,7 @@ contains
       integer :: round
       logical :: fails
       associate (since => run%since_change)
-         since%arrives = since%arrives .and. any(leg%before%kind == test_curvature .and. leg%before%value < 0.0_wp)
+         since%arrives = since%arrives .and. any(leg%before%kind == test_curvature .and. leg%before%value <= 0.0_wp)
          call excuse_arriving_points(leg, since%arrives, since%rises)
       end associate
       change%tests = leg%after
@@ -75,7 +75,7 @@ contains
          associate (before => leg%before(k), after => leg%after(k))
             if (.not. (after%kind == test_slope .or. arrives .and. after%kind == test_curvature)) cycle
             ! On a new mesh the first point is not in balance, and its value a guess.
-            if (before%value < 0.0_wp .and. (after%value > before%value .or. after%kind == test_curvature .and. rises)) &
+            if (before%value <= 0.0_wp .and. (after%value > before%value .or. after%kind == test_curvature .and. rises)) &
                & after%value = max(after%value, 0.0_wp)
          end associate
       end do

@@ -95,7 +95,7 @@ contains
          place = run%state
          if (before > -after) place = leg%to
          associate (candidate => leg%after(change%which)%candidate)
-            call find_flat_point(problem, run, candidate, place, found, timers)
+            call find_flat_point(problem, run, candidate, flat_too(problem, leg, change%which), place, found, timers)
             ! At a breakpoint that is to the first order of how far it has rolled: nothing is told where a line begins.
             if (found .and. .not. problem%candidates%moves(candidate)) found = would_press(problem, place, candidate, &
                & 0.0_wp)
@@ -120,6 +120,18 @@ contains
       change%heading = arrival(problem, run, place)
       change%tests = run_span_tests(problem, place, leg%scale)
    end subroutine locate_flat_point
+
+   !> Other points that are less curved than their obstacle at the end of a leg, before breakpoints hold them.
+   pure function flat_too(problem, leg, which) result(candidate)
+      type(problem_t), intent(in) :: problem
+      type(leg_t), intent(in) :: leg
+      integer, intent(in) :: which                !! index of the test of the one that is looked at
+      integer, allocatable :: candidate(:)
+      integer :: k
+      candidate = pack(leg%after%candidate, leg%after%kind == test_curvature .and. leg%after%value < 0.0_wp .and. &
+         & [(k, k=1, size(leg%after))] /= which)
+      candidate = pack(candidate, problem%candidates%moves(candidate) .and. problem%candidates%rolls(candidate))
+   end function flat_too
 
    !> Where a test is zero, by points of the increment.
    subroutine locate_by_parts(problem, step, run, leg, tolerance, change, found, timers)

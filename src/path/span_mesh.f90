@@ -202,6 +202,11 @@ contains
       before = footing_t(problem, run%state, run%heading, run%probe)
       call stand_on(asked, problem, run, done, timers)
       if (.not. done) return
+      ! What turns the load errs by all that it changes by.
+      if (run%heading%load * before%heading%load < 0.0_wp) then
+         call step_back(before, problem, run, timers)
+         return
+      end if
       call move_alloc(before, run%footing)
       call count_up(timers, counter_remeshed)
    end subroutine coarsen_mesh
@@ -295,10 +300,11 @@ contains
       probe%weak = run%probe%weak
       probe%free_pivots = run%probe%free_pivots
       ! What lies between the two meshes is to be told, and once: contact with a foundation that begins or ends, a bifurcation, a
-      ! limit point.
+      ! limit point. Just behind a change of contact nothing has been followed that could turn.
       probe%grounded = run%probe%grounded
       if (.not. run%fresh) probe%negative_pivots = run%probe%negative_pivots
-      if (.not. run%fresh .and. probe%load_rate * run%probe%load_rate < 0.0_wp) probe%load_rate = run%probe%load_rate
+      if (.not. run%fresh .and. run%arc_length > run%since_change%at .and. probe%load_rate * run%probe%load_rate < 0.0_wp) &
+         & probe%load_rate = run%probe%load_rate
       run%probe = probe
 
    contains

@@ -196,11 +196,18 @@ contains
       end if
    end function candidate_of
 
-   !> Its coordinate along the stretch.
-   pure real(wp) function touched_at(problem, run) result(at)
+   !> Closed gaps, each at the place of the touch that has begun there (begin_touches).
+   pure function touched_at(problem, run, begins) result(there)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
-      at = touch_place(problem, run%state, candidate_of(problem, run%touches))
+      type(span_test_t), intent(in) :: begins(:)
+      type(span_test_t) :: there(size(begins))
+      integer :: k, c
+      there = begins
+      do k = 1, size(begins)
+         c = candidate_of(problem, run%touches - size(begins) + k)
+         if (c > 0) there(k)%at = touch_place(problem, run%state, c)
+      end do
    end function touched_at
 
    !> How the gap at a contact that was lost grows along the path, per unit of load factor.

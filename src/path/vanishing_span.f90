@@ -255,7 +255,7 @@ contains
       end associate
       call copy_run(run, on)
       on%system = next%system
-      call find_flat_point(next%problem, on, next%problem%touch(k)%candidate(1), next%state, found, timers)
+      call find_flat_point(next%problem, on, next%problem%touch(k)%candidate(1), [integer ::], next%state, found, timers)
       if (.not. found) return
       next%system = on%system
       call linearise(next%problem, next%state, next%state, next%system, timers)

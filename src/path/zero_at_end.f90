@@ -7,6 +7,7 @@ module zero_at_end
    use bordered_system, only: linearise
    use path_control, only: path_length
    use path_continuity, only: heading_t
+   use path_events, only: event_bifurcation
    use sightings, only: sighting_t, note_balance
    use path_run, only: run_t
    use timing, only: timers_t
@@ -32,7 +33,7 @@ contains
       call linearise(problem, run%state, run%state, run%system, timers)
       call note_balance(step, run%system, sighting%report, balanced)
       sighting%located = run%since_change%shrunk .and. balanced
-      sighting%event%jumps = sighting%located
+      sighting%event%jumps = sighting%located .and. sighting%event%kind == event_bifurcation
    end subroutine take_beginning
 
    !> A limit point. Where an increment is so short that rounding lets no point within it be told, the load beyond its higher end,

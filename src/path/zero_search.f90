@@ -55,7 +55,8 @@ contains
          & call close_in(problem, step, run, trial, ahead, division, search, sighting, found, timers)
    end subroutine find_zero
 
-   !> To within the reach of the samples.
+   !> To within the reach of the samples. Where Newton's method finds nothing several eigenvalues may be zero: samples around the
+   !> guess tell.
    subroutine narrow_bracket(problem, run, trial, ahead, division, search, sighting, found, timers)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
@@ -69,8 +70,8 @@ contains
       found = .true.
       do while (next_guess(search%bracket, reach, search%centre))
          call look_at(problem, run, trial, ahead, division, search%centre, search, sighting, timers)
-         found = search%known
-         if (.not. found .or. abs(search%value_here) <= reach * search%bracket%scale) return
+         found = search%known .or. .not. sighting%report%converged
+         if (.not. search%known .or. abs(search%value_here) <= reach * search%bracket%scale) return
          call take_value(search%bracket, search%centre, search%value_here)
       end do
    end subroutine narrow_bracket
