@@ -46,6 +46,8 @@ module change_kinds
       type(span_test_t), allocatable :: tests(:)  !! at the place
       type(span_test_t), allocatable :: begins(:) !! gaps that are closed there, the one that was looked for last; none where
       !! that is another test
+      character(2) :: label = '  '                !! contact gained or lost; where it only spreads, nothing
+      logical :: divides = .false.                !! of the contact that is lost a part stays on both sides
       type(state_t) :: place
       type(heading_t) :: heading                  !! of the path that arrives there
       type(increment_t) :: report                 !! of the way there

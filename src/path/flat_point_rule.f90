@@ -5,7 +5,7 @@
 !>   else                                                 two points, or one beside a support     divide_point
 !>
 !> Where a clamp stands on the obstacle contact begins so (C+); where a point divides one is lost (C-). Others that are as flat at
-!> the same place do the same. Whoever takes the answer and finds no equilibrium with it (span_changes) asks once more: for others
+!> the same place do the same. Whoever takes the answer and finds no equilibrium with it (answer_trials) asks once more: for others
 !> that lie down next (`more`), for points further apart (`apart`).
 module flat_point_rule
    use kinds, only: wp

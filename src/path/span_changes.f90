@@ -7,11 +7,8 @@ module span_changes
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use span_regions, only: find_span_regions
-   use test_kinds, only: span_test_t, any_fails, test_words, test_slack, test_curvature, test_force, test_length
-   use span_tests, only: spans_hold
-   use contact_touch, only: shortest, first_length
-   use touchdown_points, only: point_force
-   use lying_ahead, only: reach_of, turns
+   use test_kinds, only: span_test_t, any_fails, test_words, test_curvature
+   use lying_ahead, only: turns
    use change_kinds, only: leg_t, change_t, new_leg, change_none, change_missed, change_by_rule, &
       & change_opening, change_vanishing, place_within, place_here, place_ahead
    use next_spans, only: next_t
@@ -19,13 +16,12 @@ module span_changes
    use span_beyond, only: look_beyond
    use span_dips, only: look_between
    use span_answer, only: answer_t
-   use span_rules, only: answer_to
-   use span_set, only: take_set
+   use span_rules, only: answer_to, coming_next
+   use answer_trials, only: take_answer
    use span_arrival, only: take_next, come_nearer
    use span_mesh, only: ask_for_twice
    use contact_in_doubt, only: ask_nodes
    use path_continuity, only: heading_t
-   use path_control, only: path_length
    use path_events, only: event_t, new_probe, value_events, event_stop
    use path_run, only: run_t, copy_run
    use path_acceptance, only: arrival_t, accept
@@ -33,6 +29,7 @@ module span_changes
    use path_outcome, only: outcome_t
    use step_control, only: smallest
    use path_record, only: recorder_t
+   use error_bar, only: error_bars_t
    use error_report, only: bars_at_point
    use timing, only: timers_t
    implicit none
@@ -45,6 +42,9 @@ module span_changes
    integer, parameter :: go_nearer = 2           !! the increment is to be shorter, and has become so
    integer, parameter :: other_mesh = 3          !! see run%wanted
    integer, parameter :: no_set = 4              !! run%stuck says what was not found
+
+   integer, parameter :: most_meshes = 4         !! for the sake of which of two changes comes first
+   real(wp), parameter :: likely = 10.0_wp       !! times the bar of one change: bars of others are rarely wider
 
 contains
 
@@ -175,9 +175,9 @@ contains
       end if
       answer = answer_to(problem, change%place, change%tests, change%which, leg%before%value - leg%after%value, run%touches)
       ! At once with another change that has its point.
-      if (change%where == place_here .and. change%tests(change%which)%kind == test_curvature) answer%label = '  '
-      call record_change(problem, step, run, leg, tries, answer%label, answer%divides, change, recorder, result, finished, &
-         & outcome, timers)
+      if (.not. (change%where == place_here .and. change%tests(change%which)%kind == test_curvature)) change%label = answer%label
+      change%divides = answer%divides
+      call record_change(problem, step, run, leg, tries, change, recorder, result, finished, outcome, timers)
       if (result /= set_changed .or. finished .or. allocated(outcome%why)) return
       call take_answer(problem, run, leg, change, answer, next, on, holds, timers)
       if (.not. holds .and. change%where == place_here .and. tries == 0) then
@@ -202,62 +202,14 @@ contains
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
-      logical :: divides
-      divides = size(find_span_regions(change%next%problem, change%next%state)) > size(find_span_regions(problem, change%place))
-      call record_change(problem, step, run, leg, tries, merge('C-', '  ', divides), divides, change, recorder, result, finished, &
-         & outcome, timers)
+      change%divides = size(find_span_regions(change%next%problem, change%next%state)) > &
+         & size(find_span_regions(problem, change%place))
+      if (change%divides) change%label = 'C-'
+      call record_change(problem, step, run, leg, tries, change, recorder, result, finished, outcome, timers)
       if (result /= set_changed .or. finished .or. allocated(outcome%why)) return
       call come_nearer(problem, step, run, leg, change, timers)
       call take_next(problem, step, run, change%next, recorder, finished, outcome, timers)
    end subroutine pass_opening
-
-   !> The set of the answer, and the run with it. Where a point lies down, and another does so before the line of the first has the
-   !> length that it begins with, as its image at a mirror that the mesh does not know, there is none with that alone: both at once.
-   subroutine take_answer(problem, run, leg, change, answer, next, on, holds, timers)
-      type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run             !! at the change's place
-      type(leg_t), intent(in) :: leg
-      type(change_t), intent(in) :: change       !! by a rule
-      type(answer_t), intent(in) :: answer
-      type(problem_t), intent(out) :: next
-      type(run_t), intent(out) :: on
-      logical, intent(out) :: holds              !! false: a point divides into none that push
-      type(timers_t), intent(inout) :: timers
-      type(answer_t) :: larger
-      integer :: more, lines
-      logical :: grows
-      holds = .true.
-      if (change%tests(change%which)%kind == test_curvature .and. answer%opens(1) /= answer%opens(2)) then
-         call divide(problem, run, leg, change, answer, next, on, holds, timers)
-         return
-      end if
-      larger = answer
-      more = 0
-      do
-         call start()
-         call take_set(next, on, change%tests(change%which), change%begins, larger, line_reach(problem, leg, change%which), grows, &
-            & timers)
-         if (grows .and. more > 0) grows = spans_hold(next, on%state, on%system%force_scale)
-         if (grows) return
-         more = more + 1
-         lines = count(larger%touch%line)
-         larger = answer_to(problem, change%place, change%tests, change%which, leg%before%value - leg%after%value, run%touches, &
-            & more)
-         if (count(larger%touch%line) > lines) cycle
-         ! Perhaps the next increment finds it.
-         call start()
-         call take_set(next, on, change%tests(change%which), change%begins, answer, line_reach(problem, leg, change%which), grows, &
-            & timers)
-         return
-      end do
-
-   contains
-
-      subroutine start()
-         call copy_problem(problem, next)
-         call copy_run(run, on)
-      end subroutine start
-   end subroutine take_answer
 
    !> The run with its next set. Where that is known at another load only, values that are asked for may lie on the way there.
    subroutine go_on(problem, step, run, next, on, recorder, finished, outcome, timers)
@@ -288,65 +240,6 @@ contains
       run%since_change%arrives = on%since_change%arrives
    end subroutine go_on
 
-   !> The two points of a divided one. Where the rod comes down beside a point just before that is flat, by less than is told,
-   !> points that are near would have to pull, and others further apart do not.
-   subroutine divide(problem, run, leg, change, answer, next, on, holds, timers)
-      type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run             !! at the change's place
-      type(leg_t), intent(in) :: leg
-      type(change_t), intent(in) :: change
-      type(answer_t), intent(in) :: answer       !! with points as near as any begin
-      type(problem_t), intent(inout) :: next
-      type(run_t), intent(inout) :: on
-      logical, intent(out) :: holds              !! false: none of them, taken are those that are as near as any
-      type(timers_t), intent(inout) :: timers
-      integer, parameter :: most = 4             ! doublings of their distance: what is told is not that deep
-      type(answer_t) :: wider
-      integer :: try
-      logical :: grows
-      wider = answer
-      do try = 0, most + 1
-         ! Where none holds the nearest.
-         if (try > most) wider = answer
-         call copy_problem(problem, next)
-         call copy_run(run, on)
-         call take_set(next, on, change%tests(change%which), change%begins, wider, 0.0_wp, grows, timers)
-         holds = .not. allocated(on%stuck)
-         if (holds) holds = pushes(next, on, wider%opens)
-         if (holds) exit
-         wider = answer_to(problem, change%place, change%tests, change%which, leg%before%value - leg%after%value, run%touches, &
-            & apart=2.0_wp**(try + 1) * first_length)
-      end do
-   end subroutine divide
-
-   !> True for points that the rod pushes, or that are none.
-   logical function pushes(problem, run, opened)
-      type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
-      integer, intent(in) :: opened(2)           !! numbers of touches
-      integer :: c
-      pushes = .true.
-      do c = 1, problem%candidates%n
-         if (problem%candidates%touch(c) == 0) cycle
-         if (.not. problem%candidates%moves(c) .or. all(opened /= problem%touch(problem%candidates%touch(c))%number)) cycle
-         pushes = pushes .and. point_force(problem, run%state, c) >= -test_slack(test_force) * run%system%force_scale
-      end do
-   end function pushes
-
-   !> How far along the path the zero of a line's length may be from where the line is taken for none: as far as the increment's
-   !> chord tells, and as far as paths are followed as straight. 0: the test is another one.
-   real(wp) function line_reach(problem, leg, which) result(reach)
-      type(problem_t), intent(in) :: problem
-      type(leg_t), intent(in) :: leg
-      integer, intent(in) :: which               !! index into the tests
-      reach = 0.0_wp
-      if (leg%after(which)%kind /= test_length) return
-      associate (before => leg%before(which), after => leg%after(which))
-         reach = reach_of(leg) * path_length(problem, leg%from, leg%to) * shortest * &
-            & problem%layout%stretch(after%stretch)%length / (problem%size * max(before%value - after%value, tiny(reach)))
-      end associate
-   end function line_reach
-
    !> Where no increment gets further and no test tells why: the set that contact at nodes finds ahead.
    subroutine pass_doubt(problem, step, run, reach, recorder, changed, finished, outcome, timers)
       type(problem_t), intent(inout) :: problem
@@ -369,14 +262,12 @@ contains
    end subroutine pass_doubt
 
    !> The run goes to the place of a change, which is recorded, unless something else comes before.
-   subroutine record_change(problem, step, run, leg, tries, label, divides, change, recorder, result, finished, outcome, timers)
+   subroutine record_change(problem, step, run, leg, tries, change, recorder, result, finished, outcome, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
       type(leg_t), intent(in) :: leg
       integer, intent(in) :: tries               !! as arrival_t has it
-      character(2), intent(in) :: label          !! contact gained or lost; where it only spreads, nothing
-      logical, intent(in) :: divides             !! of the contact that is lost a part stays on both sides
       type(change_t), intent(inout) :: change
       class(recorder_t), intent(inout) :: recorder
       integer, intent(out) :: result             !! set_changed: it is recorded
@@ -385,22 +276,28 @@ contains
       type(timers_t), intent(inout) :: timers
       type(arrival_t) :: arrival
       real(wp) :: increment
-      logical :: shorter
+      logical :: shorter, asked
       shorter = .false.
       finished = .false.
       increment = run%control%increment
       ! What happens on the way to a place beyond is looked for in parts of the increment.
       if (change%where == place_ahead .and. run%control%method == method_load) &
          & run%control%increment = change%place%load_factor - run%state%load_factor
-      if (.not. allocated(change%bars)) call bars_at_point(problem, step, run, change%place, change%heading, label, .false., &
-         & change%which, change%bars, timers)
+      if (.not. allocated(change%bars)) call bars_at_point(problem, step, run, change%place, change%heading, change%label, &
+         & .false., change%which, change%bars, timers)
+      if (change%label /= '  ' .and. tries < most_meshes .and. in_doubt(problem, step, run, leg, change, timers)) then
+         call ask_for_twice(problem, run, asked)
+         run%control%increment = increment
+         result = other_mesh
+         if (asked) return
+      end if
       ! Two changes at once, of which the first has its point: where contact only spreads Newton's method has yet to follow.
-      if (.not. (change%where == place_here .and. label == '  ')) then
+      if (.not. (change%where == place_here .and. change%label == '  ')) then
          arrival%report = change%report
          arrival%can_cut = .not. leg%stuck
          arrival%tries = tries
-         arrival%label = label
-         arrival%divides = divides
+         arrival%label = change%label
+         arrival%divides = change%divides
          arrival%changes = .true.
          if (allocated(change%bars)) arrival%bars = change%bars
          call accept(problem, step, run, change%place, change%heading, arrival, recorder, shorter, finished, outcome, timers)
@@ -419,6 +316,33 @@ contains
          call go_less_far(problem, step, run, leg%after(change%which), result, timers)
       end if
    end subroutine record_change
+
+   !> True where the mesh does not tell which of two changes comes first: each may be elsewhere by its bar.
+   logical function in_doubt(problem, step, run, leg, change, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run          !! its system is factored at the place
+      type(leg_t), intent(in) :: leg
+      type(change_t), intent(in) :: change
+      type(timers_t), intent(inout) :: timers
+      type(error_bars_t), allocatable :: bars
+      real(wp) :: fall(size(change%tests)), way
+      integer, allocatable :: next(:)
+      integer :: k
+      in_doubt = .false.
+      if (.not. allocated(change%bars) .or. change%which == 0) return
+      way = abs(leg%to%load_factor - leg%from%load_factor)
+      if (.not. (change%bars%load%told .and. change%bars%load%bounded .and. way > 0.0_wp)) return
+      fall = leg%before%value - leg%after%value
+      next = coming_next(change%tests, change%which, fall, likely * change%bars%load%bar / way)
+      do k = 1, size(next)
+         call bars_at_point(problem, step, run, change%place, change%heading, 'C+', .false., next(k), bars, timers)
+         if (.not. allocated(bars)) return
+         if (.not. (bars%load%told .and. bars%load%bounded)) cycle
+         in_doubt = change%tests(next(k))%value * way <= (change%bars%load%bar + bars%load%bar) * fall(next(k))
+         if (in_doubt) return
+      end do
+   end function in_doubt
 
    !> A shorter increment may tell.
    subroutine go_less_far(problem, step, run, test, result, timers)

@@ -18,7 +18,7 @@ module span_rules
    use flat_point_rule, only: answer_flat_point
    implicit none
    private
-   public :: answer_to, beginning_together
+   public :: answer_to, beginning_together, coming_next
 
 contains
 
@@ -100,6 +100,18 @@ contains
          begins = [tests(k), begins]
       end do
    end function beginning_together
+
+   !> Tests of contacts that begin or end soon after the place of one.
+   pure function coming_next(tests, which, fall, reach) result(next)
+      type(span_test_t), intent(in) :: tests(:)    !! at the place
+      integer, intent(in) :: which                 !! the one that is zero
+      real(wp), intent(in) :: fall(:)              !! (tests) by how much each falls over an increment
+      real(wp), intent(in) :: reach                !! part of it
+      integer, allocatable :: next(:)
+      integer :: k
+      next = pack([(k, k=1, size(tests))], (tests%kind == test_gap .or. tests%kind == test_force) .and. fall > 0.0_wp .and. &
+         & .not. at_zero(tests, which) .and. tests%value <= reach * fall)
+   end function coming_next
 
    !> True for gaps on both sides of a breakpoint of the rod that are closed there: it is one and the same place that touches.
    pure logical function one_contact(problem, a, b)

@@ -41,10 +41,10 @@ contains
       type(timers_t), intent(inout) :: timers
       type(problem_t) :: next
       type(run_t) :: on
-      type(touch_t) :: before(size(problem%touch))
-      real(wp) :: rate
-      logical :: ok, parts, leaves
-      before = present_touches(problem, run%state)
+      type(touch_t) :: old, now(size(problem%touch))
+      logical :: ok, leaves
+      now = present_touches(problem, run%state)
+      if (test%touch > 0) old = now(test%touch)
       grows = .true.
       if (allocated(answer%why)) then
          run%stuck = answer%why
@@ -52,57 +52,12 @@ contains
       end if
       call copy_problem(problem, next)
       call copy_run(run, on)
-      parts = answer%opens(1) /= answer%opens(2)
-      if (test%kind == test_gap) then
-         call begin_touches(next, on, begins, ok, timers)
-      else
-         on%touches = max(run%touches, maxval(answer%touch%number))
-         call take_touches(next, on, answer%touch, timers)
-         ok = on%system%ok
-      end if
-      if (ok .and. parts) call open_span(next, on, answer%opens, ok, timers)
-      if (ok .and. size(answer%crosses, 2) > 0) call open_span(next, on, answer%crosses(:, 1), ok, timers, answer%crosses(:, 2:))
-      leaves = .false.
-      if (ok .and. test%kind == test_length .and. size(answer%crosses, 2) == 0) &
-         & call come_to_rest(next, on, candidate_of(next, before(test%touch)%number), reach, leaves, timers)
+      call stand_with(next, on, test, begins, answer, old, reach, ok, leaves, timers)
       if (.not. ok) then
          run%stuck = 'no way on from where '//trim(test_words(test%kind))
          return
       end if
-      select case (test%kind)
-      case (test_gap)
-         rate = 1.0_wp
-         if (candidate_of(next, on%touches) > 0) rate = reaction_rate(next, on%system, candidate_of(next, on%touches))
-         call head_for(next, on, rate)
-      case (test_force)
-         call head_for(next, on, opening_rate(next, on, before(test%touch)))
-      case (test_curvature)
-         if (.not. parts) then
-            call open_span(next, on, answer%opens, ok, timers)
-            if (.not. ok) then
-               call rest_held(next, on, answer%opens, timers)
-               call spread_ahead(next, on, answer%opens, ok, timers)
-            end if
-            grows = ok
-         end if
-         call head_for(next, on, spreading_rate(next, on, answer%opens))
-      case (test_slope)
-         if (parts) then
-            rate = spreading_rate(next, on, answer%opens)
-         else
-            ! A span that is crossed shrinks as the touch moves on.
-            rate = -spreading_rate(next, on, answer%crosses(:, 1))
-         end if
-         call head_for(next, on, rate)
-      case default
-         if (leaves) then
-            call head_for(next, on, curving_rate(next, on, candidate_of(next, before(test%touch)%number)))
-         else if (is_arc_length(on%control%method)) then
-            on%heading = heading_at(next, on%system, on%heading%u, on%heading%load)
-         else
-            on%heading = heading_of(next, on, on%state)
-         end if
-      end select
+      call take_sense(next, on, test, answer, old, leaves, grows, timers)
       on%probe = new_probe(next, on%state, on%system, on%heading%load)
       ! A point that a line has shrunk to may leave a span neutral there; the line's pivots are definite.
       on%since_change%shrunk = test%kind == test_length
@@ -111,6 +66,89 @@ contains
       call copy_problem(next, problem)
       call copy_run(on, run)
    end subroutine take_set
+
+   !> The run with the touches of an answer, in equilibrium.
+   subroutine stand_with(problem, run, test, begins, answer, old, reach, ok, leaves, timers)
+      type(problem_t), intent(inout) :: problem
+      type(run_t), intent(inout) :: run          !! at the place where the test is zero on entry
+      type(span_test_t), intent(in) :: test
+      type(span_test_t), intent(in) :: begins(:)
+      type(answer_t), intent(in) :: answer
+      type(touch_t), intent(in) :: old           !! that of the test
+      real(wp), intent(in) :: reach
+      logical, intent(out) :: ok                 !! false: there is none
+      logical, intent(out) :: leaves             !! a line has become a point, and the run has left it
+      type(timers_t), intent(inout) :: timers
+      leaves = .false.
+      if (test%kind == test_gap) then
+         call begin_touches(problem, run, begins, ok, timers)
+      else
+         run%touches = max(run%touches, maxval(answer%touch%number))
+         call take_touches(problem, run, answer%touch, timers)
+         ok = run%system%ok
+      end if
+      if (ok .and. parts(answer)) call open_span(problem, run, answer%opens, ok, timers)
+      if (.not. ok) return
+      if (size(answer%crosses, 2) > 0) then
+         call open_span(problem, run, answer%crosses(:, 1), ok, timers, answer%crosses(:, 2:))
+      else if (test%kind == test_length) then
+         call come_to_rest(problem, run, candidate_of(problem, old%number), reach, leaves, timers)
+      end if
+   end subroutine stand_with
+
+   !> The sense of the path in which what is new grows.
+   subroutine take_sense(problem, run, test, answer, old, leaves, grows, timers)
+      type(problem_t), intent(in) :: problem     !! with the touches of the answer
+      type(run_t), intent(inout) :: run
+      type(span_test_t), intent(in) :: test      !! that was zero
+      type(answer_t), intent(in) :: answer
+      type(touch_t), intent(in) :: old           !! that of the test, as it was
+      logical, intent(in) :: leaves              !! as stand_with has it
+      logical, intent(inout) :: grows            !! becomes false where what has lain down is not found with a length
+      type(timers_t), intent(inout) :: timers
+      real(wp) :: rate
+      logical :: ok
+      select case (test%kind)
+      case (test_gap)
+         rate = 1.0_wp
+         if (candidate_of(problem, run%touches) > 0) rate = reaction_rate(problem, run%system, candidate_of(problem, run%touches))
+         call head_for(problem, run, rate)
+      case (test_force)
+         call head_for(problem, run, opening_rate(problem, run, old))
+      case (test_curvature)
+         if (.not. parts(answer)) then
+            call open_span(problem, run, answer%opens, ok, timers)
+            if (.not. ok) then
+               call rest_held(problem, run, answer%opens, timers)
+               call spread_ahead(problem, run, answer%opens, ok, timers)
+            end if
+            grows = ok
+         end if
+         call head_for(problem, run, spreading_rate(problem, run, answer%opens))
+      case (test_slope)
+         if (parts(answer)) then
+            rate = spreading_rate(problem, run, answer%opens)
+         else
+            ! A span that is crossed shrinks as the touch moves on.
+            rate = -spreading_rate(problem, run, answer%crosses(:, 1))
+         end if
+         call head_for(problem, run, rate)
+      case default
+         if (leaves) then
+            call head_for(problem, run, curving_rate(problem, run, candidate_of(problem, old%number)))
+         else if (is_arc_length(run%control%method)) then
+            run%heading = heading_at(problem, run%system, run%heading%u, run%heading%load)
+         else
+            run%heading = heading_of(problem, run, run%state)
+         end if
+      end select
+   end subroutine take_sense
+
+   !> True for an answer that opens a free span between two touches.
+   pure logical function parts(answer)
+      type(answer_t), intent(in) :: answer
+      parts = answer%opens(1) /= answer%opens(2)
+   end function parts
 
    !> The run in the sense in which something grows.
    subroutine head_for(problem, run, rate)
