@@ -5,7 +5,7 @@ module flat_points
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
    use contact_touch, only: shortest
-   use conforming_span, only: flat_excess
+   use conforming_span, only: flat_excess, excess_curvature
    use touchdown_points, only: point_force, excess_ahead
    use tangent_step, only: states_along
    use path_control, only: control_t, path_length
@@ -14,7 +14,7 @@ module flat_points
    use timing, only: timers_t
    implicit none
    private
-   public :: find_flat_point, leave_flat_point, curving_rate
+   public :: find_flat_point, leave_flat_point, turn_flattest, curving_rate
 
 contains
 
@@ -40,6 +40,35 @@ contains
       end do
       if (problem%candidates%moves(candidate)) place%reaction(candidate) = point_force(problem, place, candidate)
    end subroutine find_flat_point
+
+   !> An equilibrium in which the point that is the least curved may be less so than its obstacle, as where another mesh has it become a
+   !> line sooner: it turns with the obstacle.
+   subroutine turn_flattest(problem, run, control, state, found, timers)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(inout) :: run          !! its state is where the control counts from; its system ends up anywhere
+      type(control_t), intent(in) :: control
+      type(state_t), intent(inout) :: state      !! a guess on entry
+      logical, intent(out) :: found
+      type(timers_t), intent(inout) :: timers
+      type(problem_t) :: turning
+      type(increment_t) :: report
+      real(wp) :: excess(problem%candidates%n), stretch
+      integer :: c
+      excess = huge(excess)
+      do c = 1, size(excess)
+         if (problem%candidates%touch(c) == 0) cycle
+         if (problem%candidates%moves(c) .and. problem%candidates%rolls(c)) call excess_curvature(problem, state, c, excess(c), &
+            & stretch)
+      end do
+      found = any(excess < huge(excess))
+      if (.not. found) return
+      c = minloc(excess, 1)
+      call copy_problem(problem, turning)
+      turning%candidates%follows(c) = .true.
+      call correct(turning, run%state, control, .true., state, run%system, report, timers)
+      found = report%converged
+      if (found) state%reaction(c) = point_force(problem, state, c)
+   end subroutine turn_flattest
 
    !> Just beyond where a line has become a point: there the point is as curved as its obstacle, what holds its rotation without
    !> bounds, and free spans beside it may buckle as the line between them vanishes, so that the load hardly tells.

@@ -7,6 +7,8 @@ module path_follower
    use kinds, only: wp
    use model, only: step_t
    use problem, only: problem_t
+   use rod_state, only: state_t
+   use path_continuity, only: heading_t
    use path_control, only: is_arc_length, set_tangent
    use path_run, only: run_t
    use step_control, only: begin_arc_length, go_by_load, may_rest, next_increment, shorten_to_stop
@@ -47,6 +49,10 @@ contains
             if (outcome%used_up) outcome%why = 'the allowed number of points was used up before the stop condition'
             return
          end if
+         if (run%behind_flat) then
+            call catch_up(problem, step, run, attempt, recorder, outcome, timers)
+            if (ended(attempt, outcome)) return
+         end if
          call start_from(run, attempt)
          call set_control(problem, step, run)
          call try_increment(problem, step, run, attempt, timers)
@@ -85,6 +91,26 @@ contains
          end if
       end do
    end subroutine follow_points
+
+   !> The change of contact that a new mesh has behind the run's point, there.
+   subroutine catch_up(problem, step, run, attempt, recorder, outcome, timers)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run
+      type(attempt_t), intent(inout) :: attempt
+      class(recorder_t), intent(inout) :: recorder
+      type(outcome_t), intent(inout) :: outcome
+      type(timers_t), intent(inout) :: timers
+      type(state_t) :: here
+      type(heading_t) :: ahead
+      integer :: result
+      run%behind_flat = .false.
+      here = run%state
+      ahead = run%heading
+      call pass_change(problem, step, run, here, ahead, .false., huge(1), recorder, result, attempt%finished, outcome, timers)
+      attempt%changed = result == set_changed
+      if (attempt%changed) attempt%has_trial = .false.
+   end subroutine catch_up
 
    !> The trial becomes a point, if nothing on the way asks for another one.
    subroutine accept_trial(problem, step, run, attempt, recorder, shorter, outcome, timers)

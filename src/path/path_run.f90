@@ -85,6 +85,7 @@ module path_run
       logical :: has_events = .false.            !! on the way to the last trial, located from the run's point
       type(demand_t), allocatable :: before(:)   !! (stretches) the mesh of the way, before it was made for the trial
       type(demand_t), allocatable :: spare(:)    !! (stretches) a coarser mesh that would have done for the last point
+      logical :: behind_flat = .false.           !! on the mesh that it has got a point has become a line before the run's point
       type(footing_t), allocatable :: footing    !! to go back to, until a point stands on the coarser mesh
       integer :: kept_meshes = 0                 !! points for which the mesh does not become coarser
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! of the last increment: arc length, load factor

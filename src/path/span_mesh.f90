@@ -19,6 +19,7 @@ module span_mesh
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t, is_arc_length, metric
    use standing_touch, only: find_fastest, stay_in_place
+   use flat_points, only: turn_flattest
    use path_continuity, only: heading_t, heading_at, normal_plane, angle_between, largest_turn
    use path_events, only: probe_t, new_probe
    use path_run, only: run_t, copy_run, footing_t, forget_mesh, rest_of_mesh
@@ -271,7 +272,9 @@ contains
       type(increment_t) :: report
       type(probe_t) :: probe
       type(heading_t) :: ahead
+      logical :: behind_flat
       done = run%system%ok
+      behind_flat = .false.
       better = run%state
       if (done .and. .not. (run%fresh .or. is_stress_free(run%state))) then
          ! What the strategy prescribes stays; else across the path: at a limit point, too.
@@ -293,6 +296,7 @@ contains
       if (done .and. .not. run%fresh .and. run%system%negative_pivots /= run%probe%negative_pivots) &
          & done = angle_between(problem, run%heading%u, ahead%u) <= largest_turn
       if (.not. done) return
+      run%behind_flat = behind_flat
       run%state = better
       run%heading = ahead
       probe = new_probe(problem, run%state, run%system, run%heading%load)
@@ -326,6 +330,11 @@ contains
          better = run%state
          call correct(problem, run%state, hold, .true., better, run%system, report, timers)
          done = run%system%ok .and. report%converged
+         if (done) return
+         better = run%state
+         call turn_flattest(problem, run, hold, better, done, timers)
+         behind_flat = done
+         if (done) call linearise(problem, better, better, run%system, timers)
       end subroutine bring_to_balance
    end subroutine settle
 
