@@ -41,8 +41,8 @@ contains
       if (problem%candidates%moves(candidate)) place%reaction(candidate) = point_force(problem, place, candidate)
    end subroutine find_flat_point
 
-   !> An equilibrium in which the point that is the least curved may be less so than its obstacle, as where another mesh has it become a
-   !> line sooner: it turns with the obstacle.
+   !> An equilibrium in which the point that is the least curved may be less so than its obstacle, as where another mesh has it
+   !> become a line sooner: it turns with the obstacle.
    subroutine turn_flattest(problem, run, control, state, found, timers)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run          !! its state is where the control counts from; its system ends up anywhere
