@@ -135,13 +135,13 @@ contains
    logical function points_tell(problem, state, finer, better) result(tell)
       type(problem_t), intent(in) :: problem, finer
       type(state_t), intent(in) :: state, better
-      real(wp) :: excess(2), stretch
+      real(wp) :: excess(2), extension
       integer :: c
       tell = .true.
       do c = 1, problem%candidates%n
          if (.not. problem%candidates%rolls(c) .or. problem%candidates%follows(c)) cycle
-         call excess_curvature(problem, state, c, excess(1), stretch)
-         call excess_curvature(finer, better, c, excess(2), stretch)
+         call excess_curvature(problem, state, c, excess(1), extension)
+         call excess_curvature(finer, better, c, excess(2), extension)
          tell = tell .and. abs(excess(1) - excess(2)) < minval(abs(excess))
       end do
    end function points_tell

@@ -124,15 +124,15 @@ contains
 
    !> By how much the rod at a point contact is curved more towards the free side than the obstacle there: o theta' -
    !> kappa (1 + e), per unit stress-free length. Zero where a line contact, or two points, begin.
-   pure subroutine excess_curvature(problem, state, candidate, excess, stretch, which)
+   pure subroutine excess_curvature(problem, state, candidate, excess, extension, which)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       real(wp), intent(out) :: excess
-      real(wp), intent(out) :: stretch              !! 1 + e
+      real(wp), intent(out) :: extension              !! 1 + e
       integer, intent(in), optional :: which        !! side, where the rod is not smooth or a support takes the moment, which jumps
       type(track_t) :: track
-      call contact_track(problem, state, candidate, track, which, excess, stretch)
+      call contact_track(problem, state, candidate, track, which, excess, extension)
    end subroutine excess_curvature
 
    !> What that changes by along the rod, per unit stress-free length, at a point that moves.
@@ -142,25 +142,25 @@ contains
       integer, intent(in) :: candidate
       real(wp), intent(in) :: shear                 !! force across the rod behind the point
       type(track_t) :: track
-      real(wp) :: excess, stretch, sense, bend(0:2)
+      real(wp) :: excess, extension, sense, bend(0:2)
       integer :: e
       e = problem%candidates%element(2, candidate)
-      call contact_track(problem, state, candidate, track, excess=excess, stretch=stretch)
+      call contact_track(problem, state, candidate, track, excess=excess, extension=extension)
       sense = track_sense(problem, state, candidate, track)
       bend = bend_at(problem, state, e, 0.0_wp)
-      rate = sense * (bend(1) - problem%compliance(e)%bending * stretch * shear - track%curvature_rate * stretch**2)
+      rate = sense * (bend(1) - problem%compliance(e)%bending * extension * shear - track%curvature_rate * extension**2)
    end function excess_rate
 
    !> The track at a node in contact. A point contact lies where the gap is least. Where the rod bends more towards the obstacle
    !> than the nearest piece of the track does the gap is largest, and least beyond the joint if what follows there bends more than
    !> the rod: the point is taken for one of that piece, continued.
-   pure subroutine contact_track(problem, state, candidate, track, which, excess, stretch)
+   pure subroutine contact_track(problem, state, candidate, track, which, excess, extension)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       type(track_t), intent(out) :: track
       integer, intent(in), optional :: which        !! as excess_curvature has it
-      real(wp), intent(out), optional :: excess, stretch !! likewise
+      real(wp), intent(out), optional :: excess, extension !! likewise
       type(track_t) :: beyond
       real(wp) :: bend, axial, left
       integer :: e
@@ -180,17 +180,17 @@ contains
          end if
       end if
       if (present(excess)) excess = left
-      if (present(stretch)) stretch = axial
+      if (present(extension)) extension = axial
    end subroutine contact_track
 
    !> Curvature of the rod at a contact, positive towards the free side, and its stretch.
-   pure subroutine rod_curvature(problem, state, candidate, track, curvature, stretch, which)
+   pure subroutine rod_curvature(problem, state, candidate, track, curvature, extension, which)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       type(track_t), intent(in) :: track            !! there
       real(wp), intent(out) :: curvature            !! per unit stress-free length
-      real(wp), intent(out) :: stretch              !! 1 + e
+      real(wp), intent(out) :: extension              !! 1 + e
       integer, intent(in), optional :: which        !! as excess_curvature has it
       type(ge_load_t) :: load
       real(wp) :: angle, bend, sense, n(2), m, turn
@@ -208,7 +208,7 @@ contains
       call ge_end(problem, state, e, side, n, m)
       load = element_load(problem, state, e)
       angle = rod_angle(problem, state, candidate, which)
-      stretch = 1.0_wp + load%strain + problem%compliance(e)%axial * (cos(angle) * n(1) + sin(angle) * n(2))
+      extension = 1.0_wp + load%strain + problem%compliance(e)%axial * (cos(angle) * n(1) + sin(angle) * n(2))
       associate (g => state%geometry%element(e), c => problem%model%mesh%curve(e))
          bend = 0.0_wp
          if (c > 0) call curve_bend(problem%model%curve(c), problem%model%imperfection, g%s(side), bend)
@@ -242,13 +242,13 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state            !! with the reaction
       integer, intent(in) :: candidate
-      real(wp) :: excess, stretch
+      real(wp) :: excess, extension
       spring = 0.0_wp
       if (.not. problem%candidates%rolls(candidate) .or. problem%candidates%held(candidate)) return
-      call excess_curvature(problem, state, candidate, excess, stretch)
+      call excess_curvature(problem, state, candidate, excess, extension)
       ! One that is flat hardly turns, as a line's end, whatever rounding makes of its curvature.
       if (abs(excess) * problem%size <= flat_excess) excess = flat_excess / problem%size
-      spring = state%reaction(candidate) * stretch / excess
+      spring = state%reaction(candidate) * extension / excess
    end function touchdown_spring
 
    !> What is out of balance at a point contact that is not where the gap is least: its force times the distance. Rotations that
@@ -257,11 +257,11 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state            !! with the reaction
       integer, intent(in) :: candidate
-      real(wp) :: spring, turn, excess, stretch
+      real(wp) :: spring, turn, excess, extension
       couple = 0.0_wp
       spring = touchdown_spring(problem, state, candidate)
       if (.not. abs(spring) > 0.0_wp) return
-      call excess_curvature(problem, state, candidate, excess, stretch)
+      call excess_curvature(problem, state, candidate, excess, extension)
       if (abs(excess) * problem%size <= flat_excess .and. .not. problem%candidates%moves(candidate)) return
       turn = track_rotation(problem, state, candidate)
       if (abs(turn) * problem%size > rounding_gap(problem)) couple = spring * turn
@@ -273,22 +273,22 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       type(track_t) :: track
-      real(wp) :: excess, stretch, turn, angle, sense, normal(2)
+      real(wp) :: excess, extension, turn, angle, sense, normal(2)
       track = node_track(problem, state, candidate)
       normal = [-track%tangent(2), track%tangent(1)]
       rolled%normal = normal
       if (.not. problem%candidates%rolls(candidate) .or. problem%candidates%moves(candidate)) return
       if (problem%candidates%held(candidate)) return
-      call excess_curvature(problem, state, candidate, excess, stretch)
+      call excess_curvature(problem, state, candidate, excess, extension)
       if (excess * problem%size <= flat_excess) return
       turn = track_rotation(problem, state, candidate)
       sense = track_sense(problem, state, candidate, track)
       rolled%way = -turn * sense / excess
-      rolled%rise = 0.5_wp * stretch * turn**2 / excess
-      rolled%lean = stretch * turn / excess
+      rolled%rise = 0.5_wp * extension * turn**2 / excess
+      rolled%lean = extension * turn / excess
       angle = rod_angle(problem, state, candidate)
-      rolled%arm = stretch * rolled%way * [cos(angle), sin(angle)]
-      rolled%normal = normal - (track%curvature * sense * stretch * rolled%way) * track%tangent
+      rolled%arm = extension * rolled%way * [cos(angle), sin(angle)]
+      rolled%normal = normal - (track%curvature * sense * extension * rolled%way) * track%tangent
    end function rolled
 
    !> Stress-free curvature at the stages of an element.

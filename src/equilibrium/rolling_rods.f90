@@ -134,14 +134,14 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: node
       integer, intent(in) :: side                 !! 1: before it, 2: after it
-      real(wp) :: excess, stretch, n(2), m, angle
+      real(wp) :: excess, extension, n(2), m, angle
       integer :: c, k, e
       length = 0.0_wp
       c = findloc(problem%candidates%node == node .and. problem%candidates%touch > 0, .true., 1)
       if (c == 0) return
       e = problem%beside(side, node)
       if (problem%conforms(e) == 0) then
-         call excess_curvature(problem, state, c, excess, stretch, side)
+         call excess_curvature(problem, state, c, excess, extension, side)
          call ge_end(problem, state, e, 3 - side, n, m)
          angle = rod_angle(problem, state, c)
          length = -excess / max(problem%compliance(e)%bending * abs(cos(angle) * n(2) - sin(angle) * n(1)), tiny(length))

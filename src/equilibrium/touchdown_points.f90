@@ -51,12 +51,12 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       logical :: told(problem%candidates%n)
-      real(wp) :: excess, stretch
+      real(wp) :: excess, extension
       integer :: c
       told = problem%candidates%follows(:size(told)) .and. problem%candidates%moves(:size(told))
       do c = 1, size(told)
          if (told(c) .or. .not. problem%candidates%moves(c)) cycle
-         call excess_curvature(problem, state, c, excess, stretch)
+         call excess_curvature(problem, state, c, excess, extension)
          associate (flexibility => problem%compliance(problem%candidates%element(1, c))%bending)
             told(c) = abs(point_force(problem, state, c)) * flexibility * problem%size >= abs(excess)
          end associate
@@ -70,7 +70,7 @@ contains
       type(state_t), intent(in) :: state
       logical, intent(in) :: told(:)        !! (candidates) by the moment
       real(wp), intent(out) :: error(:), slope(:) !! (candidates) 0 for those that stay
-      real(wp) :: local(3, 2), stretch, sense
+      real(wp) :: local(3, 2), extension, sense
       integer :: c
       error = 0.0_wp
       slope = 0.0_wp
@@ -81,7 +81,7 @@ contains
             error(c) = local(3, 1) - local(3, 2)
             slope(c) = local(2, 1) - local(2, 2)
          else
-            call excess_curvature(problem, state, c, slope(c), stretch)
+            call excess_curvature(problem, state, c, slope(c), extension)
             sense = track_sense(problem, state, c, node_track(problem, state, c))
             error(c) = -sense * track_rotation(problem, state, c)
          end if
@@ -175,8 +175,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before, state
       integer, intent(in) :: candidate
-      real(wp) :: forces(3, 2), local(3, 2), stretch
-      call excess_curvature(problem, state, candidate, excess, stretch)
+      real(wp) :: forces(3, 2), local(3, 2), extension
+      call excess_curvature(problem, state, candidate, excess, extension)
       if (.not. problem%candidates%moves(candidate)) return
       forces = forces_beside(problem, before, candidate)
       local = forces_beside(problem, state, candidate)

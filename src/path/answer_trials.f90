@@ -9,7 +9,7 @@ module answer_trials
    use span_tests, only: spans_hold
    use span_answer, only: answer_t
    use span_rules, only: answer_to
-   use span_set, only: take_set
+   use span_set, only: change_set
    use change_kinds, only: leg_t, change_t
    use lying_ahead, only: reach_of
    use path_control, only: path_length
@@ -33,7 +33,7 @@ contains
       logical, intent(out) :: holds              !! false: a point divides into none that push
       type(timers_t), intent(inout) :: timers
       holds = .true.
-      if (change%tests(change%which)%kind == test_curvature .and. answer%opens(1) /= answer%opens(2)) then
+      if (change%tests(change%which)%kind == test_curvature .and. answer%between(1) /= answer%between(2)) then
          call take_divided(problem, run, leg, change, answer, next, on, holds, timers)
       else
          call take_larger(problem, run, leg, change, answer, next, on, timers)
@@ -49,11 +49,11 @@ contains
       type(answer_t), intent(in) :: answer
       type(problem_t), intent(inout) :: next
       type(run_t), intent(inout) :: on
-      logical, intent(out) :: grows              !! as take_set has it
+      logical, intent(out) :: grows              !! as change_set has it
       type(timers_t), intent(inout) :: timers
       call copy_problem(problem, next)
       call copy_run(run, on)
-      call take_set(next, on, change%tests(change%which), change%begins, answer, line_reach(problem, leg, change%which), grows, &
+      call change_set(next, on, change%tests(change%which), change%begins, answer, line_reach(problem, leg, change%which), grows, &
          & timers)
    end subroutine try
 
@@ -109,7 +109,7 @@ contains
          if (doublings > most) wider = answer
          call try(problem, run, leg, change, wider, next, on, grows, timers)
          holds = .not. allocated(on%stuck)
-         if (holds) holds = pushes(next, on, wider%opens)
+         if (holds) holds = pushes(next, on, wider%between)
          if (holds) exit
          wider = answer_to(problem, change%place, change%tests, change%which, leg%before%value - leg%after%value, run%touches, &
             & apart=2.0_wp**(doublings + 1) * first_length)

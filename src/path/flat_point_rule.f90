@@ -92,7 +92,7 @@ contains
          else
             call go_beside(problem, c, flat, line_share, .true., answer, beside)
          end if
-         if (c == test%candidate) answer%opens = beside(merge(1, 2, beside(1) > 0 .and. test%sense <= 0.0_wp))
+         if (c == test%candidate) answer%between = beside(merge(1, 2, beside(1) > 0 .and. test%sense <= 0.0_wp))
       end do
    end subroutine lay_down_points
 
@@ -109,7 +109,7 @@ contains
       end associate
       do side = 1, 2
          if (beside(side) == 0) cycle
-         answer%opens = beside(side)
+         answer%between = beside(side)
          answer%touch(beside(side))%at = answer%touch(beside(side))%at + merge(-lifted, lifted, side == 1)
       end do
    end subroutine lay_down_behind
@@ -124,10 +124,10 @@ contains
       associate (c => test%candidate, k => test%touch)
          if (problem%candidates%moves(c)) then
             answer%touch = parted(answer%touch, k, share * stretch_length(problem, answer%touch(k)))
-            answer%opens = [k, size(answer%touch)]
+            answer%between = [k, size(answer%touch)]
          else
             call go_beside(problem, c, flat_sides(problem, state, c, test, .false.), 0.5_wp * share, .false., answer, &
-               & answer%opens)
+               & answer%between)
          end if
       end associate
    end subroutine divide_point
@@ -180,7 +180,7 @@ contains
       type(span_test_t), intent(in) :: test
       logical, intent(in) :: pressed
       logical :: flat(2)
-      real(wp) :: excess, stretch, sense
+      real(wp) :: excess, extension, sense
       integer :: side
       flat = .false.
       if (problem%candidates%touch(c) == 0) return
@@ -193,7 +193,7 @@ contains
                sense = merge(0.0_wp, real(2 * side - 3, wp), moves)
                flat(side) = c == test%candidate .and. test%sense * sense > 0.0_wp
                if (flat(side)) cycle
-               call excess_curvature(problem, state, c, excess, stretch, side)
+               call excess_curvature(problem, state, c, excess, extension, side)
                ! The place is known to that for the one that was looked for, to a few times that for others.
                flat(side) = excess * problem%size <= 10.0_wp * flat_excess
                if (problem%candidates%node(c) == problem%rolling) flat(side) = excess * problem%size <= nearly_flat(problem)

@@ -52,13 +52,13 @@ contains
       type(timers_t), intent(inout) :: timers
       type(problem_t) :: turning
       type(increment_t) :: report
-      real(wp) :: excess(problem%candidates%n), stretch
+      real(wp) :: excess(problem%candidates%n), extension
       integer :: c
       excess = huge(excess)
       do c = 1, size(excess)
          if (problem%candidates%touch(c) == 0) cycle
          if (problem%candidates%moves(c) .and. problem%candidates%rolls(c)) call excess_curvature(problem, state, c, excess(c), &
-            & stretch)
+            & extension)
       end do
       found = any(excess < huge(excess))
       if (.not. found) return

@@ -18,14 +18,14 @@ module held_openings
    use timing, only: timers_t
    implicit none
    private
-   public :: open_span, rest_held, spread_ahead, held_steps, held_load, &
+   public :: begin_span, rest_held, spread_ahead, held_steps, held_load, &
       & spreading_rate
 
 contains
 
    !> Opens a span between two touchdown points: with their distance held the load, and the place of both, are found at which
    !> they are where they belong.
-   subroutine open_span(problem, run, opened, ok, timers, others)
+   subroutine begin_span(problem, run, opened, ok, timers, others)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       integer, intent(in) :: opened(2)           !! numbers of touches; both the same: a line, between its own ends
@@ -68,14 +68,14 @@ contains
       run%state = state
       call linearise(problem, run%state, run%state, run%system, timers)
       ok = run%system%ok
-   end subroutine open_span
+   end subroutine begin_span
 
    !> Brings a span that is about to open to equilibrium at the load where the run stands, its touchdown points held: what they
    !> want there tells where they go. The state stays where there is none.
    subroutine rest_held(problem, run, opened, timers)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
-      integer, intent(in) :: opened(2)           !! as open_span
+      integer, intent(in) :: opened(2)           !! as begin_span
       type(timers_t), intent(inout) :: timers
       type(state_t) :: state
       type(control_t) :: here
@@ -93,7 +93,7 @@ contains
    subroutine spread_ahead(problem, run, opened, ok, timers)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
-      integer, intent(in) :: opened(2)           !! as open_span
+      integer, intent(in) :: opened(2)           !! as begin_span
       logical, intent(out) :: ok
       type(timers_t), intent(inout) :: timers
       type(state_t) :: state
@@ -146,7 +146,7 @@ contains
    real(wp) function spreading_rate(problem, run, opened) result(rate)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run             !! its system factored
-      integer, intent(in) :: opened(2)           !! as open_span
+      integer, intent(in) :: opened(2)           !! as begin_span
       type(state_t) :: ahead, here
       real(wp) :: step, change(2), excess, stretch
       integer :: ends(2), k

@@ -65,7 +65,7 @@ contains
       type(answer_t) :: answer
       found = .false.
       answer = answer_to(problem, leg%to, leg%after, which, leg%before%value - leg%after%value, run%touches)
-      if (answer%label /= 'C-' .or. allocated(answer%why) .or. size(answer%crosses, 2) > 0) return
+      if (answer%label /= 'C-' .or. allocated(answer%no_rule) .or. size(answer%crosses, 2) > 0) return
       next = new_next(problem, leg%to, answer%touch)
       call lose(run, leg, next, found, timers)
    end subroutine lose_line

@@ -300,13 +300,13 @@ contains
       type(control_t), intent(in) :: control
       type(state_t), intent(in) :: start, state
       real(wp), allocatable :: row(:, :)
-      real(wp) :: dl, scale, excess, stretch
+      real(wp) :: dl, scale, excess, extension
       integer :: node, component
       dl = state%load_factor - start%load_factor
       scale = max(abs(control%increment), abs(control%whole))
       if (.not. scale > 0.0_wp) scale = 1.0_wp
       if (control%flat > 0) then
-         call excess_curvature(problem, state, control%flat, excess, stretch)
+         call excess_curvature(problem, state, control%flat, excess, extension)
          control_error = abs(control%increment - excess) / scale
          return
       end if

@@ -22,14 +22,14 @@ module path_run
 
    integer, parameter :: rest_of_mesh = 10       !! points after one that took a finer mesh, for which no coarser one is tried
 
-   !> A stretch of the path between two neighbouring points, with the tangents at its ends.
-   type :: stretch_t
+   !> The path between two neighbouring points, with the tangents at its ends.
+   type :: trail_t
       type(state_t) :: from, to
       real(wp), allocatable :: chord(:, :)       !! (3, nodes) between them
       type(heading_t) :: first, last
-   end type stretch_t
+   end type trail_t
 
-   integer, parameter :: trail_length = 3        !! stretches kept: a path that turns round meets the last ones first
+   integer, parameter :: trail_length = 3        !! kept: a path that turns round meets the last ones first
 
    !> What the run stood on before its mesh became coarser.
    type :: footing_t
@@ -90,7 +90,7 @@ module path_run
       integer :: kept_meshes = 0                 !! points for which the mesh does not become coarser
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! of the last increment: arc length, load factor
       type(slopes_t) :: slopes
-      type(stretch_t), allocatable :: trail(:)   !! the way up to the last accepted point, the latest first
+      type(trail_t), allocatable :: trail(:)   !! the way up to the last accepted point, the latest first
       type(heading_t) :: heading                 !! tangent at the last accepted point, in the sense of the run
       logical :: fresh = .false.                 !! that point is a start whose contacts carry nothing: held in its tangent
       type(landmarks_t), pointer :: home => null() !! the critical points of the path that a branch left, or its own
@@ -141,7 +141,7 @@ contains
       type(run_t), intent(inout) :: run
       type(state_t), intent(in) :: place
       type(heading_t), intent(in) :: heading     !! of the path that arrives there
-      type(stretch_t), allocatable :: longer(:)
+      type(trail_t), allocatable :: longer(:)
       integer :: kept
       kept = 0
       if (allocated(run%trail)) kept = min(size(run%trail), trail_length - 1)

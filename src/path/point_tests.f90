@@ -101,8 +101,8 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: c
       integer, intent(in), optional :: side
-      real(wp) :: excess, stretch
-      call excess_curvature(problem, state, c, excess, stretch, side)
+      real(wp) :: excess, extension
+      call excess_curvature(problem, state, c, excess, extension, side)
       test = new_test(problem, c, test_curvature, excess * problem%size)
       test%sense = 0.0_wp
       if (present(side)) test%sense = real(2 * side - 3, wp)

@@ -10,12 +10,12 @@ module span_answer
    !> What follows, and what is told of it.
    type :: answer_t
       type(touch_t), allocatable :: touch(:)      !! the new set, but for what begins (beginning_together)
-      integer :: opens(2) = 0                     !! numbers of the touches between which a span opens, 0: a breakpoint; both the
-      !! same: a line, between its own ends
-      integer, allocatable :: crosses(:, :)       !! (2, spans) the same of spans behind breakpoints, that which opens last first
+      integer :: between(2) = 0                   !! numbers of the touches between which a free span begins, 0: a breakpoint; both
+      !! the same: a line of contact begins, between its own ends
+      integer, allocatable :: crosses(:, :)       !! (2, spans) the same of spans behind breakpoints, that which begins last first
       character(2) :: label = '  '                !! contact gained or lost; where it only spreads or shrinks, nothing
       logical :: divides = .false.                !! of the contact that is lost a part stays on both sides
-      character(:), allocatable :: why            !! there is no rule: the reason
+      character(:), allocatable :: no_rule        !! there is none, and contact at nodes has to tell (ask_nodes): where that is
    end type answer_t
 
 contains

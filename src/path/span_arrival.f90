@@ -20,12 +20,12 @@ module span_arrival
    use timing, only: timers_t
    implicit none
    private
-   public :: take_next, come_nearer, bound_for
+   public :: go_to_next, come_nearer, bound_for
 
 contains
 
    !> Goes on with the next set. Its equilibrium is a point of the path.
-   subroutine take_next(problem, step, run, next, recorder, finished, outcome, timers)
+   subroutine go_to_next(problem, step, run, next, recorder, finished, outcome, timers)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
@@ -58,7 +58,7 @@ contains
       if (.not. abs(next%rate) > 0.0_wp) return
       run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, next%rate))
       run%probe = new_probe(problem, run%state, run%system, run%heading%load)
-   end subroutine take_next
+   end subroutine go_to_next
 
    !> The next set where the step ends, if that is on the way to where it is known, and it holds there. Its spans are too short to
    !> be found from before.

@@ -13,12 +13,11 @@ module span_changes
       & change_opening, change_vanishing, place_within, place_here, place_ahead
    use next_spans, only: next_t
    use span_events, only: find_change
-   use span_beyond, only: look_beyond
    use span_dips, only: look_between
    use span_answer, only: answer_t
    use span_rules, only: answer_to, coming_next
    use answer_trials, only: take_answer
-   use span_arrival, only: take_next, come_nearer
+   use span_arrival, only: go_to_next, come_nearer
    use span_mesh, only: ask_for_twice
    use contact_in_doubt, only: ask_nodes
    use path_continuity, only: heading_t
@@ -68,10 +67,9 @@ contains
       finished = .false.
       leg = new_leg(problem, run, trial, ahead, stuck)
       call find_change(problem, step, run, leg, change, timers)
-      if (change%kind == change_by_rule) call look_beyond(problem, step, run, leg, change, timers)
       select case (change%kind)
       case (change_none)
-         call stay(problem, step, run, leg, result, timers)
+         call keep_set(problem, step, run, leg, result, timers)
       case (change_missed)
          call go_less_far(problem, step, run, leg%after(change%which), result, timers)
       case (change_vanishing)
@@ -86,7 +84,7 @@ contains
    end subroutine pass_change
 
    !> The set holds at the end of the leg; between its ends slopes tell.
-   subroutine stay(problem, step, run, leg, result, timers)
+   subroutine keep_set(problem, step, run, leg, result, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
@@ -98,7 +96,7 @@ contains
       call linearise(problem, leg%to, run%state, run%system, timers)
       if (.not. leg%stuck) call look_between(problem, step, run, leg, 0, shorter, timers)
       result = merge(go_nearer, set_holds, shorter)
-   end subroutine stay
+   end subroutine keep_set
 
    !> A span is gone, or will be. The set without it is known where it begins alone, and what is on the way would not be told:
    !> nearer, as long as the load turns before, and not beyond the leg where the step ends on the way there.
@@ -117,10 +115,10 @@ contains
       if (turns(run, leg) .and. .not. leg%stuck .and. 0.5_wp * abs(run%control%increment) >= smallest(step, run%control)) then
          call go_less_far(problem, step, run, leg%after(change%which), result, timers)
       else if (lies_beyond(leg, change%next) .and. ends_before(step, run, change%next)) then
-         call stay(problem, step, run, leg, result, timers)
+         call keep_set(problem, step, run, leg, result, timers)
       else
          result = set_changed
-         call take_next(problem, step, run, change%next, recorder, finished, outcome, timers)
+         call go_to_next(problem, step, run, change%next, recorder, finished, outcome, timers)
       end if
    end subroutine pass_vanishing
 
@@ -174,7 +172,7 @@ contains
          if (shorter) return
       end if
       answer = answer_to(problem, change%place, change%tests, change%which, leg%before%value - leg%after%value, run%touches)
-      ! At once with another change that has its point.
+      ! Where contact only spreads, at the point that another change has just been told at, it is not told again.
       if (.not. (change%where == place_here .and. change%tests(change%which)%kind == test_curvature)) change%label = answer%label
       change%divides = answer%divides
       call record_change(problem, step, run, leg, tries, change, recorder, result, finished, outcome, timers)
@@ -208,7 +206,7 @@ contains
       call record_change(problem, step, run, leg, tries, change, recorder, result, finished, outcome, timers)
       if (result /= set_changed .or. finished .or. allocated(outcome%why)) return
       call come_nearer(problem, step, run, leg, change, timers)
-      call take_next(problem, step, run, change%next, recorder, finished, outcome, timers)
+      call go_to_next(problem, step, run, change%next, recorder, finished, outcome, timers)
    end subroutine pass_opening
 
    !> The run with its next set. Where that is known at another load only, values that are asked for may lie on the way there.
@@ -236,7 +234,7 @@ contains
       ahead%state = on%state
       ahead%system = on%system
       ahead%heading = on%heading
-      call take_next(problem, step, run, ahead, recorder, finished, outcome, timers)
+      call go_to_next(problem, step, run, ahead, recorder, finished, outcome, timers)
       run%since_change%arrives = on%since_change%arrives
    end subroutine go_on
 
@@ -255,7 +253,7 @@ contains
       finished = .false.
       call ask_nodes(problem, run, reach, next, changed, timers)
       if (changed) then
-         call take_next(problem, step, run, next, recorder, finished, outcome, timers)
+         call go_to_next(problem, step, run, next, recorder, finished, outcome, timers)
       else
          call linearise(problem, run%state, run%state, run%system, timers)
       end if
@@ -310,7 +308,7 @@ contains
       else if (.not. shorter) then
          result = set_changed
       else if (change%where == place_ahead) then
-         call stay(problem, step, run, leg, result, timers)
+         call keep_set(problem, step, run, leg, result, timers)
       else
          ! What lies before is better found from nearer.
          call go_less_far(problem, step, run, leg%after(change%which), result, timers)

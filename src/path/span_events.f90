@@ -10,6 +10,7 @@ module span_events
       & place_ahead
    use next_spans, only: next_t, copy_next
    use span_location, only: locate, locate_flat_point
+   use span_beyond, only: look_beyond
    use lying_ahead, only: turns, reach_of
    use vanishing_span, only: locate_vanishing, locate_lost_line, is_gone, closes
    use path_run, only: run_t
@@ -20,9 +21,21 @@ module span_events
 
 contains
 
-   !> The first change on an increment, or just beyond its end: where another test fails at the place of one, that comes before, on
-   !> the way there. A free span that vanishes comes first: such tests as fail at the same place do so because of it.
+   !> The first change on an increment, or just beyond its end, what kind it is, and what is known of it with the next set only.
    subroutine find_change(problem, step, run, leg, change, timers)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(run_t), intent(inout) :: run           !! its system is factored at the place where one is located
+      type(leg_t), intent(inout) :: leg           !! shorter on return where one is found that others come after
+      type(change_t), intent(out) :: change
+      type(timers_t), intent(inout) :: timers
+      call find_first(problem, step, run, leg, change, timers)
+      if (change%kind == change_by_rule) call look_beyond(problem, step, run, leg, change, timers)
+   end subroutine find_change
+
+   !> The first change, and its place: where another test fails at the place of one, that comes before, on the way there. A free
+   !> span that vanishes comes first: such tests as fail at the same place do so because of it.
+   subroutine find_first(problem, step, run, leg, change, timers)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run           !! its system is factored at the place where one is located
@@ -62,7 +75,7 @@ contains
          if (fails) leg = near
       end do
       change%kind = change_missed
-   end subroutine find_change
+   end subroutine find_first
 
    !> A point that rolls to the end of a rod is held there as soon as the span beyond is as short as none: until it really is there
    !> the rod still turns in, from a slope just below zero. What a line has shrunk to, and a point that has come to a breakpoint,

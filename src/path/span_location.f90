@@ -161,7 +161,7 @@ contains
          if (found) return
          call take_value(bracket, fraction, f)
       end do
-      ! What jumps has no zero.
+      ! A function that jumps closes its bracket without a zero.
       found = abs(bracket%f_high - bracket%f_low) <= sqrt(step%locate_tolerance) * bracket%scale
    end subroutine locate_by_parts
 end module span_location

@@ -28,7 +28,7 @@ module span_mesh
    use timing, only: timers_t, count_up, counter_remeshed
    implicit none
    private
-   public :: prepare_mesh, renew_mesh, refine_mesh, coarsen_mesh, step_back, ask_for_twice, take_touches
+   public :: prepare_mesh, renew_mesh, refine_mesh, coarsen_mesh, step_back, ask_for_twice, mesh_for_touches
 
 contains
 
@@ -85,11 +85,11 @@ contains
       here%demand = taken_along(problem, run%state, asked%demand)
       cut = find_cuts(problem, trial)
       ! Without a load nothing says where contact will end.
-      if (settled .and. run%fresh) call take_trial(asked, problem, run, trial, .false., taken, timers)
+      if (settled .and. run%fresh) call remesh_trial(asked, problem, run, trial, .false., taken, timers)
       if (.not. taken .and. (problem%has_spans() .or. run%from_point .or. marked(problem, trial, cut))) call stand_here()
       ! Where contact has just been told by nodes, or by elements on foundations, the run does not stand on a point of these spans.
       if (.not. (taken .or. done)) run%before = present_demand(problem, run%state)
-      if (.not. (taken .or. done)) call take_trial(asked, problem, run, trial, run%has_events, taken, timers)
+      if (.not. (taken .or. done)) call remesh_trial(asked, problem, run, trial, run%has_events, taken, timers)
       ! Newton's method may not settle on one mesh and does on another, which may be finer than was asked for.
       if (.not. (taken .or. done)) then
          do k = 1, size(here%demand)
@@ -97,7 +97,7 @@ contains
          end do
          call stand_here()
       end if
-      if (.not. (taken .or. done)) call take_trial(asked, problem, run, trial, .false., taken, timers)
+      if (.not. (taken .or. done)) call remesh_trial(asked, problem, run, trial, .false., taken, timers)
       done = done .or. taken
       if (.not. done .and. allocated(finer)) then
          ! The mesh was made coarser than leads on.
@@ -134,7 +134,7 @@ contains
    end function taken_along
 
    !> The trial on another mesh, and the run's point, as it is, with it.
-   subroutine take_trial(asked, problem, run, trial, both, taken, timers)
+   subroutine remesh_trial(asked, problem, run, trial, both, taken, timers)
       type(problem_t), intent(in) :: asked           !! the problem with another demand
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
@@ -172,7 +172,7 @@ contains
       if (fresh) return
       ! Shorter increments may have to start there, and events may lie there.
       call linearise(problem, run%state, run%state, run%system, timers)
-      call settle(problem, run, settled, timers)
+      call rebalance(problem, run, settled, timers)
       taken = settled .or. .not. both
       if (.not. taken) then
          call copy_problem(before, problem)
@@ -180,7 +180,7 @@ contains
          trial = untaken
       end if
       call linearise(problem, trial, trial, run%system, timers)
-   end subroutine take_trial
+   end subroutine remesh_trial
 
    !> The coarser mesh that the run's last point would have done with, if it has fewer elements and an equilibrium there. Whether
    !> it is good enough the next trial tells.
@@ -253,8 +253,8 @@ contains
       type(run_t) :: before
       call copy_problem(problem, kept)
       call copy_run(run, before)
-      call take_problem(next, problem, run, timers)
-      call settle(problem, run, done, timers)
+      call move_to_mesh(next, problem, run, timers)
+      call rebalance(problem, run, done, timers)
       if (done) return
       call copy_problem(kept, problem)
       call copy_run(before, run)
@@ -262,7 +262,7 @@ contains
    end subroutine stand_on
 
    !> The run's point in equilibrium on the mesh where it has been brought; its system is factored there, on return too.
-   subroutine settle(problem, run, done, timers)
+   subroutine rebalance(problem, run, done, timers)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run              !! unchanged but for its system where nothing is done
       logical, intent(out) :: done
@@ -336,19 +336,19 @@ contains
          behind_flat = done
          if (done) call linearise(problem, better, better, run%system, timers)
       end subroutine bring_to_balance
-   end subroutine settle
+   end subroutine rebalance
 
    !> The run on the mesh of another set of touches.
-   subroutine take_touches(problem, run, touch, timers)
+   subroutine mesh_for_touches(problem, run, touch, timers)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
       type(touch_t), intent(in) :: touch(:)
       type(timers_t), intent(inout) :: timers
-      call take_problem(new_span_problem(problem, touch), problem, run, timers)
-   end subroutine take_touches
+      call move_to_mesh(new_span_problem(problem, touch), problem, run, timers)
+   end subroutine mesh_for_touches
 
    !> The run on the mesh of another problem.
-   subroutine take_problem(next, problem, run, timers)
+   subroutine move_to_mesh(next, problem, run, timers)
       type(problem_t), intent(in) :: next
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
@@ -358,5 +358,5 @@ contains
       call copy_problem(next, problem)
       run%system = new_system(problem)
       call linearise(problem, run%state, run%state, run%system, timers)
-   end subroutine take_problem
+   end subroutine move_to_mesh
 end module span_mesh

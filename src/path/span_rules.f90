@@ -1,4 +1,6 @@
-!> Which contact set follows where a test of the present one vanishes: one rule a test.
+!> Which contact set follows where a test of the present one vanishes: a rule for gaps, forces of points, curvatures, lengths, and
+!> what comes to breakpoints of the rod. The others tell only with the next set: span_opening (pressure, what lifts a line at a
+!> breakpoint), vanishing_span (a free span that is gone).
 module span_rules
    use kinds, only: wp
    use problem, only: problem_t
@@ -45,7 +47,7 @@ contains
       case (test_force)
          if (problem%touch(test%touch)%line) then
             ! Without a force the moments do not tell where the end goes; many nodes do (contact_in_doubt), and what is lost.
-            answer%why = 'a line contact lifts off at its end'
+            answer%no_rule = 'a line contact lifts off at its end'
          else
             answer%label = 'C-'
             call lose_points(problem, tests, which, fall > 0.0_wp, answer)
@@ -62,9 +64,9 @@ contains
          call pass_breakpoints(problem, tests, which, fall, answer%touch, answer%crosses, passed, meets)
          if (meets) then
             ! Located with the set that comes after (vanishing_span).
-            answer%why = 'two lines of contact meet at a breakpoint of the rod'
+            answer%no_rule = 'two lines of contact meet at a breakpoint of the rod'
          else if (is_turned(problem, state, test)) then
-            answer%why = 'contact comes to a node that a couple turns'
+            answer%no_rule = 'contact comes to a node that a couple turns'
          end if
       case (test_slope)
          call lie_down_from_end(problem, state, test, answer)
@@ -72,10 +74,10 @@ contains
          call leave_breakpoint(problem, test, answer)
       case default
          ! Lines that open, and spans that vanish, are known with the set that comes after (span_beyond, vanishing_span).
-         answer%why = trim(test_words(test%kind))
+         answer%no_rule = trim(test_words(test%kind))
       end select
       answer%touch = numbered(answer%touch, last)
-      answer%opens = numbers(answer%touch, answer%opens)
+      answer%between = numbers(answer%touch, answer%between)
       do k = 1, size(answer%crosses, 2)
          answer%crosses(:, k) = numbers(answer%touch, answer%crosses(:, k))
       end do
@@ -237,8 +239,8 @@ contains
       if (excess(1) < -flat_excess .and. .not. stays_down(problem, e, excess(1) / (problem%size * problem%compliance(e)%bending), &
          & virtual_pressure(problem, state, test%candidate, side))) then
          answer%touch = set
-         answer%opens = [k, size(set)]
-         if (way < 0) answer%opens = answer%opens([2, 1])
+         answer%between = [k, size(set)]
+         if (way < 0) answer%between = answer%between([2, 1])
          answer%label = 'C+'
          return
       end if
@@ -258,11 +260,11 @@ contains
       real(wp), intent(in) :: distance             !! stress-free
       real(wp) :: excess(2)
       type(track_t) :: track
-      real(wp) :: n(2), m, angle, sense, stretch, way
+      real(wp) :: n(2), m, angle, sense, extension, way
       integer :: e
       e = problem%candidates%element(side, candidate)
       way = merge(-1.0_wp, 1.0_wp, side == 1)
-      call excess_curvature(problem, state, candidate, excess(1), stretch, side)
+      call excess_curvature(problem, state, candidate, excess(1), extension, side)
       call ge_end(problem, state, e, 3 - side, n, m)
       track = node_track(problem, state, candidate)
       n = n + way * breakpoint_force(problem, state, candidate) * [-track%tangent(2), track%tangent(1)]
@@ -270,8 +272,8 @@ contains
       if (stands(problem, state, candidate)) n = dot_product(n, track%tangent) * track%tangent
       angle = rod_angle(problem, state, candidate, side)
       sense = track_sense(problem, state, candidate, track, side)
-      excess(2) = excess(1) + way * distance * stretch * (sense * problem%compliance(e)%bending * (sin(angle) * n(1) - &
-         & cos(angle) * n(2)) - sense * track%curvature_rate * stretch)
+      excess(2) = excess(1) + way * distance * extension * (sense * problem%compliance(e)%bending * (sin(angle) * n(1) - &
+         & cos(angle) * n(2)) - sense * track%curvature_rate * extension)
    end function excess_inside
 
    !> A point that is held at a breakpoint, and belongs beside it, goes there.

@@ -11,8 +11,8 @@ module span_set
    use free_span_gap, only: gap_at
    use test_kinds, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, test_crossing, test_slope
    use span_answer, only: answer_t
-   use span_mesh, only: take_touches
-   use held_openings, only: open_span, rest_held, spread_ahead, spreading_rate
+   use span_mesh, only: mesh_for_touches
+   use held_openings, only: begin_span, rest_held, spread_ahead, spreading_rate
    use tangent_step, only: states_along
    use shrunk_line, only: come_to_rest
    use flat_points, only: curving_rate
@@ -25,12 +25,12 @@ module span_set
    use timing, only: timers_t
    implicit none
    private
-   public :: take_set, begin_touches, touched_at
+   public :: change_set, begin_touches, touched_at
 
 contains
 
    !> Goes on with the set that a test's rule tells, in the sense in which what is new grows.
-   subroutine take_set(problem, run, test, begins, answer, reach, grows, timers)
+   subroutine change_set(problem, run, test, begins, answer, reach, grows, timers)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run          !! at the place where the test is zero; stuck where there is no way on
       type(span_test_t), intent(in) :: test      !! there
@@ -46,8 +46,8 @@ contains
       now = present_touches(problem, run%state)
       if (test%touch > 0) old = now(test%touch)
       grows = .true.
-      if (allocated(answer%why)) then
-         run%stuck = answer%why
+      if (allocated(answer%no_rule)) then
+         run%stuck = answer%no_rule
          return
       end if
       call copy_problem(problem, next)
@@ -65,7 +65,7 @@ contains
       on%since_change%arrives = any(test%kind == [test_length, test_crossing])
       call copy_problem(next, problem)
       call copy_run(on, run)
-   end subroutine take_set
+   end subroutine change_set
 
    !> The run with the touches of an answer, in equilibrium.
    subroutine stand_with(problem, run, test, begins, answer, old, reach, ok, leaves, timers)
@@ -84,13 +84,13 @@ contains
          call begin_touches(problem, run, begins, ok, timers)
       else
          run%touches = max(run%touches, maxval(answer%touch%number))
-         call take_touches(problem, run, answer%touch, timers)
+         call mesh_for_touches(problem, run, answer%touch, timers)
          ok = run%system%ok
       end if
-      if (ok .and. parts(answer)) call open_span(problem, run, answer%opens, ok, timers)
+      if (ok .and. parts(answer)) call begin_span(problem, run, answer%between, ok, timers)
       if (.not. ok) return
       if (size(answer%crosses, 2) > 0) then
-         call open_span(problem, run, answer%crosses(:, 1), ok, timers, answer%crosses(:, 2:))
+         call begin_span(problem, run, answer%crosses(:, 1), ok, timers, answer%crosses(:, 2:))
       else if (test%kind == test_length) then
          call come_to_rest(problem, run, candidate_of(problem, old%number), reach, leaves, timers)
       end if
@@ -117,17 +117,17 @@ contains
          call head_for(problem, run, opening_rate(problem, run, old))
       case (test_curvature)
          if (.not. parts(answer)) then
-            call open_span(problem, run, answer%opens, ok, timers)
+            call begin_span(problem, run, answer%between, ok, timers)
             if (.not. ok) then
-               call rest_held(problem, run, answer%opens, timers)
-               call spread_ahead(problem, run, answer%opens, ok, timers)
+               call rest_held(problem, run, answer%between, timers)
+               call spread_ahead(problem, run, answer%between, ok, timers)
             end if
             grows = ok
          end if
-         call head_for(problem, run, spreading_rate(problem, run, answer%opens))
+         call head_for(problem, run, spreading_rate(problem, run, answer%between))
       case (test_slope)
          if (parts(answer)) then
-            rate = spreading_rate(problem, run, answer%opens)
+            rate = spreading_rate(problem, run, answer%between)
          else
             ! A span that is crossed shrinks as the touch moves on.
             rate = -spreading_rate(problem, run, answer%crosses(:, 1))
@@ -147,7 +147,7 @@ contains
    !> True for an answer that opens a free span between two touches.
    pure logical function parts(answer)
       type(answer_t), intent(in) :: answer
-      parts = answer%opens(1) /= answer%opens(2)
+      parts = answer%between(1) /= answer%between(2)
    end function parts
 
    !> The run in the sense in which something grows.
@@ -178,7 +178,7 @@ contains
          new(k) = touch_t(number=run%touches, contact=begins(k)%contact, stretch=begins(k)%stretch, &
             & at=spread(beginning_place(problem, begins(k)), 1, 2))
       end do
-      call take_touches(problem, run, [present_touches(problem, run%state), new], timers)
+      call mesh_for_touches(problem, run, [present_touches(problem, run%state), new], timers)
       ok = run%system%ok
       if (.not. ok) return
       c = candidate_of(problem, run%touches)

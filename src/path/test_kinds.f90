@@ -26,8 +26,17 @@ module test_kinds
       & 'contact leaves a breakpoint of the rod', 'a couple lifts a line']
 
    !> What a test may fall below zero by before it is taken for violated: what the dense output errs by.
-   real(wp), parameter :: test_slack(10) = [1.0e-9_wp, 1.0e-9_wp, 1.0e-9_wp, 1.0e-6_wp, 0.0_wp, 1.0e-9_wp, 0.0_wp, 1.0e-9_wp, &
-      & 0.0_wp, 1.0e-9_wp]
+   real(wp), parameter :: test_slack(10) = [ &
+      & 1.0e-9_wp, & ! gap
+      & 1.0e-9_wp, & ! force
+      & 1.0e-9_wp, & ! curvature
+      & 1.0e-6_wp, & ! pressure, a second derivative of what is solved for
+      & 0.0_wp, &    ! length
+      & 1.0e-9_wp, & ! vanishing
+      & 0.0_wp, &    ! crossing
+      & 1.0e-9_wp, & ! slope
+      & 0.0_wp, &    ! leaving
+      & 1.0e-9_wp]   ! couple
 
    real(wp), parameter :: well_below = 10.0_wp !! slacks, at a place where a test is zero
 
