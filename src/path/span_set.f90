@@ -45,19 +45,19 @@ contains
       logical :: ok, leaves
       now = present_touches(problem, run%state)
       if (test%touch > 0) old = now(test%touch)
-      grows = .true.
       if (allocated(answer%no_rule)) then
+         grows = .true.
          run%stuck = answer%no_rule
          return
       end if
       call copy_problem(problem, next)
       call copy_run(run, on)
-      call stand_with(next, on, test, begins, answer, old, reach, ok, leaves, timers)
+      call stand_with(next, on, test, begins, answer, old, reach, ok, grows, leaves, timers)
       if (.not. ok) then
          run%stuck = 'no way on from where '//trim(test_words(test%kind))
          return
       end if
-      call take_sense(next, on, test, answer, old, leaves, grows, timers)
+      call take_sense(next, on, test, answer, old, leaves)
       on%probe = new_probe(next, on%state, on%system, on%heading%load)
       ! A point that a line has shrunk to may leave a span neutral there; the line's pivots are definite.
       on%since_change%shrunk = test%kind == test_length
@@ -68,7 +68,7 @@ contains
    end subroutine change_set
 
    !> The run with the touches of an answer, in equilibrium.
-   subroutine stand_with(problem, run, test, begins, answer, old, reach, ok, leaves, timers)
+   subroutine stand_with(problem, run, test, begins, answer, old, reach, ok, grows, leaves, timers)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run          !! at the place where the test is zero on entry
       type(span_test_t), intent(in) :: test
@@ -77,8 +77,10 @@ contains
       type(touch_t), intent(in) :: old           !! that of the test
       real(wp), intent(in) :: reach
       logical, intent(out) :: ok                 !! false: there is none
+      logical, intent(out) :: grows              !! false: a line was not found with a length
       logical, intent(out) :: leaves             !! a line has become a point, and the run has left it
       type(timers_t), intent(inout) :: timers
+      grows = .true.
       leaves = .false.
       if (test%kind == test_gap) then
          call begin_touches(problem, run, begins, ok, timers)
@@ -93,21 +95,23 @@ contains
          call begin_span(problem, run, answer%crosses(:, 1), ok, timers, answer%crosses(:, 2:))
       else if (test%kind == test_length) then
          call come_to_rest(problem, run, candidate_of(problem, old%number), reach, leaves, timers)
+      else if (test%kind == test_curvature .and. .not. parts(answer)) then
+         call begin_span(problem, run, answer%between, grows, timers)
+         if (grows) return
+         call rest_held(problem, run, answer%between, timers)
+         call spread_ahead(problem, run, answer%between, grows, timers)
       end if
    end subroutine stand_with
 
    !> The sense of the path in which what is new grows.
-   subroutine take_sense(problem, run, test, answer, old, leaves, grows, timers)
+   subroutine take_sense(problem, run, test, answer, old, leaves)
       type(problem_t), intent(in) :: problem     !! with the touches of the answer
       type(run_t), intent(inout) :: run
       type(span_test_t), intent(in) :: test      !! that was zero
       type(answer_t), intent(in) :: answer
       type(touch_t), intent(in) :: old           !! that of the test, as it was
       logical, intent(in) :: leaves              !! as stand_with has it
-      logical, intent(inout) :: grows            !! becomes false where what has lain down is not found with a length
-      type(timers_t), intent(inout) :: timers
       real(wp) :: rate
-      logical :: ok
       select case (test%kind)
       case (test_gap)
          rate = 1.0_wp
@@ -116,14 +120,6 @@ contains
       case (test_force)
          call head_for(problem, run, opening_rate(problem, run, old))
       case (test_curvature)
-         if (.not. parts(answer)) then
-            call begin_span(problem, run, answer%between, ok, timers)
-            if (.not. ok) then
-               call rest_held(problem, run, answer%between, timers)
-               call spread_ahead(problem, run, answer%between, ok, timers)
-            end if
-            grows = ok
-         end if
          call head_for(problem, run, spreading_rate(problem, run, answer%between))
       case (test_slope)
          if (parts(answer)) then
