@@ -185,3 +185,17 @@ def test_which_of_two_changes_comes_first():
     run = dr.run_deck(text.format(elements="", accuracy="*ACCURACY, TOLERANCE=1E-4\n", load=-math.pi**2))
     assert events(run) == events(given) == ["C+", "LP", "C+", "EP"]
     dr.assert_close(run.only("EP").monitors["shortening"], given.only("EP").monitors["shortening"], relative=1e-4)
+
+
+def test_points_of_a_divided_one_go_apart():
+    """Beside a free span of 4E-3 and a gap of 4E-12 curvatures are what a mesh errs by: moments tell where the points go."""
+    text = dr.changed(WAVY, ("-1.34e-4, 4", "-8.2186e-9, 3"), ("6.6e-6, 2", "4.32262e-7, 2"), ("5.3e8, 1.", "1.5663e8, 1."),
+                      ("1, ENCASTRE\n2, 2\n", "1, PINNED\n2, 2\n2, 6\n"), ("2., 0.00105, -1., 0.00105", "2., 4.48375e-5, -1., 4.48375e-5"),
+                      ("-1., -0.00312, 2., -0.00312", "-1., -1.189243e-4, 2., -1.189243e-4"), ("1E-12, 5.2e-4", "1E-12, 2.24188e-5"),
+                      ("ABOVE, 18.4", "ABOVE, 11."))
+    given = dr.run_deck(text.format(elements=", 24", accuracy="", load=-math.pi**2))
+    run = dr.run_deck(text.format(elements="", accuracy="*ACCURACY, TOLERANCE=1E-4\n", load=-math.pi**2))
+    assert events(run) == events(given) == ["C+", "LP", "C-", "C+", "C-", "EP"]
+    divides = run.labelled("C-")[1].point
+    contact = run.results.contact
+    assert np.all(contact.count[divides:] == 2) and np.all(np.diff(contact.start[divides:, 1] - contact.start[divides:, 0]) > 0.0)

@@ -650,3 +650,46 @@ def test_contact_that_divides_just_behind_a_point(tolerance):
     assert [c.label for c in run.results.critical] == [c.label for c in given.results.critical]
     for found, other in zip(run.results.critical, given.results.critical):
         within_bars(found, other)
+
+
+LINER = """*HEADING
+Liner with a gap under pressure
+*NODE
+1, 0., 1.
+2, 0., -1.
+*ARC, ELSET=RING, NSET=RING, TYPE=GE8
+1, 2, 0., 0.{count}
+*BEAM SECTION, ELSET=RING, SECTION=STIFFNESS
+120000.0, 1.
+*BOUNDARY
+1, XSYMM
+2, XSYMM
+*OBSTACLE, NAME=HOST, TYPE=CIRCLE, SIDE=INSIDE, REFERENCE=90.
+0., 0.006904149129439708, 1.0069041491294397
+*CONTACT, OBSTACLE=HOST, NSET=RING
+*MONITOR, NAME=v
+1, U2, -1.
+*STEP
+{accuracy}*STATIC
+0.2, 1E-9, 0.01
+*DLOAD
+RING, P, 1.
+*CLOAD
+1, 2, -0.0012883308589962611
+*STOP
+v, ABOVE, 0.3
+*END STEP
+"""
+
+
+def test_a_point_beside_a_span_that_lies_down_does_not_divide():
+    """The span beyond the point closes where the point is as curved as the host, all the way to the mirror; what a mesh errs by has the
+    one or the other first, and nothing splits."""
+    given = dr.run_deck(LINER.format(count=", 24", accuracy=""))
+    run = dr.run_deck(LINER.format(count="", accuracy="*ACCURACY, TOLERANCE=1E-6\n"))
+    for found in (given, run):
+        assert [c.label for c in found.results.critical] == ["LP", "EP"]
+        assert np.all(found.results.contact.count <= 1)
+    within_bars(given.results.critical[0], run.results.critical[0])
+    length = given.results.contact.end[:, 0] - given.results.contact.start[:, 0]
+    assert np.nanmax(length) > 1.5

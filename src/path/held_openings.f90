@@ -10,11 +10,10 @@ module held_openings
    use path_control, only: control_t
    use corrector, only: increment_t, correct
    use path_run, only: run_t
-   use touchdown_points, only: with_held, opening_misfit
+   use touchdown_points, only: with_held, opening_misfit, touchdown_steps
    use touch_candidates, only: touch_place
    use tangent_step, only: states_along
    use held_touchdown, only: solve_held
-   use conforming_span, only: excess_curvature, track_sense, node_track
    use timing, only: timers_t
    implicit none
    private
@@ -142,27 +141,25 @@ contains
       end do
    end function opening_ends
 
-   !> How the new span grows along the path, per unit of load factor.
+   !> How the new span grows along the path, per unit of load factor: lines by the misfit of their ends, points by where the better
+   !> told of moment and curvature has them.
    real(wp) function spreading_rate(problem, run, opened) result(rate)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run             !! its system factored
       integer, intent(in) :: opened(2)           !! as begin_span
       type(state_t) :: ahead, here
-      real(wp) :: step, change(2), excess, stretch
+      real(wp) :: step, misfit(2), place(problem%candidates%n), change
       integer :: ends(2), k
       ends = opening_ends(problem, opened)
       call states_along(problem, run%system, run%state, 1.0_wp, here, ahead, step)
-      change = opening_misfit(problem, ends, ahead) - opening_misfit(problem, ends, here)
+      misfit = opening_misfit(problem, ends, ahead) - opening_misfit(problem, ends, here)
+      place = touchdown_steps(problem, run%state, ahead) - touchdown_steps(problem, run%state, here)
       rate = 0.0_wp
       do k = 1, 2
          if (ends(k) == 0) cycle
-         if (.not. problem%candidates%follows(ends(k))) then
-            ! A rotation against the obstacle moves a point by that over the curvature it has more.
-            call excess_curvature(problem, run%state, ends(k), excess, stretch)
-            change(k) = -change(k) * track_sense(problem, run%state, ends(k), node_track(problem, run%state, ends(k))) / excess
-         end if
-         rate = rate + merge(-1.0_wp, 1.0_wp, k == 1) * change(k) * merge(problem%size, 1.0_wp, &
-            & problem%candidates%follows(ends(k)))
+         change = place(ends(k))
+         if (problem%candidates%follows(ends(k))) change = misfit(k) * problem%size
+         rate = rate + merge(-1.0_wp, 1.0_wp, k == 1) * change
       end do
       rate = rate / step
    end function spreading_rate
