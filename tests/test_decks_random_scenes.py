@@ -652,7 +652,7 @@ def test_contact_that_divides_just_behind_a_point(tolerance):
         within_bars(found, other)
 
 
-LINER = """*HEADING
+PRESSED_LINER = """*HEADING
 Liner with a gap under pressure
 *NODE
 1, 0., 1.
@@ -685,8 +685,8 @@ v, ABOVE, 0.3
 def test_a_point_beside_a_span_that_lies_down_does_not_divide():
     """The span beyond the point closes where the point is as curved as the host, all the way to the mirror; what a mesh errs by has the
     one or the other first, and nothing splits."""
-    given = dr.run_deck(LINER.format(count=", 24", accuracy=""))
-    run = dr.run_deck(LINER.format(count="", accuracy="*ACCURACY, TOLERANCE=1E-6\n"))
+    given = dr.run_deck(PRESSED_LINER.format(count=", 24", accuracy=""))
+    run = dr.run_deck(PRESSED_LINER.format(count="", accuracy="*ACCURACY, TOLERANCE=1E-6\n"))
     for found in (given, run):
         assert [c.label for c in found.results.critical] == ["LP", "EP"]
         assert np.all(found.results.contact.count <= 1)
