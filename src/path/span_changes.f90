@@ -7,7 +7,7 @@ module span_changes
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use span_regions, only: find_span_regions
-   use test_kinds, only: span_test_t, any_fails, test_words, test_curvature
+   use test_kinds, only: span_test_t, any_crosses, test_words, test_curvature
    use lying_ahead, only: turns
    use change_kinds, only: leg_t, change_t, new_leg, change_none, change_missed, change_by_rule, &
       & change_opening, change_vanishing, place_within, place_here, place_ahead
@@ -127,7 +127,7 @@ contains
       type(leg_t), intent(in) :: leg
       type(next_t), intent(in) :: next
       associate (here => leg%to%load_factor)
-         lies_beyond = .not. (leg%stuck .or. any_fails(leg%after)) .and. (next%state%load_factor - here) * &
+         lies_beyond = .not. (leg%stuck .or. any_crosses(leg%before, leg%after)) .and. (next%state%load_factor - here) * &
             & (here - leg%from%load_factor) > 0.0_wp
       end associate
    end function lies_beyond

@@ -4,7 +4,7 @@ module span_events
    use model, only: step_t
    use problem, only: problem_t, rounding_gap
    use free_span_gap, only: gap_at
-   use test_kinds, only: span_test_t, any_fails, another_fails, test_slack, test_gap, test_curvature, test_vanishing, test_slope, &
+   use test_kinds, only: any_crosses, crosses, another_fails, test_slack, test_gap, test_curvature, test_vanishing, test_slope, &
       & test_length
    use change_kinds, only: leg_t, change_t, change_none, change_missed, change_by_rule, change_vanishing, place_here, &
       & place_ahead
@@ -51,13 +51,13 @@ contains
       end associate
       change%tests = leg%after
       near = leg
-      fails = any_fails(leg%after)
+      fails = any_crosses(leg%before, leg%after)
       do round = 0, size(leg%after)
          call find_vanishing(problem, run, near, fails, change, timers)
          if (any(change%kind == [change_vanishing, change_missed])) return
          if (fails) then
             call tell_places_apart(problem, leg)
-            change%which = steepest(leg, leg%after)
+            change%which = steepest(leg)
             call locate(problem, step, run, leg, change, timers)
          else if (round == 0 .and. .not. turns(run, leg)) then
             call look_ahead(problem, run, leg, change, timers)
@@ -175,16 +175,15 @@ contains
       end do
    end subroutine tell_places_apart
 
-   !> Of the tests that fail at a place the one that a straight line between the ends has at zero first. 0: none fails.
-   pure integer function steepest(leg, tests) result(first)
+   !> Of the tests that fail on a leg the one that a straight line between its ends has at zero first. 0: none fails.
+   pure integer function steepest(leg) result(first)
       type(leg_t), intent(in) :: leg
-      type(span_test_t), intent(in) :: tests(:)   !! at that place
       real(wp) :: at, least
       integer :: k
       first = 0
       least = 1.0_wp
-      do k = 1, size(tests)
-         if (tests(k)%value >= -test_slack(tests(k)%kind)) cycle
+      do k = 1, size(leg%after)
+         if (.not. crosses(leg%before(k), leg%after(k))) cycle
          associate (before => max(leg%before(k)%value, 0.0_wp), fall => leg%before(k)%value - leg%after(k)%value)
             at = before / max(fall, tiny(fall))
          end associate

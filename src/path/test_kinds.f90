@@ -3,7 +3,7 @@ module test_kinds
    use kinds, only: wp
    implicit none
    private
-   public :: span_test_t, any_fails, another_fails, test_slack, well_below, test_words
+   public :: span_test_t, any_fails, any_crosses, crosses, another_fails, test_slack, well_below, test_words
    public :: test_gap, test_force, test_curvature, test_pressure, test_length, test_vanishing, test_crossing, test_slope, &
       & test_leaving, test_couple
 
@@ -65,6 +65,22 @@ contains
       type(span_test_t), intent(in) :: tests(:)
       any_fails = .not. all(tests%value >= -test_slack(tests%kind))
    end function any_fails
+
+   !> True for a test that is below zero by more than it errs by. A pressure has the widest slack, an increment may end in it: one
+   !> that has come from above the slack to below zero was zero between.
+   elemental logical function crosses(before, after)
+      type(span_test_t), intent(in) :: before, after !! one test at both ends of an increment
+      associate (slack => test_slack(after%kind))
+         crosses = .not. after%value >= -slack
+         if (after%kind == test_pressure) crosses = crosses .or. (after%value < 0.0_wp .and. before%value > slack)
+      end associate
+   end function crosses
+
+   !> True where some test is zero on an increment.
+   pure logical function any_crosses(before, after)
+      type(span_test_t), intent(in) :: before(:), after(:) !! at its ends
+      any_crosses = any(crosses(before, after))
+   end function any_crosses
 
    !> True where a test other than the one that is zero is well below.
    pure logical function another_fails(tests, which)
