@@ -693,3 +693,51 @@ def test_a_point_beside_a_span_that_lies_down_does_not_divide():
     within_bars(given.results.critical[0], run.results.critical[0])
     length = given.results.contact.end[:, 0] - given.results.contact.start[:, 0]
     assert np.nanmax(length) > 1.5
+
+
+THREE_WAVES = """*HEADING
+Column, clamped and hinged, with an imperfection of three half waves, between walls
+*NODE
+1, 0., 0.
+2, 1., 0.
+*LINE, ELSET=COLUMN, NSET=COLUMN, TYPE=GE8
+1, 2{count}
+*IMPERFECTION, ELSET=COLUMN, SHAPE=SINE
+-0.0017619193674254295, 3
+*BEAM SECTION, ELSET=COLUMN, SECTION=STIFFNESS
+2294958644.332778, 1.
+*BOUNDARY
+{supports}
+*OBSTACLE, NAME=TOP, TYPE=LINE
+1., 0.0071057202493371085, 0., 0.0071057202493371085
+*OBSTACLE, NAME=BOTTOM, TYPE=LINE
+0., -0.020717616284337343, 1., -0.020717616284337343
+*CONTACT, OBSTACLE=TOP, NSET=COLUMN
+*CONTACT, OBSTACLE=BOTTOM, NSET=COLUMN
+*MONITOR, NAME=short
+2, U1, -1.
+*STEP
+{accuracy}*STATIC
+{increments}
+*CLOAD
+2, 1, -9.869604401089358
+*STOP
+LOAD, ABOVE, 20.
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("supports, increments, accuracy", [
+    ("1, PINNED\n2, 2\n2, 6", "0.3, 1E-12, 0.0035528601246685543", "1E-4"),
+    ("1, ENCASTRE\n2, 2", "0.2045748", "1E-6"),
+])
+def test_what_a_short_line_becomes_begins_further_on(supports, increments, accuracy):
+    """A line that is taken for none has a length still: the point holds from 5E-5 of the load on, where its curvature is that of the
+    wall. Before, it would lie down again, and the path go back to where the line came from."""
+    run = dr.run_deck(THREE_WAVES.format(count="", supports=supports, increments=increments,
+                                         accuracy=f"*ACCURACY, TOLERANCE={accuracy}\n"))
+    given = dr.run_deck(THREE_WAVES.format(count=", 24", supports=supports, increments=increments, accuracy=""))
+    assert [c.label for c in run.results.critical] == [c.label for c in given.results.critical]
+    assert [c.label for c in run.results.critical][:6] == ["C+", "LP", "C-", "C+", "C-", "LP"]
+    for found, other in zip(run.results.critical, given.results.critical):
+        within_bars(found, other)

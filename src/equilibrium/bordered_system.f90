@@ -21,7 +21,7 @@ module bordered_system
    implicit none
    private
    public :: linearise, factor_system, set_path_row, unknowns_of, solve_bordered, solve_effective, solve_all_effective, &
-      & apply_increment, resultant_rates
+      & apply_increment, resultant_rates, all_to_global
 
 contains
 

@@ -120,8 +120,8 @@ contains
       end function beside
    end function with_smooth_density
 
-   !> No more in parts of a few pieces, but for the longest part, than lengths want that fall by a factor from piece to piece, from
-   !> the element next to the part on.
+   !> No more in parts of a few pieces, and in such as are shorter than a piece beside them, but for the longest part, than lengths
+   !> want that fall by a factor from piece to piece, from the element next to the part on.
    pure subroutine even_out(demand, begins, few)
       type(demand_t), intent(inout) :: demand
       logical, intent(in) :: begins(:)         !! (pieces + 1) where parts do, and the end
@@ -134,7 +134,8 @@ contains
       associate (at => demand%at, n => size(least))
          do i = 2, n + 1
             if (.not. begins(i)) cycle
-            least(first:i - 1) = i - first <= few
+            least(first:i - 1) = i - first <= few .or. at(i) - at(first) < max(at(first) - at(max(first - 1, 1)), &
+               & at(min(i + 1, n + 1)) - at(i))
             if (at(i) - at(first) > longest) stays = [first, i - 1]
             longest = max(longest, at(i) - at(first))
             first = i

@@ -6,8 +6,9 @@ module flat_points
    use rod_state, only: state_t
    use contact_touch, only: shortest
    use conforming_span, only: flat_excess, excess_curvature
-   use touchdown_points, only: point_force, excess_ahead
-   use tangent_step, only: states_along
+   use touchdown_points, only: point_force
+   use bordered_system, only: all_to_global
+   use curvature_row, only: curvature_row_t, new_curvature_row
    use path_control, only: control_t, path_length
    use path_run, only: run_t
    use corrector, only: increment_t, correct
@@ -90,9 +91,10 @@ contains
          call go_to_excess(problem, run, candidate, excess, excess, place, found, timers)
          ! Once more: spans that may buckle make a small residual come before a small error.
          if (found) call go_to_excess(problem, run, candidate, excess, excess, place, found, timers)
-         if (.not. found) return
-         away = path_length(problem, line, place)
+         away = huge(away)
+         if (found) away = path_length(problem, line, place)
          if (away <= reach .or. excess <= least_told(problem)) return
+         if (.not. found) place = line
          excess = max(nearer * excess, least_told(problem))
       end do
    end subroutine leave_flat_point
@@ -102,10 +104,9 @@ contains
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run             !! its system factored
       integer, intent(in) :: candidate
-      type(state_t) :: ahead, here
-      real(wp) :: step
-      call states_along(problem, run%system, run%state, 1.0_wp, here, ahead, step)
-      rate = (excess_ahead(problem, here, ahead, candidate) - excess_ahead(problem, here, here, candidate)) / step
+      type(curvature_row_t) :: row
+      row = new_curvature_row(problem, run%state, run%system, candidate)
+      rate = row%load + sum(row%node * all_to_global(problem, run%system, run%system%tangent))
    end function curving_rate
 
    !> A small excess: a part of what the point's force makes of the curvature along a line of a length that is taken for none.

@@ -23,8 +23,8 @@ module path_control
    use problem, only: problem_t
    use rod_state, only: state_t
    use state_transfer, only: displacements_at, field_at, see_from
-   use linear_system, only: system_t, to_global
-   use bordered_system, only: set_path_row, solve_bordered
+   use linear_system, only: system_t
+   use bordered_system, only: set_path_row, solve_bordered, all_to_global
    use curvature_row, only: curvature_row_t, new_curvature_row
    use conforming_span, only: excess_curvature
    use monitor_rows, only: monitor_row_t, monitor_row, watched_displacement
@@ -113,7 +113,7 @@ contains
       !! the load factor alone decides where the displacements are zero
       type(control_t), intent(inout) :: control
       real(wp) :: norm, along
-      control%tangent = nodal(problem, system, system%tangent)
+      control%tangent = all_to_global(problem, system, system%tangent)
       norm = sqrt(metric(problem, control%tangent, control%tangent) + load_weight(control))
       control%tangent_load = 1.0_wp
       if (norm > 0.0_wp) then
@@ -171,7 +171,7 @@ contains
          call set_path_row(problem, system, row, corner)
       else if (is_free(control%method)) then
          rhs = 0.0_wp
-         if (control%method == method_minimum_residual) row = nodal(problem, system, system%tangent)
+         if (control%method == method_minimum_residual) row = all_to_global(problem, system, system%tangent)
          if (control%method == method_generalised) then
             row = control%tangent
             if (allocated(control%previous)) row = control%previous
@@ -251,8 +251,8 @@ contains
       call set_path_row(problem, system, at, 1.0_wp)
       call solve_bordered(system, -system%residual, system%value, 0.0_wp, x, y, ok, timers)
       weight = load_weight(control)
-      fixed = nodal(problem, system, x)
-      line = nodal(problem, system, system%tangent)
+      fixed = all_to_global(problem, system, x)
+      line = all_to_global(problem, system, system%tangent)
       at = so_far + fixed
       a = metric(problem, line, line) + weight
       b = metric(problem, at, line) + weight * dl
@@ -281,18 +281,6 @@ contains
          row(:, i) = problem%weight(i) * [direction(1:2, i), 0.0_wp]
       end do
    end function metric_row
-
-   !> Solved increments in global axes.
-   function nodal(problem, system, x) result(u)
-      type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:)                !! (n) node axes
-      real(wp) :: u(3, problem%model%mesh%n_nodes)
-      integer :: i
-      do i = 1, size(u, 2)
-         u(:, i) = to_global(problem, system, x, i)
-      end do
-   end function nodal
 
    !> How far an iterate is from meeting the constraint, relative to the increment.
    pure real(wp) function control_error(problem, control, start, state)

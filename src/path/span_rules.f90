@@ -16,6 +16,7 @@ module span_rules
    use obstacle_track, only: track_t
    use breakpoint_forces, only: stands, breakpoint_force
    use touch_candidates, only: present_touches
+   use touchdown_points, only: point_force
    use span_answer, only: answer_t, numbers, stretch_length
    use flat_point_rule, only: answer_flat_point
    implicit none
@@ -59,7 +60,7 @@ contains
             if (stands(problem, state, ends(1)) .or. stands(problem, state, ends(2))) answer%label = 'C-'
          end associate
          call pass_breakpoints(problem, tests, which, fall, answer%touch, answer%crosses, passed, meets)
-         if (.not. passed) call shrink_lines(problem, tests, which, fall, answer)
+         if (.not. passed) call shrink_lines(problem, state, tests, which, fall, answer)
       case (test_crossing)
          call pass_breakpoints(problem, tests, which, fall, answer%touch, answer%crosses, passed, meets)
          if (meets) then
@@ -163,8 +164,9 @@ contains
 
    !> The line of a test, and others that become as short as none before nothing is left of it: of two that a mirror makes one of
    !> the other neither is the first.
-   subroutine shrink_lines(problem, tests, which, fall, answer)
+   subroutine shrink_lines(problem, state, tests, which, fall, answer)
       type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: tests(:)
       integer, intent(in) :: which
       real(wp), intent(in) :: fall(:)              !! (tests)
@@ -177,29 +179,34 @@ contains
       do k = 1, size(tests)
          if (tests(k)%kind /= test_length) cycle
          if (k /= which .and. .not. (fall(k) > 0.0_wp .and. tests(k)%value * fall(which) <= left * fall(k))) cycle
-         call shrink(problem, tests(k), answer%touch(tests(k)%touch), gone(tests(k)%touch))
+         call shrink(problem, state, tests(k)%touch, answer%touch(tests(k)%touch), gone(tests(k)%touch))
       end do
       answer%touch = pack(answer%touch, .not. gone)
    end subroutine shrink_lines
 
-   !> What is left of a line that has become as short as none: a point, or nothing of its own.
-   subroutine shrink(problem, test, line, gone)
+   !> What is left of a line that has become as short as none: a point where it was pushed, or nothing of its own.
+   subroutine shrink(problem, state, k, line, gone)
       type(problem_t), intent(in) :: problem
-      type(span_test_t), intent(in) :: test        !! of the line's length
-      type(touch_t), intent(inout) :: line
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: k                     !! index into problem%touch
+      type(touch_t), intent(inout) :: line         !! that one
       logical, intent(out) :: gone                 !! other contacts have its ends
-      real(wp) :: at, whole
-      gone = any(others_touch(problem, test%touch))
+      real(wp) :: push(2), whole
+      integer :: side
+      gone = any(others_touch(problem, k))
       if (gone) return
-      whole = stretch_length(problem, line)
-      at = test%at
-      if (line%at(1) <= 0.0_wp) then
-         at = 0.0_wp
-      else if (line%at(2) >= whole) then
-         at = whole
-      end if
       line%line = .false.
-      line%at = at
+      whole = stretch_length(problem, line)
+      if (line%at(1) <= 0.0_wp) then
+         line%at = 0.0_wp
+      else if (line%at(2) >= whole) then
+         line%at = whole
+      else
+         do side = 1, 2
+            push(side) = max(point_force(problem, state, line%candidate(side)), tiny(whole))
+         end do
+         line%at = dot_product(push, line%at) / sum(push)
+      end if
    end subroutine shrink
 
    !> Which ends of a touch are held by another one, too.
