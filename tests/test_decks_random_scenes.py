@@ -741,3 +741,51 @@ def test_what_a_short_line_becomes_begins_further_on(supports, increments, accur
     assert [c.label for c in run.results.critical][:6] == ["C+", "LP", "C-", "C+", "C-", "LP"]
     for found, other in zip(run.results.critical, given.results.critical):
         within_bars(found, other)
+
+
+PRESSED_DOWN = """*HEADING
+Clamped arch that snaps until the node with the load comes down on a floor
+*NODE
+1, -0.6964012480165627, 0.7176526330760405
+2, 0.1553199954193159, 0.9878642108219853
+3, 0.6964012480165627, 0.7176526330760405
+*ARC, ELSET=ARCH, NSET=ARCH, DIRECTION=CLOCKWISE, TYPE=GE8
+1, 2, 0., 0.{count}
+2, 3, 0., 0.{count}
+*BEAM SECTION, ELSET=ARCH, SECTION=STIFFNESS
+2423.35, 1.
+*BOUNDARY
+1, ENCASTRE
+3, ENCASTRE
+*MONITOR, NAME=v
+2, U2, -1.
+*MONITOR, NAME=push, OBSTACLE=FLOOR
+RN
+*OBSTACLE, NAME=FLOOR, TYPE=LINE
+-3., {floor}, 3., {floor}
+*CONTACT, OBSTACLE=FLOOR, NSET=ARCH
+*STEP
+{accuracy}*STATIC
+0.5, 1E-10, 0.0141
+*CLOAD
+2, 2, -1.
+*STOP
+LOAD, ABOVE, 140.
+*CONTROLS, POINTS=200
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("floor", [0.69769, 0.697])
+@pytest.mark.parametrize("count, accuracy", [(", 12", ""), ("", "*ACCURACY, TOLERANCE=1E-6\n")])
+def test_a_load_comes_down_on_a_floor(floor, count, accuracy):
+    """From there on nothing moves that the load does not push along the floor, and all that it grows by goes straight into that. The
+    rod comes down up to 5E-4 beside the node, where it is curved by 4.7 more than the floor, and rolls on to it, but never over."""
+    run = dr.run_deck(PRESSED_DOWN.format(floor=floor, count=count, accuracy=accuracy))
+    labels = [c.label for c in run.results.critical]
+    assert labels == ["LP", "C+", "EP"]
+    touch, end = run.results.critical[1:]
+    rise = 0.5 * 4.8 * 5e-4**2
+    assert touch.monitors["v"] == pytest.approx(0.9878642108219853 - floor, abs=rise)
+    assert end.monitors["v"] == pytest.approx(0.9878642108219853 - floor, abs=1e-8)
+    assert end.monitors["push"] == pytest.approx(end.load_factor - touch.load_factor, rel=2e-3)

@@ -13,7 +13,7 @@ module event_recording
    use path_control, only: path_length
    use path_continuity, only: heading_t
    use path_run, only: run_t, keep_landmark, leave_trail
-   use homecoming, only: is_home
+   use homecoming, only: is_home, look_back
    use path_events, only: probe_t, event_t, new_probe, event_stop, event_bifurcation, event_release, event_limit
    use sightings, only: sighting_t
    use event_order, only: same_place
@@ -58,6 +58,7 @@ contains
          if (run%branch == 0 .and. smooth) outcome%home = is_home(problem, run, place)
          if (outcome%home) outcome%why = 'the path comes back to a bifurcation of its own at load factor '// &
             & to_text(place%load_factor)//': beyond lies what it has passed'
+         if (event%kind == event_limit) call look_back(problem, run, place, event%label, outcome)
          if (outcome%home) return
          critical = new_critical(event%label, event%note, sighting%bars)
          if (smooth) run%system%negative_pivots = pivots

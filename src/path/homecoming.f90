@@ -1,7 +1,9 @@
 !> A branch that comes back to a bifurcation of the path that it left, or a path to one of its own. Two paths cross there: the load
 !> of one may turn, an eigenvalue come to zero and go back, no increment gets near. But the place is known: it was found before.
+!> So are those of other events: a path that comes to one of them once more goes round, or back the way that it came.
 module homecoming
    use kinds, only: wp
+   use text, only: to_text
    use problem, only: problem_t
    use rod_state, only: state_t
    use state_transfer, only: carry_to
@@ -10,12 +12,13 @@ module homecoming
    use path_run, only: run_t
    use path_events, only: event_t, event_limit, event_bifurcation
    use landmarks, only: landmark_t
+   use path_outcome, only: outcome_t
    use sightings, only: sighting_t
    implicit none
    private
-   public :: is_home, see_home
+   public :: is_home, see_home, look_back
 
-   real(wp), parameter :: near = 1.0e-4_wp       !! of the branch's length: as well as places are located
+   real(wp), parameter :: near = 1.0e-4_wp       !! of a path's length: as well as places are located
 
 contains
 
@@ -36,6 +39,29 @@ contains
          is_home = is_home .or. (distance <= near * travelled .and. comes_back(run, run%home%list(j), distance))
       end do
    end function is_home
+
+   !> Stops a path at a limit point, or change of contact, where it has had one before: as near to that as places are located on the
+   !> way that it has gone since.
+   subroutine look_back(problem, run, place, label, outcome)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run
+      type(state_t), intent(in) :: place
+      character(*), intent(in) :: label          !! LP, C+ or C-; contact that was gained is lost on the way back
+      type(outcome_t), intent(inout) :: outcome
+      real(wp) :: here
+      integer :: j
+      here = run%arc_length + path_length(problem, run%state, place)
+      do j = 1, size(run%landmarks%list)
+         associate (landmark => run%landmarks%list(j))
+            if (landmark%label(1:1) /= label(1:1)) cycle
+            if (.not. path_length(problem, seen_here(problem, place, landmark), place) < near * (here - landmark%arc_length)) cycle
+            outcome%home = .true.
+            outcome%why = 'the path comes back to its point '//to_text(landmark%point)//' at load factor '// &
+               & to_text(landmark%state%load_factor)//': beyond lies what it has passed'
+            return
+         end associate
+      end do
+   end subroutine look_back
 
    !> Where an increment passes a bifurcation of the path that its branch left. Of the events that its ends tell those that are
    !> this one are taken away: a pivot count that changes, a load that is largest or least there.

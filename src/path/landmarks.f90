@@ -1,5 +1,5 @@
-!> The critical points that branches and limit curves may start at, kept as long as a step runs. Runs point to them: copies of a
-!> run, which trials are made with, share them.
+!> The critical points that branches and limit curves may start at, and that a path may come back to, kept as long as a step runs.
+!> Runs point to them: copies of a run, which trials are made with, share them.
 module landmarks
    use kinds, only: wp
    use problem, only: problem_t

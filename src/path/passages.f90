@@ -1,7 +1,8 @@
-!> Contact that passes breakpoints of its rod: a point or an end of a line comes to one from this side and goes on behind it, or
-!> what a line has behind one shrinks and it ends on this side. As little as is left on one side is taken for none, and what goes on
-!> on the other is longer than that: the path jumps over this little way. What comes to another breakpoint on that way passes it,
-!> too, for a span that is shorter than none stops all of them, as where a mirror makes one passage of the other.
+!> Contact that passes breakpoints of its rod: an end of a line, or a point that may not roll there, comes to one from this side and
+!> goes on behind it, or what a line has behind one shrinks and it ends on this side. As little as is left on one side is taken for
+!> none, and what goes on on the other is longer than that: the path jumps over this little way. What comes to another breakpoint
+!> on that way passes it, too, for a span that is shorter than none stops all of them, as where a mirror makes one passage of the
+!> other. A point that may roll stays at the breakpoint, as little as it has not come there, until it has rolled on (test_leaving).
 module passages
    use kinds, only: wp
    use problem, only: problem_t
@@ -9,6 +10,7 @@ module passages
    use touch_edits, only: lost, shrunk, end_moved, moved, continued
    use past_breakpoints, only: beyond, end_node
    use lifted_node, only: lifted_ahead
+   use touch_candidates, only: rolls_at
    use rod_state, only: state_t
    use test_kinds, only: span_test_t, test_length, test_crossing
    implicit none
@@ -127,6 +129,9 @@ contains
       k = test%touch
       if (test%kind == test_crossing) then
          passage = passage_t(touch=k, way=nint(test%sense), stretch=beyond(problem, k, nint(test%sense)))
+         ! It leaves from there where it rolls on, which it may never, as where a load stands.
+         if (.not. set(k)%line .and. rolls_at(problem, set(k)%contact, set(k)%stretch, merge(1, 2, passage%way < 0))) &
+            & passage%stretch = 0
       else if (test%kind == test_length) then
          whole = problem%layout%stretch(set(k)%stretch)%length
          do way = -1, 1, 2

@@ -16,6 +16,7 @@ module path_acceptance
    use path_run, only: run_t, keep_landmark
    use step_control, only: stop_met
    use path_events, only: event_stop, event_bifurcation
+   use homecoming, only: look_back
    use event_search, only: findings_t, find_events
    use event_doubts, only: better_from_nearer, hides_release, turns_by_rounding, doubt_limit, doubt_bifurcation
    use event_order, only: told_otherwise, count_before, by_fraction, same_place
@@ -82,6 +83,8 @@ contains
       call record_events(problem, step, run, trial, findings, recorder, finished, outcome, timers)
       if (finished .or. allocated(outcome%why)) return
       finished = findings%stops
+      if (arrival%label /= '') call look_back(problem, run, trial, arrival%label, outcome)
+      if (allocated(outcome%why)) return
       call record_trial(problem, run, trial, ahead, arrival, findings, recorder, outcome, timers)
       if (allocated(outcome%why)) return
       call announce_missed(problem, run, trial, findings, recorder, finished, outcome, timers)
@@ -264,7 +267,7 @@ contains
    !> What the trial is known to be: contact is gained or lost there.
    subroutine announce_contact(problem, run, trial, arrival, findings, recorder, outcome, timers)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
+      type(run_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
       type(arrival_t), intent(in) :: arrival
       type(findings_t), intent(in) :: findings
@@ -282,6 +285,8 @@ contains
             & recorder, outcome, timers)
       end do
       if (arrival%bracketed) call note_bracketed(outcome, note, run%state%load_factor, trial%load_factor)
+      call keep_landmark(problem, run, arrival%label, trial, trial, 1.0_wp, run%arc_length + path_length(problem, run%state, &
+         & trial), findings%probe%negative_pivots, 0)
    end subroutine announce_contact
 
    !> The run goes to the trial. Bifurcations that come after it are not among its pivots yet.

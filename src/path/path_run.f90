@@ -95,7 +95,7 @@ module path_run
       logical :: fresh = .false.                 !! that point is a start whose contacts carry nothing: held in its tangent
       type(landmarks_t), pointer :: home => null() !! the critical points of the path that a branch left, or its own
       real(wp) :: left_at = 0.0_wp               !! arc_length where the branch left, or the step began
-      type(landmarks_t), pointer :: landmarks => null() !! LP and BP of this step or branch, in order
+      type(landmarks_t), pointer :: landmarks => null() !! of this step or branch, in order
    end type run_t
 
 contains

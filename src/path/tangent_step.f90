@@ -5,6 +5,7 @@ module tangent_step
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: apply_increment
+   use contact_response, only: reaction_rate
    implicit none
    private
    public :: states_along
@@ -21,12 +22,16 @@ contains
       real(wp), intent(in) :: load               !! its sign: whether the load grows or falls on the way ahead
       type(state_t), intent(out) :: here, ahead
       real(wp), intent(out) :: step              !! of the load factor, of that sign
+      integer :: c
       step = sign(small_load(problem, system), load)
       ! On a new mesh forces are in balance after the next iteration only, which both make.
       here = state
       ahead = state
       call apply_increment(problem, system, 0.0_wp * system%tangent, 0.0_wp, here)
       call apply_increment(problem, system, step * system%tangent, step, ahead)
+      do c = 1, problem%candidates%n
+         if (state%active(c)) ahead%reaction(c) = state%reaction(c) + step * reaction_rate(problem, system, c)
+      end do
    end subroutine states_along
 
    !> A step of the load factor that moves nothing by more than a little, nor turns it by more than that.
