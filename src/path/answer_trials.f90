@@ -5,7 +5,7 @@ module answer_trials
    use problem, only: problem_t, copy_problem
    use contact_touch, only: shortest, first_length
    use touchdown_points, only: point_force
-   use test_kinds, only: test_slack, test_curvature, test_force, test_length
+   use test_kinds, only: test_slack, test_curvature, test_force, test_length, test_crossing
    use span_tests, only: spans_hold
    use span_answer, only: answer_t
    use span_rules, only: answer_to
@@ -53,7 +53,7 @@ contains
       type(timers_t), intent(inout) :: timers
       call copy_problem(problem, next)
       call copy_run(run, on)
-      call change_set(next, on, change%tests(change%which), change%begins, answer, line_reach(problem, leg, change%which), grows, &
+      call change_set(next, on, change%tests(change%which), change%begins, answer, least_reach(problem, leg, change%which), grows, &
          & timers)
    end subroutine try
 
@@ -130,17 +130,17 @@ contains
       end do
    end function pushes
 
-   !> How far along the path the zero of a line's length may be from where the line is taken for none: as far as the increment's
-   !> chord tells, and as far as paths are followed as straight. 0: the test is another one.
-   real(wp) function line_reach(problem, leg, which) result(reach)
+   !> How far along the path the zero of a line's length, or of the way to a breakpoint, may be from where it is taken for none: as
+   !> far as the increment's chord tells, and as far as paths are followed as straight. 0: the test is another one.
+   real(wp) function least_reach(problem, leg, which) result(reach)
       type(problem_t), intent(in) :: problem
       type(leg_t), intent(in) :: leg
       integer, intent(in) :: which               !! index into the tests
       reach = 0.0_wp
-      if (leg%after(which)%kind /= test_length) return
+      if (all(leg%after(which)%kind /= [test_length, test_crossing])) return
       associate (before => leg%before(which), after => leg%after(which))
          reach = reach_of(leg) * path_length(problem, leg%from, leg%to) * shortest * &
             & problem%layout%stretch(after%stretch)%length / (problem%size * max(before%value - after%value, tiny(reach)))
       end associate
-   end function line_reach
+   end function least_reach
 end module answer_trials

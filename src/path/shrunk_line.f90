@@ -1,4 +1,5 @@
-!> What is left of a line of contact that is taken for none. It had a length still: without it the equilibrium is a little another.
+!> What is left of a line of contact, or of a point's way to a breakpoint, that is taken for none. It had a length still: without it
+!> the equilibrium is a little another.
 module shrunk_line
    use kinds, only: wp
    use model, only: method_load
@@ -20,8 +21,8 @@ module shrunk_line
 
 contains
 
-   !> The run in equilibrium with what a line has become. A point is just beyond where it is as curved as the obstacle; of a line it
-   !> is the equilibrium at the same load. It stays where none is found nearby.
+   !> The run in equilibrium with what a line has become. A point is just beyond where it is as curved as the obstacle; of a line,
+   !> and of a point at a breakpoint, it is the equilibrium at the same load. It stays where none is found nearby.
    subroutine come_to_rest(problem, run, candidate, reach, leaves, timers)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run

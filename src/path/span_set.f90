@@ -93,7 +93,7 @@ contains
       if (.not. ok) return
       if (size(answer%crosses, 2) > 0) then
          call begin_span(problem, run, answer%crosses(:, 1), ok, timers, answer%crosses(:, 2:))
-      else if (test%kind == test_length) then
+      else if (any(test%kind == [test_length, test_crossing])) then
          call come_to_rest(problem, run, candidate_of(problem, old%number), reach, leaves, timers)
       else if (test%kind == test_curvature .and. .not. parts(answer)) then
          call begin_span(problem, run, answer%between, grows, timers)
