@@ -789,3 +789,18 @@ def test_a_load_comes_down_on_a_floor(floor, count, accuracy):
     assert touch.monitors["v"] == pytest.approx(0.9878642108219853 - floor, abs=rise)
     assert end.monitors["v"] == pytest.approx(0.9878642108219853 - floor, abs=1e-8)
     assert end.monitors["push"] == pytest.approx(end.load_factor - touch.load_factor, rel=2e-3)
+
+
+def test_no_arc_is_too_long_where_nothing_moves():
+    """A shallow arch pressed down on a floor by its middle stands there up to fifty times the load: increments double on the way, whatever
+    the largest arc length."""
+    text = PRESSED_DOWN.format(floor=0.9609246887716418, count=", 12", accuracy="")
+    run = dr.run_deck(dr.changed(text, ("-0.6964012480165627, 0.7176526330760405", "-0.24028120770473685, 0.9707033229694607"),
+                                 ("0.6964012480165627, 0.7176526330760405", "0.24028120770473685, 0.9707033229694607"),
+                                 ("0.1553199954193159, 0.9878642108219853", "0., 1."), ("2423.35", "5506.19"), ("1E-10, 0.0141", "1E-10, 0.001465"),
+                                 ("ABOVE, 140.", "ABOVE, 3300.")))
+    touch, end = run.results.critical
+    assert [touch.label, end.label] == ["C+", "EP"]
+    assert end.point - touch.point <= 2 + math.log2(3300.0)
+    dr.assert_close(touch.monitors["v"], 1.0 - 0.9609246887716418, relative=1e-9)
+    dr.assert_close(end.monitors["push"], end.load_factor - touch.load_factor, relative=1e-9)

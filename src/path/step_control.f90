@@ -88,7 +88,6 @@ contains
       logical, intent(in) :: spans              !! its nodes moved along the rods
       type(control_t), intent(inout) :: control
       real(wp) :: ratio
-      real(wp) :: largest
       integer :: desired
       desired = step%desired_iterations
       ! Modified Newton converges linearly: many iterations are its nature, not a sign of too long increments.
@@ -97,9 +96,9 @@ contains
       if (spans) ratio = (real(desired, wp) / max(report%effort - 1.0_wp, 1.0_wp))**2
       if (relation%told) ratio = min(ratio, safety * largest_turn / max(relation%turn, epsilon(ratio)))
       control%increment = control%increment * min(max(ratio, shrinkage), growth)
-      largest = step%largest
-      if (is_arc_length(step%method) .and. .not. is_arc_length(control%method)) largest = largest / control%load_scale
-      if (abs(control%increment) > largest) control%increment = sign(largest, control%increment)
+      ! Where nothing moves there is no arc to be too long.
+      if (is_arc_length(step%method) .and. .not. is_arc_length(control%method)) return
+      if (abs(control%increment) > step%largest) control%increment = sign(step%largest, control%increment)
    end subroutine next_increment
 
    !> Smallest increment worth trying.
