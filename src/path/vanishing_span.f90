@@ -148,7 +148,7 @@ contains
       ! paths are followed as straight.
       associate (load => next%state%load_factor - leg%from%load_factor, whole => leg%to%load_factor - leg%from%load_factor)
          lies = abs(load * (come - left) - whole * come) <= largest_distance * abs(whole * (come - left))
-         if (left < -test_slack(test_vanishing)) lies = load * (load - whole) <= 0.0_wp
+         if (left * problem%size < -rounding_gap(problem)) lies = load * (load - whole) <= 0.0_wp
          lies = lies .and. abs(next%rate) > 0.0_wp
       end associate
    end subroutine lie_down
