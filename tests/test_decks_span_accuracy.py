@@ -395,6 +395,17 @@ def test_liner(slenderness, lobes, disturbance, gap):
     dr.assert_close(run.load("LP"), cases.liner_table()[slenderness, lobes, disturbance, gap], relative=1e-6)
 
 
+@pytest.mark.parametrize("first", ["0.2", "0.5"])
+@pytest.mark.parametrize("elements, kind, relative", [(16, "GE8", 1e-6), (32, "GE8", 1e-9), (48, "GE4", 1e-6)])
+def test_liner_whose_thrust_balances_the_pressure(elements, kind, relative, first):
+    """What lifts off the bottom of the host does so by 1e-10, and lies down again: no contact is gained or lost by it."""
+    slenderness, disturbance, gap = 25, 0.0012843163513733612, 0.00020570837929743765
+    text = liner_deck(slenderness, 1, disturbance, gap, elements, kind)
+    run = dr.run_deck(dr.changed(text, ("0.5, 1E-9", f"{first}, 1E-9")))
+    assert events(run) == ["LP", "EP"]
+    dr.assert_close(run.load("LP"), cases.liner_limit(slenderness, gap, disturbance).load, relative=relative)
+
+
 @pytest.mark.parametrize("radius", [0.2, 3.0, 7.0, 10.0, 33.0])
 def test_contact_that_begins_on_a_symmetry_plane(radius):
     """Where the gap has no slope rounding, another one in each unit of length, decides on which side of the plane it is least."""
