@@ -41,6 +41,8 @@ contains
       call look_at(loads(2), value)
       found = .false.
       if (.not. ok) return
+      found = gone .and. value >= 0.0_wp .and. value <= slack
+      if (found) return
       values = value - goal
       load = loads(2) + held_load(run)
       if (value > slack) then
