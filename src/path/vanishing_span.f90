@@ -109,6 +109,9 @@ contains
          & to => leg%to%load_factor)
          right = right .and. (load - here) * (to - from) >= 0.0_wp .and. &
             & (.not. fails .or. (load - here) * (load - to) <= 0.0_wp)
+         ! Nor is what has such a load behind a limit point on the way.
+         if (right .and. (load - from) * (load - to) <= 0.0_wp) right = path_length(next%problem, carried(problem, leg%from, &
+            & next%problem), next%state) <= (1.0_wp + largest_distance) * path_length(problem, leg%from, leg%to)
       end associate
    end function holds_within_reach
 
