@@ -173,3 +173,50 @@ def test_what_nodes_find_lost_has_no_bar_that_it_is_not_within(elements):
     if not all(event.located for event in lost):
         between = re.search(r"(?:contact lost|a contact region splits) between load factors (\S+) and (\S+) was not located", run.stdout)
         assert run.code == 2 and float(between[1]) <= 0.0 <= float(between[2])
+
+
+PRESSED_TIP = """*HEADING
+Beam of some weight on a rigid floor, its tip turned down
+*NODE
+1, 0., 0.
+2, 3., 0.
+*LINE, ELSET=BEAM, NSET=BEAM, TYPE=GE8
+1, 2{count}
+*BEAM SECTION, ELSET=BEAM, SECTION=STIFFNESS
+1e7, 1.
+*BOUNDARY
+1, 1
+*OBSTACLE, NAME=FLOOR, TYPE=LINE
+-1., 0., 4., 0.
+*CONTACT, OBSTACLE=FLOOR, NSET=BEAM
+*MONITOR, NAME=turn
+2, UR, -1.
+*STEP
+*STATIC, METHOD=LOAD
+1.
+*DLOAD
+BEAM, PY, -0.3
+*END STEP
+*STEP
+{accuracy}*STATIC
+0.05, , 1E-3
+*CLOAD
+2, 6, {couple}
+*STOP
+LOAD, ABOVE, 1.
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("count, accuracy", [(", 24", ""), ("", "*ACCURACY, TOLERANCE=1E-6\n")])
+def test_a_couple_presses_a_tip_down(count, accuracy):
+    """The beam rises before it, from the first moment on: over l = 2 sqrt(C/q), with the slope C l/6 at the tip."""
+    couple, weight = 0.01, 0.3
+    run = dr.run_deck(PRESSED_TIP.format(count=count, accuracy=accuracy, couple=-couple))
+    assert [c.label for c in run.results.critical] == ["EP", "C-", "EP"]
+    split, end = run.results.critical[1:]
+    assert split.load_factor == 0.0
+    line, tip = run.results.contact.regions(end.point)
+    length = 2.0 * math.sqrt(couple / weight)
+    dr.assert_close([line.start, line.end, tip.start, tip.end], [0.0, 3.0 - length, 3.0, 3.0], absolute=1e-5 * length)
+    dr.assert_close(end.monitors["turn"], couple * length / 6.0, relative=1e-5)

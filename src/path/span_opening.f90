@@ -228,7 +228,7 @@ contains
       k = problem%candidates%touch(candidate)
       side = findloc(now(k)%candidate == candidate, .true., 1)
       e = problem%candidates%element(3 - side, candidate)
-      if (e == 0 .or. problem%candidates%element(side, candidate) == 0) return
+      if (e == 0) return
       call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 2), local, x, angle, density)
       couple = merge(-1.0_wp, 1.0_wp, side == 1) * breakpoint_couple(problem, state, candidate) * &
          & track_sense(problem, state, candidate, node_track(problem, state, candidate))
