@@ -695,11 +695,14 @@ def test_a_point_beside_a_span_that_lies_down_does_not_divide():
     assert np.nanmax(length) > 1.5
 
 
-def test_a_span_that_is_gone_on_both_sides_of_a_limit_point():
-    """What is left between a line and the mirror has no gap. The set without it holds where the run stands, and at the same load behind the
-    limit point ahead, where it was found first."""
-    changes = [("120000.0", "30000.0"), ("0.006904149129439708, 1.0069041491294397", "0.0009083402868857271, 1.0009083402868857"),
-               ("1, 2, -0.0012883308589962611", "1, 2, -0.00010694934216911198\n2, 2, 5.347467108455599e-05")]
+@pytest.mark.parametrize("axial, host, forces", [
+    ("30000.0", "0.0009083402868857271, 1.0009083402868857", "1, 2, -0.00010694934216911198\n2, 2, 5.347467108455599e-05"),
+    ("7500.0", "0.005098185454337521, 1.0050981854543375", "1, 2, -0.00024317659476365958\n2, 2, 7.295297842909788e-05"),
+])
+def test_a_span_that_is_gone_on_both_sides_of_a_limit_point(axial, host, forces):
+    """What is left between a line and the mirror has no gap. The set without it holds where the run stands, and at the same load, or one just
+    ahead, behind the limit point, where it was found first."""
+    changes = [("120000.0", axial), ("0.006904149129439708, 1.0069041491294397", host), ("1, 2, -0.0012883308589962611", forces)]
     given = dr.run_deck(dr.changed(PRESSED_LINER.format(count=", 24", accuracy=""), *changes))
     run = dr.run_deck(dr.changed(PRESSED_LINER.format(count="", accuracy="*ACCURACY, TOLERANCE=1E-4\n"), *changes))
     for found in (given, run):

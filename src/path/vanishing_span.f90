@@ -98,9 +98,10 @@ contains
       type(leg_t), intent(in) :: leg
       logical, intent(in) :: fails               !! another test does at the end of the leg, and may come first
       type(next_t), intent(in) :: next
-      real(wp) :: away
+      real(wp) :: away, whole
       away = path_length(next%problem, carried(problem, leg%to, next%problem), next%state)
-      right = away <= reach_of(leg) * path_length(problem, leg%from, leg%to)
+      whole = path_length(problem, leg%from, leg%to)
+      right = away <= reach_of(leg) * whole
       ! Where nothing moves by more than rounding the load tells.
       if (.not. right .and. away <= rounding_gap(problem) * sqrt(sum(problem%weight))) right = abs(next%state%load_factor - &
          & leg%to%load_factor) <= reach_of(leg) * abs(leg%to%load_factor - leg%from%load_factor)
@@ -109,11 +110,29 @@ contains
          & to => leg%to%load_factor)
          right = right .and. (load - here) * (to - from) >= 0.0_wp .and. &
             & (.not. fails .or. (load - here) * (load - to) <= 0.0_wp)
-         ! Nor is what has such a load behind a limit point on the way.
-         if (right .and. (load - from) * (load - to) <= 0.0_wp) right = path_length(next%problem, carried(problem, leg%from, &
-            & next%problem), next%state) <= (1.0_wp + largest_distance) * path_length(problem, leg%from, leg%to)
+         if (right .and. .not. leg%stuck) right = .not. behind_turn(problem, leg, next, away, whole)
       end associate
    end function holds_within_reach
+
+   !> True for an equilibrium that has its load behind a limit point, on the way to it or beyond: further from where the leg begins
+   !> than its end is, which has a larger load, or so far beyond its end that the load has not gone half as far as its rate there
+   !> says, as it would have on a parabola up to its vertex.
+   logical function behind_turn(problem, leg, next, away, whole) result(behind)
+      type(problem_t), intent(in) :: problem
+      type(leg_t), intent(in) :: leg
+      type(next_t), intent(in) :: next
+      real(wp), intent(in) :: away               !! from the end of the leg
+      real(wp), intent(in) :: whole              !! length of the leg
+      associate (load => next%state%load_factor, from => leg%from%load_factor, to => leg%to%load_factor)
+         if ((load - from) * (load - to) <= 0.0_wp) then
+            behind = path_length(next%problem, carried(problem, leg%from, next%problem), next%state) > &
+               & (1.0_wp + largest_distance) * whole
+         else
+            behind = away > largest_distance * whole .and. abs(load - to) < 0.5_wp * (1.0_wp - largest_distance) * &
+               & abs(leg%ahead%load) * away
+         end if
+      end associate
+   end function behind_turn
 
    !> The line in which a free span lies down, and its equilibrium where it begins to press.
    subroutine lie_down(problem, run, leg, which, next, lies, timers)
