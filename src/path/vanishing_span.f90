@@ -167,10 +167,11 @@ contains
       if (gone) return
       ! A straight obstacle presses a straight line at no load: then only a gap that is gone tells. Else not some other equilibrium:
       ! a gap that has changed its sign on the way was gone there; one that falls as it did is gone where it leads to, as far as
-      ! paths are followed as straight.
+      ! paths are followed as straight. What is below zero by less than gaps err by may be gone just ahead.
       associate (load => next%state%load_factor - leg%from%load_factor, whole => leg%to%load_factor - leg%from%load_factor)
-         lies = abs(load * (come - left) - whole * come) <= largest_distance * abs(whole * (come - left))
-         if (left * problem%size < -rounding_gap(problem)) lies = load * (load - whole) <= 0.0_wp
+         lies = left >= -test_slack(test_vanishing) .and. abs(load * (come - left) - whole * come) <= largest_distance * &
+            & abs(whole * (come - left))
+         if (left * problem%size < -rounding_gap(problem)) lies = lies .or. load * (load - whole) <= 0.0_wp
          lies = lies .and. abs(next%rate) > 0.0_wp
       end associate
    end subroutine lie_down
