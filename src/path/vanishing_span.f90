@@ -114,15 +114,17 @@ contains
       end associate
    end function holds_within_reach
 
-   !> True for an equilibrium that has its load behind a limit point, on the way to it or beyond: further from where the leg begins
-   !> than its end is, which has a larger load, or so far beyond its end that the load has not gone half as far as its rate there
-   !> says, as it would have on a parabola up to its vertex.
+   !> True for an equilibrium that has its load behind a limit point, on the way to it or beyond: of another stability, and further
+   !> from where the leg begins than its end is, which has a larger load, or so far beyond its end that the load has not gone half
+   !> as far as its rate there says, as it would have on a parabola up to its vertex.
    logical function behind_turn(problem, leg, next, away, whole) result(behind)
       type(problem_t), intent(in) :: problem
       type(leg_t), intent(in) :: leg
       type(next_t), intent(in) :: next
       real(wp), intent(in) :: away               !! from the end of the leg
       real(wp), intent(in) :: whole              !! length of the leg
+      behind = next%system%negative_pivots /= leg%pivots
+      if (.not. behind) return
       associate (load => next%state%load_factor, from => leg%from%load_factor, to => leg%to%load_factor)
          if ((load - from) * (load - to) <= 0.0_wp) then
             behind = path_length(next%problem, carried(problem, leg%from, next%problem), next%state) > &
