@@ -23,7 +23,7 @@ contains
       type(state_t), intent(out) :: here, ahead
       real(wp), intent(out) :: step              !! of the load factor, of that sign
       integer :: c
-      step = sign(small_load(problem, system), load)
+      step = sign(small_load(problem, system, state%load_factor), load)
       ! On a new mesh forces are in balance after the next iteration only, which both make.
       here = state
       ahead = state
@@ -34,10 +34,12 @@ contains
       end do
    end subroutine states_along
 
-   !> A step of the load factor that moves nothing by more than a little, nor turns it by more than that.
-   pure real(wp) function small_load(problem, system) result(step)
+   !> A step of the load factor that moves nothing by more than a little, nor turns it by more than that; where nothing moves it is
+   !> the whole load, or 1.
+   pure real(wp) function small_load(problem, system, load) result(step)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! factored
+      real(wp), intent(in) :: load               !! factor
       real(wp) :: rate
       integer :: node, d
       rate = tiny(rate)
@@ -47,6 +49,6 @@ contains
             rate = max(rate, maxval(abs(u(1:2))) / problem%size, abs(u(3)))
          end associate
       end do
-      step = little / rate
+      step = min(little / rate, max(abs(load), 1.0_wp))
    end function small_load
 end module tangent_step
