@@ -695,6 +695,7 @@ def test_a_point_beside_a_span_that_lies_down_does_not_divide():
     assert np.nanmax(length) > 1.5
 
 
+@dr.release_only
 @pytest.mark.parametrize("axial, host, forces", [
     ("30000.0", "0.0009083402868857271, 1.0009083402868857", "1, 2, -0.00010694934216911198\n2, 2, 5.347467108455599e-05"),
     ("7500.0", "0.005098185454337521, 1.0050981854543375", "1, 2, -0.00024317659476365958\n2, 2, 7.295297842909788e-05"),
@@ -742,6 +743,7 @@ LOAD, ABOVE, 20.
 """
 
 
+@dr.release_only
 @pytest.mark.parametrize("supports, increments, accuracy", [
     ("1, PINNED\n2, 2\n2, 6", "0.3, 1E-12, 0.0035528601246685543", "1E-4"),
     ("1, ENCASTRE\n2, 2", "0.2045748", "1E-6"),
