@@ -15,7 +15,6 @@ program unilat
    use diagnostics, only: diagnostics_t, diagnostics_report, place_t
    use card_manual, only: write_card_manual
    use deck_summary, only: write_deck_summary
-   use contact_touch, only: choose_spans
    use blas_threads, only: use_one_thread, blas_threads_text
    use model, only: model_t
    use problem, only: problem_t, new_problem
@@ -65,7 +64,6 @@ program unilat
    end if
    call read_deck(source, deck_model, diagnostics, steps_optional=options%check, settings=options%set)
    call end_with_errors()
-   call choose_spans(deck_model)
    call timing_stop(timers, phase_reading)
    if (options%check) then
       if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, deck_words(), '')
@@ -85,6 +83,7 @@ program unilat
    end if
    if (outcome%dead_end .and. any(deck_model%contact%along)) &
       & call note_failure('*CONTACT, POINTS=NODES may go on, as well as the elements of the deck can')
+   call note_contact_at_nodes()
    if (allocated(outcome%accuracy%bar_words)) call note_failure(outcome%accuracy%bar_words)
 
    ! ---- the end ----
@@ -135,6 +134,18 @@ contains
          outcome%why = words
       end if
    end subroutine note_failure
+
+   !> Contact at nodes is another problem than contact along the rod: who has not asked for it is to know.
+   subroutine note_contact_at_nodes()
+      integer :: i
+      do i = 1, size(deck_model%contact)
+         associate (contact => deck_model%contact(i))
+            if (.not. allocated(contact%needs)) cycle
+            call note_failure('*CONTACT with '//trim(deck_model%obstacle(contact%obstacle)%name)// &
+               & ' acts at nodes (POINTS=NODES says that this is meant): along the rod it needs '//contact%needs)
+         end associate
+      end do
+   end subroutine note_contact_at_nodes
 
    !> True where what touches at the start has led nowhere; says so, and closes the results.
    logical function begins_again()

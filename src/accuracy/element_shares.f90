@@ -65,7 +65,7 @@ contains
       & watched)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system       !! factored there
+      type(system_t), intent(in) :: system       !! factored there, without inextensible elements (with_stretch)
       type(problem_t), intent(in) :: finer       !! the finer problem,
       type(state_t), intent(in) :: start         !! the same point of it
       type(system_t), intent(in) :: at_start     !! and its system, assembled there
@@ -245,8 +245,8 @@ contains
          w = along_load * of_load - answer
          of_path = along_load / along
          w = w + (given - dot_product(push, w) - of_path * corner) * of_load
-         ! The band alone is not all of a stiffness that ground or rods without stretch add to.
-         if (maxval(abs(w)) > lost .or. system%rigidity%n > 0 .or. system%coupling%n > 0) return
+         ! The band alone is not all of a stiffness that ground adds to.
+         if (maxval(abs(w)) > lost .or. system%coupling%n > 0) return
          call band_times(system%k, w, left)
          left = free_force(of_path * number(1)%by_unknown - functional%by_unknown - left)
          call solve_effective(system, left, more, timers)

@@ -4,8 +4,8 @@ module finer_path
    use model, only: quantity_reaction, method_displacement
    use problem, only: problem_t, dof
    use rod_state, only: state_t
-   use linear_system, only: system_t, new_system, assemble, row_times, to_global
-   use bordered_system, only: linearise, factor_system, apply_increment
+   use linear_system, only: system_t, new_system, assemble, to_global
+   use bordered_system, only: linearise, factor_system, apply_increment, held_force_change
    use contact_set, only: contact_step_t, solve_contact_step
    use touchdown_points, only: move_touchdown_points, touchdown_travel
    use path_control, only: control_t, control_row, follow_nodes
@@ -198,8 +198,8 @@ contains
                if (node == 0) cycle
                if (.not. problem%model%fixed(monitor%component, node)) cycle
                d = dof(problem, node, monitor%component)
-               change(m) = change(m) + monitor%factor * (system%residual(d) - system%raw(d) + row_times(system, d, step%x) - &
-                  & system%load(d) * step%y)
+               change(m) = change(m) + monitor%factor * (system%residual(d) - system%raw(d) + &
+                  & held_force_change(system, d, step%x, step%y))
             end do
          end associate
       end do

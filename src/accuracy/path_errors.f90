@@ -18,6 +18,7 @@ module path_errors
    use accuracy_limits, only: why_not_told
    use finer_problem, only: finer_problem_t
    use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point, values_beside
+   use bordered_system, only: with_stretch
    use element_shares, only: shares_t, find_shares, eigenvalue_shares
    use touch_places, only: moving_ends, places_at, named_place
    use mesh_request, only: value_sizes, motion_sizes
@@ -399,8 +400,13 @@ contains
       path%modes = modes
       call start_point(path, finer, point, timers)
       value = [state%load_factor, monitor_values(problem, state, system), places_at(problem, state, ends)]
-      call find_shares(problem, state, system, path%problem, point%state, point%system, control, ends, modes, shares, timers, &
-         & watched)
+      if (system%rigidity%n > 0) then
+         call find_shares(problem, state, with_stretch(system, timers), path%problem, point%state, point%system, control, ends, &
+            & modes, shares, timers, watched)
+      else
+         call find_shares(problem, state, system, path%problem, point%state, point%system, control, ends, modes, shares, timers, &
+            & watched)
+      end if
    end subroutine begin
 
    !> Bars from estimates. What is taken from the polynomial inside an element errs by one order more in the finer one only, not

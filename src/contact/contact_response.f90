@@ -6,7 +6,8 @@
 module contact_response
    use kinds, only: wp
    use problem, only: problem_t
-   use linear_system, only: system_t, to_global, row_times, contact_reaction
+   use linear_system, only: system_t, to_global, contact_reaction
+   use bordered_system, only: held_force_change
    use active_coupling, only: coupled_answer
    implicit none
    private
@@ -68,9 +69,7 @@ contains
       !> Change of the force on the unknown that a candidate eliminates.
       pure real(wp) function force_change(c)
          integer, intent(in) :: c
-         integer :: d
-         d = system%unknown(c)
-         force_change = row_times(system, d, x) - system%load(d) * y
+         force_change = held_force_change(system, system%unknown(c), x, y)
       end function force_change
    end function reaction_change
 

@@ -2,7 +2,8 @@
 !> the rods instead of at nodes.
 module contact_touch
    use kinds, only: wp
-   use model, only: model_t, ground_independent
+   use text, only: to_text
+   use model, only: model_t, contact_t, ground_independent
    use element_families, only: conforms
    use rod_layout, only: layout_t, new_layout
    implicit none
@@ -30,18 +31,34 @@ module contact_touch
 contains
 
    !> Leaves contact spans to those contacts that can have them; the others act at the deck's nodes, which stay, and where they
-   !> do there is no place for spans of another one.
+   !> do there is no place for spans of another one. What those lack is noted in `needs`, unless the deck has asked for nodes.
    subroutine choose_spans(model)
       type(model_t), intent(inout) :: model
       type(layout_t) :: layout
-      logical :: takes(size(model%contact))
+      logical :: taken(size(model%contact))
       integer :: k
       do while (any(model%contact%along))
          layout = new_layout(model)
-         takes = [(takes_spans(model, layout, k), k=1, size(takes))]
-         if (all(takes .eqv. model%contact%along)) exit
-         model%contact%along = takes
+         taken = .false.
+         do k = 1, size(taken)
+            if (model%contact(k)%along) call judge(model%contact(k), taken(k))
+         end do
+         if (all(taken .eqv. model%contact%along)) exit
+         model%contact%along = taken
       end do
+
+   contains
+
+      subroutine judge(contact, takes)
+         type(contact_t), intent(inout) :: contact
+         logical, intent(out) :: takes
+         character(:), allocatable :: needs
+         takes = .false.
+         if (stands_at_nodes(model, layout, k)) return
+         needs = span_needs(model, layout, k)
+         takes = needs == ''
+         if (.not. takes) contact%needs = needs
+      end subroutine judge
    end subroutine choose_spans
 
    !> Which stretches a contact covers.
@@ -60,50 +77,78 @@ contains
       end do
    end function covers
 
-   !> True for a contact that spans describe: with a rigid obstacle that only pushes, along rods without shear whose nodes may
-   !> stand anywhere, where contact points may move.
-   pure logical function takes_spans(model, layout, contact) result(takes)
+   !> True for a contact that is one of nodes by what the deck says of its obstacle, its steps or its nodes.
+   pure logical function stands_at_nodes(model, layout, contact) result(stands)
       type(model_t), intent(in) :: model    !! the deck's
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: contact
-      logical :: member(model%mesh%n_nodes), covered(model%mesh%n_nodes)
-      integer :: k, e
-      associate (touched => model%contact(contact), obstacle => model%obstacle(model%contact(contact)%obstacle), mesh => model%mesh)
-         takes = touched%along .and. obstacle%rigid .and. .not. (obstacle%bilateral .or. obstacle%at_nodes) .and. &
-            & obstacle%ground == ground_independent
-         do k = 1, size(model%step)
-            takes = takes .and. .not. model%step(k)%paper_loop
-         end do
-         if (.not. takes) return
+      integer :: k
+      associate (obstacle => model%obstacle(model%contact(contact)%obstacle))
+         stands = .not. obstacle%rigid .or. obstacle%bilateral .or. obstacle%at_nodes .or. obstacle%ground /= ground_independent &
+            & .or. .not. any(covers(model, layout, contact))
+      end associate
+      do k = 1, size(model%step)
+         stands = stands .or. model%step(k)%paper_loop
+      end do
+   end function stands_at_nodes
+
+   !> What a contact with a rigid obstacle lacks for points and lines anywhere along the rod: rods without shear whose nodes may stand
+   !> anywhere, and that nothing else acts on which a contact line knows nothing of. '' when it lacks nothing.
+   pure function span_needs(model, layout, contact) result(needs)
+      type(model_t), intent(in) :: model    !! the deck's
+      type(layout_t), intent(in) :: layout
+      integer, intent(in) :: contact
+      character(:), allocatable :: needs
+      logical :: member(model%mesh%n_nodes), touched(model%mesh%n_nodes)
+      integer :: k, e, other
+      needs = ''
+      associate (mesh => model%mesh, nodes => model%contact(contact)%node)
          member = .false.
-         member(touched%node) = .true.
-         covered = .false.
+         member(nodes) = .true.
+         do k = 1, size(model%tie)
+            if (.not. member(model%tie(k)%node)) cycle
+            needs = 'nodes that do not follow others; a joint ties node '//to_text(mesh%node_label(model%tie(k)%node))
+            return
+         end do
+         touched = .false.
          do k = 1, size(layout%stretch)
             e = layout%stretch(k)%element(1)
             if (.not. all(member(mesh%node(:, e)))) cycle
-            takes = takes .and. layout%stretch(k)%free .and. conforms(mesh%family(e)) .and. &
-               & model%section(mesh%section(e))%shear_rigid .and. .not. founded(e)
-            covered(mesh%node(1, layout%stretch(k)%element)) = .true.
-            covered(mesh%node(2, layout%stretch(k)%element)) = .true.
+            if (.not. conforms(mesh%family(e)) .or. mesh%curve(e) == 0) then
+               needs = 'GE elements on a *LINE, *ARC or *RING; element '//to_text(mesh%element_label(e))//' is not'
+            else if (mesh%stages(e) == 1) then
+               needs = 'elements of order 4 or higher; element '//to_text(mesh%element_label(e))//' is GE2'
+            else if (.not. model%section(mesh%section(e))%shear_rigid) then
+               needs = 'rods without shear flexibility; by its *BEAM SECTION element '//to_text(mesh%element_label(e))//' has it'
+            else
+               other = other_contact(e)
+               if (other > 0) needs = 'an obstacle alone on its rod; *CONTACT with '// &
+                  & trim(model%obstacle(model%contact(other)%obstacle)%name)//' acts on element '// &
+                  & to_text(mesh%element_label(e))//', too, and not as contact along the rod'
+            end if
+            if (needs /= '') return
+            touched(mesh%node(1, layout%stretch(k)%element)) = .true.
+            touched(mesh%node(2, layout%stretch(k)%element)) = .true.
          end do
-         ! Nodes on their own are candidates on their own.
-         takes = takes .and. all(covered(touched%node))
+         k = findloc(touched(nodes), .false., 1)
+         if (k > 0) needs = 'nodes with elements between them; node '//to_text(mesh%node_label(nodes(k)))//' is alone'
       end associate
 
    contains
 
-      !> True for an element that a foundation acts on, too: what lies on an obstacle's track knows of no other forces.
-      pure logical function founded(e)
+      !> The contact of an element that takes no contact spans, 0: none. What lies on an obstacle's track knows of no foundation, and
+      !> contact at nodes leaves these where they are.
+      pure integer function other_contact(e) result(other)
          integer, intent(in) :: e
-         integer :: c
-         founded = .false.
-         do c = 1, size(model%contact)
-            if (.not. model%contact(c)%distributed) cycle
-            founded = founded .or. all([any(model%contact(c)%node == model%mesh%node(1, e)), &
-               & any(model%contact(c)%node == model%mesh%node(2, e))])
+         do other = 1, size(model%contact)
+            associate (its => model%contact(other))
+               if (other == contact .or. its%along .or. model%obstacle(its%obstacle)%at_nodes) cycle
+               if (any(its%node == model%mesh%node(1, e)) .and. any(its%node == model%mesh%node(2, e))) return
+            end associate
          end do
-      end function founded
-   end function takes_spans
+         other = 0
+      end function other_contact
+   end function span_needs
 
    !> Orders touches along the stretches.
    pure subroutine sort_touches(touch)

@@ -10,9 +10,9 @@ module bordered_system
    use rod_elements, only: rod_at
    use problem, only: problem_t
    use rod_state, only: state_t
-   use linear_system, only: system_t, assemble, to_node, to_global
+   use linear_system, only: system_t, assemble, to_node, to_global, row_times
    use tied_nodes, only: spread_force
-   use axial_rigidity, only: rigidity_rounds, stretched, shrinking_forces
+   use axial_rigidity, only: rigidity_t, rigidity_rounds, stretched, shrinking_forces
    use band_matrix, only: band_times, factorise, solve_factored
    use rolling_rods, only: set_rolling, without_rolling
    use active_coupling, only: factor_excess, add_excess_response
@@ -21,7 +21,7 @@ module bordered_system
    implicit none
    private
    public :: linearise, factor_system, set_path_row, unknowns_of, solve_bordered, solve_effective, solve_all_effective, &
-      & apply_increment, resultant_rates, all_to_global
+      & with_stretch, held_force_change, apply_increment, resultant_rates, all_to_global
 
 contains
 
@@ -39,6 +39,7 @@ contains
    subroutine factor_system(system, timers)
       type(system_t), intent(inout) :: system
       type(timers_t), intent(inout) :: timers
+      real(wp) :: shrink(system%n)
       call timing_start(timers, phase_factorisation)
       call factorise(system%k, system%fixed, system%factor)
       call factor_excess(system%coupling, system%factor, system%fixed)
@@ -48,9 +49,37 @@ contains
       call set_rolling(system)
       call solve_constrained(system, system%load, system%rate, system%tangent, timers)
       system%tangent_stretch = 0.0_wp
-      if (system%rigidity%n > 0) call take_back_stretches(system, 1.0_wp, system%tangent_stretch, system%tangent, timers)
+      system%tangent_load = system%load
+      if (system%rigidity%n > 0) then
+         call take_back_stretches(system, 1.0_wp, system%tangent_stretch, system%tangent, timers)
+         call shrinking_forces(system%rigidity, system%tangent_stretch, shrink)
+         system%tangent_load = system%load + shrink
+      end if
       system%negative_pivots = system%factor%negative_pivots + system%coupling%negative_pivots - system%hinges
    end subroutine factor_system
+
+   !> The system of the same structure whose inextensible elements stretch by what their tangents give: about 1e-8 of what
+   !> bending gives. All of it is linear in the unknowns alone, whereas the force of an inextensible element is not.
+   function with_stretch(system, timers) result(stretching)
+      type(system_t), intent(in) :: system     !! factored
+      type(timers_t), intent(inout) :: timers
+      type(system_t) :: stretching             !! factored
+      stretching = system
+      stretching%rigidity = rigidity_t()
+      stretching%tangent_stretch = reshape([real(wp) ::], [2, 0])
+      stretching%tangent_load = system%load
+      call solve_constrained(stretching, stretching%load, stretching%rate, stretching%tangent, timers)
+   end function with_stretch
+
+   !> Change of the force that a support, a rigid contact or a tie adds to an unknown, under an increment x of the unknowns and y of
+   !> the load factor as solve_bordered gives them.
+   pure real(wp) function held_force_change(system, d, x, y) result(change)
+      type(system_t), intent(in) :: system     !! factored
+      integer, intent(in) :: d                 !! the unknown
+      real(wp), intent(in) :: x(:)             !! (n) node axes
+      real(wp), intent(in) :: y
+      change = row_times(system, d, x) - system%tangent_load(d) * y
+   end function held_force_change
 
    !> Response to forces at a fixed load factor; constraints hold.
    subroutine solve_effective(system, rhs, x, timers, stretch)

@@ -54,6 +54,8 @@ module system_type
       real(wp), allocatable :: eshift(:, :, :) !! (6, 2, elements) element matrix times unit translations in x and y, node axes
       ! Border.
       real(wp), allocatable :: tangent(:)       !! (n) derivative along the path by the load factor
+      real(wp), allocatable :: tangent_load(:)  !! (n) forces that the band answers with it: `load`, and what makes inextensible
+      !! elements as short as they are
       real(wp), allocatable :: path_row(:)      !! (n) node axes
       real(wp) :: path_corner = 0.0_wp
       integer :: negative_pivots = 0            !! of the tangent on the null space of the active constraints, without those of
@@ -120,7 +122,7 @@ contains
             if (problem%coupling%entry(c) > 0) system%spring(c) = 1.0_wp / problem%coupling%local(problem%coupling%entry(c))
          end do
       end associate
-      allocate (system%tangent(n), source=0.0_wp)
+      allocate (system%tangent(n), system%tangent_load(n), source=0.0_wp)
       allocate (system%rolled(n), system%roll_row(n), source=0.0_wp)
    end function new_system
 end module system_type

@@ -166,9 +166,10 @@ module model
       integer, allocatable :: node(:)           !! node indices, in the deck's order
       real(wp) :: gap = 0.0_wp                  !! added to the geometric gap (half depth: negative)
       logical :: along = .false.                !! rigid: points and lines anywhere along the rod, by contact spans
-      logical :: may_lie = .false.              !! foundation: there could be spans if it were rigid
       logical :: distributed = .false.          !! foundation: reactions act all along the elements, not at the nodes
       logical :: spans = .false.                !! contact points and lines anywhere along the rods (contact_touch)
+      character(:), allocatable :: needs        !! what it lacks to act along the rod, where it acts at nodes although the deck has
+      !! not asked for that; not allocated: nothing
    end type contact_t
 
    !> A column of the listing: where a stretch of contact with an obstacle begins or ends.

@@ -193,6 +193,7 @@ contains
       if (contact%along) text = text//', points and lines anywhere along the rod'
       if (contact%distributed) text = text//', all along the elements'
       if (.not. (contact%along .or. contact%distributed)) text = text//', at the nodes'
+      if (allocated(contact%needs)) text = text//': along the rod it needs '//contact%needs
    end function contact_text
 
    !> A step: what it is, then a line for each of the things it does on the way and afterwards.

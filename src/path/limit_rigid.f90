@@ -33,7 +33,7 @@ contains
       deck = problem%deck
       deck%obstacle(curve%obstacle)%rigid = .true.
       where (deck%contact%obstacle == curve%obstacle)
-         deck%contact%along = deck%contact%distributed .and. deck%contact%may_lie
+         deck%contact%along = deck%contact%distributed
          deck%contact%distributed = .false.
       end where
       call choose_spans(deck)

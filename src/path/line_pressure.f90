@@ -4,7 +4,7 @@ module line_pressure
    use problem, only: problem_t
    use rod_state, only: state_t, element_load, candidate_offset
    use conforming_span, only: conforming_forces, excess_curvature, node_track, track_sense, rod_angle, bend_at, &
-      & track_joints
+      & track_joints, ge_end
    use obstacle_track, only: track_t, jump_between
    use ge_element, only: ge_load_t
    use contact_touch, only: touch_t
@@ -140,8 +140,8 @@ contains
       integer, intent(in), optional :: beside      !! as excess_curvature has it
       type(ge_load_t) :: load
       type(track_t) :: track
-      real(wp) :: angle, sense, stretch, excess, axial, normal(2), bend(0:2)
-      integer :: e
+      real(wp) :: angle, sense, stretch, excess, axial, force(2), moment, normal(2), bend(0:2)
+      integer :: e, end
       e = maxval(problem%candidates%element(:, candidate))
       if (present(beside)) e = problem%candidates%element(beside, candidate)
       load = element_load(problem, state, e)
@@ -150,8 +150,10 @@ contains
       angle = rod_angle(problem, state, candidate)
       normal = [-sin(angle), cos(angle)]
       call excess_curvature(problem, state, candidate, excess, stretch, beside)
-      axial = (stretch - 1.0_wp - load%strain) / problem%compliance(e)%axial
-      bend = bend_at(problem, state, e, merge(0.0_wp, 1.0_wp, problem%model%mesh%node(1, e) == problem%candidates%node(candidate)))
+      end = merge(1, 2, problem%model%mesh%node(1, e) == problem%candidates%node(candidate))
+      call ge_end(problem, state, e, end, force, moment)
+      axial = cos(angle) * force(1) + sin(angle) * force(2)
+      bend = bend_at(problem, state, e, end - 1.0_wp)
       density = (track%curvature_second * stretch**3 - sense * bend(2)) / &
          & problem%compliance(e)%bending - (axial * track%curvature * stretch + sense * (dot_product(load%line, normal) + &
          & load%pressure * stretch))

@@ -4,10 +4,10 @@ module monitors
    use model, only: monitor_t, quantity_displacement, quantity_contact
    use problem, only: problem_t, dof
    use rod_state, only: state_t
-   use linear_system, only: system_t, to_global, row_times
+   use linear_system, only: system_t, to_global
    use contact_response, only: reaction_rate
    use span_forces, only: span_totals
-   use bordered_system, only: apply_increment
+   use bordered_system, only: apply_increment, held_force_change
    use ground_regions, only: foundation_totals, foundation_total_rates
    use monitor_rows, only: watched_displacement, monitor_change
    implicit none
@@ -96,7 +96,7 @@ contains
                   cycle
                end if
                d = dof(problem, node, monitor%component)
-               rate = rate + monitor%factor * (row_times(system, d, system%tangent) - system%load(d))
+               rate = rate + monitor%factor * held_force_change(system, d, system%tangent, 1.0_wp)
             end do
          end if
       end associate
