@@ -47,7 +47,7 @@ contains
          if (is_arc_length(control%method)) then
             rise = trial%load_factor - run%state%load_factor
             ! Of what nothing moves by more than rounding only the load tells parts.
-            still = stands_still(run%heading%load, rise) .and. stands_still(ahead%load, rise) .and. abs(rise) > 0.0_wp
+            still = stands_still(run%heading, rise) .and. stands_still(ahead, rise) .and. abs(rise) > 0.0_wp
             if ((load_tells .and. division%smooth) .or. still) then
                control%method = method_load
                division%whole = rise

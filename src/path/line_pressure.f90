@@ -153,6 +153,8 @@ contains
       end = merge(1, 2, problem%model%mesh%node(1, e) == problem%candidates%node(candidate))
       call ge_end(problem, state, e, end, force, moment)
       axial = cos(angle) * force(1) + sin(angle) * force(2)
+      ! Newton's method leaves so much of it: where it is zero its sign, which decides between a line and two points, is chance.
+      if (abs(axial) <= problem%model%step(problem%step)%tolerance * norm2(force)) axial = 0.0_wp
       bend = bend_at(problem, state, e, end - 1.0_wp)
       density = (track%curvature_second * stretch**3 - sense * bend(2)) / &
          & problem%compliance(e)%bending - (axial * track%curvature * stretch + sense * (dot_product(load%line, normal) + &

@@ -57,7 +57,7 @@ contains
       there = chord(problem, from, place)
       there%load = heading%load
       if (present(rate)) there%load = rate
-      leads = same_path(relate(problem, from, place, heading, there, fresh .or. stands_still(heading%load, place%load_factor - &
+      leads = same_path(relate(problem, from, place, heading, there, fresh .or. stands_still(heading, place%load_factor - &
          & from%load_factor)))
    end function leads_to
 

@@ -41,6 +41,10 @@ module path_continuity
       real(wp) :: rotation = 0.0_wp             !! [rad] largest, where the first tangent is not known
    end type relation_t
 
+   interface stands_still
+      module procedure heading_stands, rate_stands
+   end interface stands_still
+
    real(wp), parameter :: largest_turn = 0.5_wp !! of the tangent in one increment
    real(wp), parameter :: largest_distance = 0.5_wp * largest_turn**2 !! four times what a circle's arc of that turn gives
    real(wp), parameter :: largest_load = largest_distance !! of a rate that is not monotone over the increment
@@ -224,12 +228,19 @@ contains
       first = along(1) - cosine * second
    end function length_to_corner
 
-   !> True where over a change of the load factor nothing moves but by rounding: such a tangent tells no direction.
-   pure logical function stands_still(rate, rise)
-      real(wp), intent(in) :: rate              !! of the load along the path, as a heading has it
+   !> True where a change of the load factor moves nothing but by rounding: such a tangent has no direction.
+   pure logical function heading_stands(heading, rise) result(stands)
+      type(heading_t), intent(in) :: heading
+      real(wp), intent(in) :: rise              !! of the load factor
+      stands = .not. any(abs(heading%u) > 0.0_wp) .or. rate_stands(heading%load, rise)
+   end function heading_stands
+
+   !> The same of a tangent that moves something.
+   pure logical function rate_stands(rate, rise) result(stands)
+      real(wp), intent(in) :: rate              !! of the load factor by the arc length
       real(wp), intent(in) :: rise
-      stands_still = abs(rise) <= no_motion * abs(rate)
-   end function stands_still
+      stands = abs(rise) <= no_motion * abs(rate)
+   end function rate_stands
 
    !> Difference of the displacements of the material points at the nodes of `from`.
    pure function chord_between(problem, from, to) result(chord)

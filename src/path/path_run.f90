@@ -176,7 +176,7 @@ contains
       turned_round = .false.
       if (.not. allocated(run%trail)) return
       ! Where nothing moves the tangent is rounding.
-      if (stands_still(ahead%load, trial%load_factor - run%state%load_factor)) return
+      if (stands_still(ahead, trial%load_factor - run%state%load_factor)) return
       do k = 1, size(run%trail)
          if (turned_round) return
          associate (way => run%trail(k))

@@ -44,7 +44,7 @@ contains
       length = run%last_length
       scaled = length > rounding_gap(problem) * sqrt(sum(problem%weight)) .and. abs(run%last_load) > 0.0_wp
       if (run%control%load_scale > 0.0_wp) then
-         scaled = .not. stands_still(run%heading%load, step%increment)
+         scaled = .not. stands_still(run%heading, step%increment)
          length = run%control%load_scale * abs(step%increment)
       end if
       if (.not. scaled) return
@@ -70,7 +70,7 @@ contains
    subroutine go_by_load(step, run)
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
-      if (.not. is_arc_length(run%control%method) .or. .not. stands_still(run%heading%load, step%increment)) return
+      if (.not. is_arc_length(run%control%method) .or. .not. stands_still(run%heading, step%increment)) return
       ! What has hardly moved from the start has an arc length all the same.
       if (.not. run%control%load_scale > 0.0_wp) return
       if (stands_still(1.0_wp / run%control%load_scale, step%increment)) return
