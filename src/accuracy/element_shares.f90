@@ -26,7 +26,6 @@ module element_shares
    use inner_kinks, only: kink_moments
    use touch_places, only: place_gradients, moment_places
    use small_dense, only: solve_small
-   use timing, only: timers_t
    implicit none
    private
    public :: shares_t, find_shares, eigenvalue_shares
@@ -61,7 +60,7 @@ module element_shares
 contains
 
    !> Shares of all elements at a point.
-   subroutine find_shares(problem, state, system, finer, start, at_start, control, ends, modes, shares, timers, &
+   subroutine find_shares(problem, state, system, finer, start, at_start, control, ends, modes, shares, &
       & watched)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -74,7 +73,6 @@ contains
       real(wp), intent(in) :: modes(:, :)        !! (n, multiplicity) bifurcation: null vectors, else none. Nothing that counts
       !! is along them, but rounding over a vanishing eigenvalue
       type(shares_t), intent(out) :: shares
-      type(timers_t), intent(inout) :: timers
       real(wp), allocatable, intent(in), optional :: watched(:, :) !! (3, nodes) another displacement's derivatives, global axes
       type(functional_t) :: number(2 + size(problem%model%monitor) + size(ends)) ! the last one: watched
       type(inside_t) :: inside, held
@@ -99,7 +97,7 @@ contains
       end do
       shares%unfolding = sqrt(sum([(force_on(modes(:, m))**2, m=1, size(modes, 2))]))
       kink = kink_moments(problem, state)
-      direction = new_null_directions(problem, system, modes, timers)
+      direction = new_null_directions(problem, system, modes)
       call held_row(problem, control, state, system, row, corner, defect)
       call list_numbers()
       tangent = system%tangent
@@ -193,7 +191,7 @@ contains
          do m = 1, last
             if (number(m)%known) answers(:, m) = free_force(number(m)%by_unknown)
          end do
-         call solve_all_effective(system, answers(:, :last), timers)
+         call solve_all_effective(system, answers(:, :last))
          do m = 1, last
             call leave_out(problem, modes, direction, answers(:, m))
          end do
@@ -249,7 +247,7 @@ contains
          if (maxval(abs(w)) > lost .or. system%coupling%n > 0) return
          call band_times(system%k, w, left)
          left = free_force(of_path * number(1)%by_unknown - functional%by_unknown - left)
-         call solve_effective(system, left, more, timers)
+         call solve_effective(system, left, more)
          call leave_out(problem, modes, direction, more)
          w = w + more + (given - dot_product(push, w + more) - of_path * corner) * of_load
       end subroutine combine

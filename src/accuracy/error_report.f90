@@ -25,7 +25,7 @@ module error_report
    use run_accuracy, only: accuracy_t, place_t, note_worst
    use path_record, only: buckling_t, limit_point_t
    use columns, only: whole, brief, scientific
-   use timing, only: timers_t, timing_start, timing_stop, phase_accuracy
+   use timing, only: timing_start, timing_stop, phase_accuracy
    implicit none
    private
    public :: bars_at_event, bars_at_point, bars_at_touch, note_load, asked_at, note_buckling_bars, &
@@ -39,7 +39,7 @@ contains
 
    !> Bars of an event of the path that was located between the run's last point and a trial. Where lines let go their shares are
    !> those of elements without these lines.
-   subroutine bars_at_event(problem, step, run, trial, event, place, heading, bars, timers, as_it_is)
+   subroutine bars_at_event(problem, step, run, trial, event, place, heading, bars, as_it_is)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the place
@@ -48,46 +48,44 @@ contains
       type(state_t), intent(in) :: place
       type(heading_t), intent(in) :: heading     !! tangent there
       type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck does not want them
-      type(timers_t), intent(inout) :: timers
       logical, intent(in), optional :: as_it_is  !! no other mesh will be made for their sake
-      type(timers_t) :: own                      ! the work is not the path's
       type(zero_t) :: zero
       if (.not. step%error_bars) return
       allocate (bars)
-      call timing_start(timers, phase_accuracy)
+      call timing_start(phase_accuracy)
       if (event%kind == event_release) then
          call bars_at_release()
       else if (is_at_mesh_nodes(problem, event)) then
          bars = no_error_bars(size(problem%model%monitor), at_nodes)
       else if (event%jumps) then
          ! Free spans buckle: it is where the line is none, at a load that stands.
-         call point_errors(problem, run%finer, place, run%system, control_t(method=method_linearised), heading, bars, own, &
+         call point_errors(problem, run%finer, place, run%system, control_t(method=method_linearised), heading, bars, &
             & places=.true., as_it_is=as_it_is)
          ! Which of both sides a mesh has there tells nothing, but whether the load goes on as it does on this one.
          bars%missed = 0
          bars%turned = load_turns()
          bars%unsure = bars%turned
       else if (event%held) then
-         call point_errors(problem, run%finer, place, run%system, holding_value(event%monitor, 0.0_wp), heading, bars, own, &
+         call point_errors(problem, run%finer, place, run%system, holding_value(event%monitor, 0.0_wp), heading, bars, &
             & places=.true., as_it_is=as_it_is)
       else
-         call new_zero(problem, event, place, run%system, zero, own)
+         call new_zero(problem, event, place, run%system, zero)
          call event_errors(problem, run%finer, place, run%system, zero, heading, path_length(problem, run%state, trial), &
-            & trial%load_factor - run%state%load_factor, bars, own, as_it_is)
+            & trial%load_factor - run%state%load_factor, bars, as_it_is)
          ! On stiff ground a given mesh makes small changes of contact of its own.
          if (event%kind == event_contact .and. bars%load%told .and. .not. bars%load%bounded .and. &
             & .not. any(problem%layout%stretch%placed)) bars = no_error_bars(size(problem%model%monitor), waves)
       end if
-      call timing_stop(timers, phase_accuracy)
+      call timing_stop(phase_accuracy)
 
    contains
 
       !> True where finer elements have the load change the other way behind the place.
       logical function load_turns() result(turns)
          type(error_bars_t) :: of_rate
-         call new_zero(problem, event_t(kind=event_limit), place, run%system, zero, own)
+         call new_zero(problem, event_t(kind=event_limit), place, run%system, zero)
          call event_errors(problem, run%finer, place, run%system, zero, heading, path_length(problem, run%state, trial), &
-            & trial%load_factor - run%state%load_factor, of_rate, own, as_it_is)
+            & trial%load_factor - run%state%load_factor, of_rate, as_it_is)
          turns = of_rate%turned
       end function load_turns
 
@@ -105,14 +103,14 @@ contains
          bars = no_error_bars(size(problem%model%monitor), hidden)
          if (.not. any_weak) return
          loose = new_system(free)
-         call linearise(free, released, released, loose, own)
+         call linearise(free, released, released, loose)
          ! The singular tangent would add a share of its null vector, whatever presses the lines a little.
          on = heading_t(carried_field(problem, place, heading%u, free, released), heading%load)
          one = event
          one%kind = event_bifurcation
-         call new_zero(free, one, released, loose, zero, own)
+         call new_zero(free, one, released, loose, zero)
          call event_errors(free, finer, released, loose, zero, on, path_length(problem, run%state, trial), &
-            & trial%load_factor - run%state%load_factor, bars, own)
+            & trial%load_factor - run%state%load_factor, bars)
          ! Another mesh may tell.
          if (any(problem%layout%stretch%placed)) return
          if (bars%why /= '' .or. .not. (bars%load%told .and. bars%load%bounded)) &
@@ -121,7 +119,7 @@ contains
    end subroutine bars_at_event
 
    !> Bars of an accepted point: of one where a test of contact spans is zero, or of any, which the control holds.
-   subroutine bars_at_point(problem, step, run, place, heading, label, finished, test, bars, timers, wanted, changing, &
+   subroutine bars_at_point(problem, step, run, place, heading, label, finished, test, bars, wanted, changing, &
       & as_it_is)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -132,18 +130,16 @@ contains
       logical, intent(in) :: finished            !! and so is the end
       integer, intent(in) :: test                !! number of the test in run_span_tests; 0: none
       type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck does not want them
-      type(timers_t), intent(inout) :: timers
       logical, intent(in), optional :: wanted    !! at every point
       logical, intent(in), optional :: changing(:) !! (candidates) whose contact at a node begins or ends there
       logical, intent(in), optional :: as_it_is  !! no other mesh will be made for their sake
-      type(timers_t) :: own                      ! the work is not the path's
       type(zero_t) :: zero
       logical :: everywhere
       everywhere = step%bars_everywhere
       if (present(wanted)) everywhere = everywhere .or. wanted
       if (.not. (step%error_bars .and. (label /= '' .or. finished .or. everywhere))) return
       allocate (bars)
-      call timing_start(timers, phase_accuracy)
+      call timing_start(phase_accuracy)
       zero%test = test
       if (label /= '' .and. present(changing)) then
          if (only_stops(problem, changing)) then
@@ -153,19 +149,19 @@ contains
       end if
       if (allocated(zero%event)) then
          call event_errors(problem, run%finer, place, run%system, zero, heading, path_length(problem, run%state, place), &
-            & place%load_factor - run%state%load_factor, bars, own)
+            & place%load_factor - run%state%load_factor, bars)
       else if (label /= '' .and. .not. problem%has_spans()) then
          bars = no_error_bars(size(problem%model%monitor), at_nodes)
       else if (label /= '' .and. test == 0) then
          bars = no_error_bars(size(problem%model%monitor), 'a whole span lies down here')
       else if (test > 0) then
          call event_errors(problem, run%finer, place, run%system, zero, heading, path_length(problem, run%state, place), &
-            & place%load_factor - run%state%load_factor, bars, own)
+            & place%load_factor - run%state%load_factor, bars)
       else
-         call point_errors(problem, run%finer, place, run%system, run%control, heading, bars, own, &
+         call point_errors(problem, run%finer, place, run%system, run%control, heading, bars, &
             & places=label /= '' .or. finished .or. step%bars_everywhere, as_it_is=as_it_is)
       end if
-      call timing_stop(timers, phase_accuracy)
+      call timing_stop(phase_accuracy)
    end subroutine bars_at_point
 
    !> True for a change of contact at nodes that another mesh has elsewhere.
@@ -189,7 +185,7 @@ contains
 
    !> Bars of a point where contact begins. The gap of a free span is known as well as its elements' polynomials only; where the
    !> force of the new contact vanishes the nodes tell.
-   subroutine bars_at_touch(problem, step, run, place, heading, begun, touched, bars, timers)
+   subroutine bars_at_touch(problem, step, run, place, heading, begun, touched, bars)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the place
@@ -199,15 +195,13 @@ contains
       type(run_t), intent(in) :: touched         !! at the same load, where the contact carries nothing yet; its system is
       !! factored there
       type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck does not want them, or a node touches first
-      type(timers_t), intent(inout) :: timers
-      type(timers_t) :: own
       type(finer_problem_t) :: finer
       type(span_test_t), allocatable :: tests(:)
       type(zero_t) :: zero
       real(wp), allocatable :: here(:), there(:)
       integer :: k, m
       if (.not. step%error_bars) return
-      call timing_start(timers, phase_accuracy)
+      call timing_start(phase_accuracy)
       tests = run_span_tests(begun, touched%state, touched%system%force_scale)
       do k = 1, size(tests)
          if (tests(k)%kind /= test_force) cycle
@@ -218,7 +212,7 @@ contains
          allocate (bars)
          call event_errors(begun, finer, touched%state, touched%system, zero, heading_at(begun, touched%system, &
             & 0.0_wp * touched%state%u, heading%load), path_length(problem, run%state, place), &
-            & place%load_factor - run%state%load_factor, bars, own)
+            & place%load_factor - run%state%load_factor, bars)
          if (allocated(bars%share)) bars%share = shares_on(begun, touched%state, bars%share, problem, place)
          ! The numbers told are those without the contact.
          here = monitor_values(problem, place, run%system)
@@ -227,7 +221,7 @@ contains
             bars%monitor(m) = shifted_error_bar(bars%monitor(m), there(m) - here(m))
          end do
       end if
-      call timing_stop(timers, phase_accuracy)
+      call timing_stop(phase_accuracy)
    end subroutine bars_at_touch
 
    !> Shares of the elements of one mesh as those of another one, by the middles of the elements.
@@ -246,7 +240,7 @@ contains
    end function shares_on
 
    !> Bars of a point of a limit curve: of a limit point as the path has them.
-   subroutine bars_on_curve(problem, state, system, heading, length, rise, bars, timers)
+   subroutine bars_on_curve(problem, state, system, heading, length, rise, bars)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! factored there
@@ -254,17 +248,15 @@ contains
       real(wp), intent(in) :: length             !! arc length over which the load changes
       real(wp), intent(in) :: rise               !! by this much
       type(error_bars_t), allocatable, intent(out) :: bars
-      type(timers_t), intent(inout) :: timers
-      type(timers_t) :: own
       type(finer_problem_t) :: finer
       type(event_t) :: event
       type(zero_t) :: zero
       allocate (bars)
       event%kind = event_limit
-      call timing_start(timers, phase_accuracy)
-      call new_zero(problem, event, state, system, zero, own)
-      call event_errors(problem, finer, state, system, zero, heading, length, rise, bars, own)
-      call timing_stop(timers, phase_accuracy)
+      call timing_start(phase_accuracy)
+      call new_zero(problem, event, state, system, zero)
+      call event_errors(problem, finer, state, system, zero, heading, length, rise, bars)
+      call timing_stop(phase_accuracy)
    end subroutine bars_on_curve
 
    !> Keeps the largest load of a step, which error bars are measured against.

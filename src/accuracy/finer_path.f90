@@ -15,7 +15,6 @@ module finer_path
    use finer_problem, only: finer_problem_t, provide_finer_problem, new_finer_state
    use touch_places, only: places_at, places_after
    use null_directions, only: new_null_directions, leave_out
-   use timing, only: timers_t
    implicit none
    private
    public :: finer_path_t, finer_point_t, new_finer_path, start_point, next_point, values_beside
@@ -71,33 +70,31 @@ contains
    end subroutine new_finer_path
 
    !> The finer problem linearised at the problem's own point: where Newton's method starts.
-   subroutine start_point(path, finer, point, timers)
+   subroutine start_point(path, finer, point)
       type(finer_path_t), intent(in) :: path
       type(finer_problem_t), intent(inout) :: finer !! that of the path: its storage for equations becomes the point's
       type(finer_point_t), intent(out) :: point
-      type(timers_t), intent(inout) :: timers
       point%state = path%base
       call move_alloc(finer%system, point%system)
       if (.not. allocated(point%system)) point%system = new_system(path%problem)
-      call linearise(path%problem, point%state, point%state, point%system, timers)
+      call linearise(path%problem, point%state, point%state, point%system)
       point%ok = point%system%ok
    end subroutine start_point
 
    !> From a point, or the start, to the one at the control's increment.
-   subroutine next_point(path, increment, point, timers)
+   subroutine next_point(path, increment, point)
       type(finer_path_t), intent(in) :: path
       real(wp), intent(in) :: increment
       type(finer_point_t), intent(inout) :: point
-      type(timers_t), intent(inout) :: timers
       type(contact_step_t) :: step
       integer :: k
       associate (problem => path%problem)
          do k = 1, steps
             if (.not. point%ok) return
-            call solve_step(path, increment, point, step, timers)
+            call solve_step(path, increment, point, step)
             if (.not. point%ok) return
             call go(path, step, point)
-            call linearise(problem, point%state, point%state, point%system, timers)
+            call linearise(problem, point%state, point%state, point%system)
             point%ok = point%system%ok
          end do
          if (.not. point%ok) return
@@ -110,15 +107,14 @@ contains
    !>
    !> What a step of Newton's method leaves is of second order. All that is not linear is what sections turn by, and how far
    !> touchdown points go; a step that moves these little needs no look at its end.
-   subroutine values_beside(path, point, timers)
+   subroutine values_beside(path, point)
       type(finer_path_t), intent(in) :: path
       type(finer_point_t), intent(inout) :: point !! the start
-      type(timers_t), intent(inout) :: timers
       type(contact_step_t) :: step
       type(state_t) :: ahead
       real(wp) :: first
       if (.not. point%ok) return
-      call solve_step(path, 0.0_wp, point, step, timers)
+      call solve_step(path, 0.0_wp, point, step)
       if (.not. point%ok) return
       associate (problem => path%problem)
          ahead = point%state
@@ -131,15 +127,15 @@ contains
          end if
          first = out_of_balance(problem, point%system)
          call go(path, step, point)
-         call assemble(problem, point%state, point%state, point%system, timers)
+         call assemble(problem, point%state, point%state, point%system)
          point%ok = point%system%ok
          if (.not. point%ok) return
          if (out_of_balance(problem, point%system) > left * first) then
-            call factor_system(point%system, timers)
-            call solve_step(path, 0.0_wp, point, step, timers)
+            call factor_system(point%system)
+            call solve_step(path, 0.0_wp, point, step)
             if (.not. point%ok) return
             call go(path, step, point)
-            call assemble(problem, point%state, point%state, point%system, timers)
+            call assemble(problem, point%state, point%state, point%system)
             point%ok = point%system%ok
             if (.not. point%ok) return
          end if
@@ -206,12 +202,11 @@ contains
    end function support_changes
 
    !> One step of Newton's method towards the point at the control's increment.
-   subroutine solve_step(path, increment, point, step, timers)
+   subroutine solve_step(path, increment, point, step)
       type(finer_path_t), intent(in) :: path
       real(wp), intent(in) :: increment
       type(finer_point_t), intent(inout) :: point
       type(contact_step_t), intent(out) :: step
-      type(timers_t), intent(inout) :: timers
       type(control_t) :: seen
       type(state_t) :: origin
       real(wp) :: rhs
@@ -221,14 +216,14 @@ contains
          if (problem%moves_nodes()) then
             origin = path%base
             call follow_nodes(problem, path%base, path%control, point%state, origin, seen)
-            call control_row(problem, seen, origin, point%state, point%system, rhs, timers)
+            call control_row(problem, seen, origin, point%state, point%system, rhs)
          else
-            call control_row(problem, seen, path%base, point%state, point%system, rhs, timers)
+            call control_row(problem, seen, path%base, point%state, point%system, rhs)
          end if
-         call solve_contact_step(problem, point%state, point%system, rhs, .true., step, timers)
+         call solve_contact_step(problem, point%state, point%system, rhs, .true., step)
          point%ok = step%ok
          if (.not. point%ok .or. size(path%modes, 2) == 0) return
-         call leave_out(problem, path%modes, new_null_directions(problem, point%system, path%modes, timers), step%x)
+         call leave_out(problem, path%modes, new_null_directions(problem, point%system, path%modes), step%x)
       end associate
    end subroutine solve_step
 

@@ -25,7 +25,6 @@ module path_errors
    use missed_modes, only: unstable_difference, sign_in_doubt
    use hidden_openings, only: may_be_open
    use located_zero, only: zero_t, zero_value, left_of_zero, watched_gap, between_nodes, located_gap, mode_rounding
-   use timing, only: timers_t
    implicit none
    private
    public :: point_errors, event_errors
@@ -56,7 +55,7 @@ module path_errors
 contains
 
    !> Errors at a point of the path, held by its control: at the given load, at the given monitor, or normal to the path.
-   subroutine point_errors(problem, finer, state, system, control, heading, bars, timers, places, as_it_is)
+   subroutine point_errors(problem, finer, state, system, control, heading, bars, places, as_it_is)
       type(problem_t), intent(in) :: problem
       type(finer_problem_t), intent(inout), target :: finer !! of the problem; made here where it is not known
       type(state_t), intent(in) :: state         !! converged
@@ -64,7 +63,6 @@ contains
       type(control_t), intent(in) :: control
       type(heading_t), intent(in) :: heading     !! tangent there
       type(error_bars_t), intent(out) :: bars
-      type(timers_t), intent(inout) :: timers
       logical, intent(in), optional :: places    !! those of touchdown points, too
       logical, intent(in), optional :: as_it_is  !! see why_not_told
       type(finer_path_t) :: path
@@ -83,12 +81,12 @@ contains
          if (places) ends = moving_ends(problem)
       end if
       call begin(problem, finer, state, system, holding(problem, state, control, heading), heading, ends, no_modes, path, point, &
-         & shares, value, timers)
-      if (point%ok) bars%missed = unstable_difference(problem, state, system, path, point, 0, timers)
+         & shares, value)
+      if (point%ok) bars%missed = unstable_difference(problem, state, system, path, point, 0)
       if (point%ok .and. present(places)) then
-         if (places) bars%unsure = sign_in_doubt(problem, state, system, path, point, timers)
+         if (places) bars%unsure = sign_in_doubt(problem, state, system, path, point)
       end if
-      call values_beside(path, point, timers)
+      call values_beside(path, point)
       if (.not. point%ok) then
          bars%why = no_convergence
          bars%too_coarse = .true.
@@ -105,7 +103,7 @@ contains
 
    !> Errors of a located event. The finer problem has it further along its path by what its function is at this point, over the
    !> function's slope.
-   subroutine event_errors(problem, finer, state, system, zero, heading, length, rise, bars, timers, as_it_is)
+   subroutine event_errors(problem, finer, state, system, zero, heading, length, rise, bars, as_it_is)
       type(problem_t), intent(in) :: problem
       type(finer_problem_t), intent(inout), target :: finer !! of the problem; made here where it is not known
       type(state_t), intent(in) :: state         !! where it was located
@@ -114,7 +112,6 @@ contains
       type(heading_t), intent(in) :: heading     !! tangent there
       real(wp), intent(in) :: length, rise       !! arc length and change of the load factor of the increment around it
       type(error_bars_t), intent(out) :: bars
-      type(timers_t), intent(inout) :: timers
       logical, intent(in), optional :: as_it_is  !! see why_not_told
       type(control_t) :: control
       type(finer_path_t) :: path
@@ -149,18 +146,18 @@ contains
       if (control%method == method_load) reach = abs(rise)
       ends = moving_ends(problem)
       call watched_gap(problem, zero, state, system, watched)
-      call begin(problem, finer, state, system, control, heading, ends, modes, path, first, shares, value, timers, watched)
+      call begin(problem, finer, state, system, control, heading, ends, modes, path, first, shares, value, watched)
       if (size(modes, 2) > 0) by_eigenvalue = eigenvalue_shares(problem, system, first%system, modes)
-      if (first%ok) call next_point(path, 0.0_wp, first, timers)
+      if (first%ok) call next_point(path, 0.0_wp, first)
       if (.not. first%ok) then
          bars%why = no_convergence
          bars%too_coarse = .true.
          return
       end if
       bars%unfolding = shares%unfolding
-      bars%missed = unstable_difference(problem, state, system, path, first, max(1, size(modes, 2)), timers)
-      call find_crossing(path, zero, reach, load_rounding(), first, crossing, timers)
-      if (.not. allocated(crossing%why)) call doubt_crossing(path, zero, first, crossing, timers)
+      bars%missed = unstable_difference(problem, state, system, path, first, max(1, size(modes, 2)))
+      call find_crossing(path, zero, reach, load_rounding(), first, crossing)
+      if (.not. allocated(crossing%why)) call doubt_crossing(path, zero, first, crossing)
       if (allocated(crossing%why)) then
          bars%why = crossing%why
          bars%too_coarse = bars%why == no_convergence .or. size(modes, 2) > 0
@@ -175,7 +172,7 @@ contains
       rounding = shares%rounding + abs(crossing%rate) * noise / abs(crossing%slope)
       if (zero_is(zero, event_limit)) rounding(1) = shares%rounding(1) + 0.5_wp * noise**2 / abs(crossing%slope)
       call between_nodes(problem, zero, state, system, heading%load, path%problem, first%state, crossing%f, e, local, &
-         & most, doubt, timers)
+         & most, doubt)
       call share_way()
       call set_bars(problem, state, system, ends, shares, value, final - value, unseen, sizes, rounding, bars)
       call move_alloc(first%system, finer%system)
@@ -240,7 +237,7 @@ contains
             stiffness = max(stiffness, bending_stiffness(problem))
             error = rounding / stiffness * abs(crossing%slope) * reach
          else if (allocated(zero%modes)) then
-            error = mode_rounding(problem, state, system, zero, timers)
+            error = mode_rounding(problem, state, system, zero)
          end if
       end function location_rounding
    end subroutine event_errors
@@ -254,14 +251,13 @@ contains
    end function zero_is
 
    !> The event on the finer path: along it from a point by what its function is there, over the function's slope.
-   subroutine find_crossing(path, zero, reach, rounding, first, crossing, timers)
+   subroutine find_crossing(path, zero, reach, rounding, first, crossing)
       type(finer_path_t), intent(in) :: path
       type(zero_t), intent(in) :: zero           !! what vanishes
       real(wp), intent(in) :: reach              !! of the increment around it, in the control's measure
       real(wp), intent(in) :: rounding           !! of its function, as far as that is known
       type(finer_point_t), intent(in) :: first   !! next to where it was located
       type(crossing_t), intent(out) :: crossing
-      type(timers_t), intent(inout) :: timers
       type(finer_point_t) :: ahead, near
       real(wp) :: part, f_ahead, bend
       logical :: known
@@ -270,7 +266,7 @@ contains
          part = small_part
          do
             ahead = first
-            call next_point(path, part * reach, ahead, timers)
+            call next_point(path, part * reach, ahead)
             if (.not. ahead%ok) then
                crossing%why = no_convergence
                return
@@ -300,7 +296,7 @@ contains
             return
          end if
          near = first
-         call next_point(path, way, near, timers)
+         call next_point(path, way, near)
          if (.not. near%ok) then
             crossing%why = no_convergence
             return
@@ -331,7 +327,7 @@ contains
       !> The event's function on the finer path.
       real(wp) function value_at(point)
          type(finer_point_t), intent(in) :: point
-         value_at = zero_value(path%problem, zero, point%state, point%system, point%heading%load, timers)
+         value_at = zero_value(path%problem, zero, point%state, point%system, point%heading%load)
       end function value_at
 
       !> Of the load factor along the path.
@@ -346,25 +342,24 @@ contains
    !> How far the finer path can be trusted: what elements of one order more still make of it, at a point and of the event's
    !> function there. On meshes that hardly resolve the solution the two differ by as much as the first one tells, and of a few
    !> elements' shares that cancel more is left.
-   subroutine doubt_crossing(path, zero, first, crossing, timers)
+   subroutine doubt_crossing(path, zero, first, crossing)
       type(finer_path_t), intent(in) :: path
       type(zero_t), intent(in) :: zero           !! what vanishes
       type(finer_point_t), intent(in) :: first   !! next to where it was located
       type(crossing_t), intent(inout) :: crossing
-      type(timers_t), intent(inout) :: timers
       type(finer_problem_t), target :: finest
       type(finer_path_t) :: next
       type(finer_point_t) :: point
       call new_finer_path(path%problem, finest, first%state, path%control, path%heading, path%ends, next)
       next%modes = path%modes
-      call start_point(next, finest, point, timers)
-      call next_point(next, 0.0_wp, point, timers)
+      call start_point(next, finest, point)
+      call next_point(next, 0.0_wp, point)
       if (.not. point%ok) then
          crossing%why = no_convergence
          return
       end if
       crossing%doubt = point%value - first%value - crossing%rate / crossing%slope * (zero_value(next%problem, zero, point%state, &
-         & point%system, point%heading%load, timers) - crossing%f)
+         & point%system, point%heading%load) - crossing%f)
    end subroutine doubt_crossing
 
    !> What holds a point of a path: the load or the monitor that the strategy prescribes, else the plane normal to it.
@@ -380,7 +375,7 @@ contains
    end function holding
 
    !> The finer problem linearised at the point, and the elements' shares of the errors there.
-   subroutine begin(problem, finer, state, system, control, heading, ends, modes, path, point, shares, value, timers, &
+   subroutine begin(problem, finer, state, system, control, heading, ends, modes, path, point, shares, value, &
       & watched)
       type(problem_t), intent(in) :: problem
       type(finer_problem_t), intent(inout), target :: finer
@@ -394,17 +389,16 @@ contains
       type(finer_point_t), intent(out) :: point
       type(shares_t), intent(out) :: shares
       real(wp), allocatable, intent(out) :: value(:) !! load factor, monitors, places
-      type(timers_t), intent(inout) :: timers
       real(wp), allocatable, intent(in), optional :: watched(:, :) !! (3, nodes) a displacement that the event hangs on
       call new_finer_path(problem, finer, state, control, heading, ends, path)
       path%modes = modes
-      call start_point(path, finer, point, timers)
+      call start_point(path, finer, point)
       value = [state%load_factor, monitor_values(problem, state, system), places_at(problem, state, ends)]
       if (system%rigidity%n > 0) then
-         call find_shares(problem, state, with_stretch(system, timers), path%problem, point%state, point%system, control, ends, &
-            & modes, shares, timers, watched)
+         call find_shares(problem, state, with_stretch(system), path%problem, point%state, point%system, control, ends, &
+            & modes, shares, watched)
       else
-         call find_shares(problem, state, system, path%problem, point%state, point%system, control, ends, modes, shares, timers, &
+         call find_shares(problem, state, system, path%problem, point%state, point%system, control, ends, modes, shares, &
             & watched)
       end if
    end subroutine begin

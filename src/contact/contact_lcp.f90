@@ -17,7 +17,7 @@ module contact_lcp
    use contact_response, only: predict_contact, gap_change, reaction_change
    use lemke, only: solve_lcp, outcome_name, lcp_solved
    use lcp_check, only: lcp_error
-   use timing, only: timers_t, count_up, counter_lcp, counter_lcp_pivots, counter_lcp_failed
+   use timing, only: count_up, counter_lcp, counter_lcp_pivots, counter_lcp_failed
    implicit none
    private
    public :: contact_lcp_t, new_contact_lcp, add_candidates, solve_contact_lcp, add_answer
@@ -43,14 +43,13 @@ contains
    end function new_contact_lcp
 
    !> Rows and columns of further candidates.
-   subroutine add_candidates(problem, state, system, more, lcp, ok, timers)
+   subroutine add_candidates(problem, state, system, more, lcp, ok)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
       integer, intent(in) :: more(:)           !! candidates
       type(contact_lcp_t), intent(inout) :: lcp
       logical, intent(out) :: ok               !! false: the bordered system is singular
-      type(timers_t), intent(inout) :: timers
       real(wp) :: gap(problem%candidates%n), reaction(problem%candidates%n)
       integer :: old, n, i, k
 
@@ -63,7 +62,7 @@ contains
       call grow(lcp%m, n, n)
       ok = .true.
       do k = old + 1, n
-         call solve_column(problem, state, system, lcp%candidate(k), lcp%x(:, k), lcp%y(k), lcp%force(:, k), ok, timers)
+         call solve_column(problem, state, system, lcp%candidate(k), lcp%x(:, k), lcp%y(k), lcp%force(:, k), ok)
          if (.not. ok) return
       end do
       do k = 1, n
@@ -100,27 +99,26 @@ contains
    end subroutine add_candidates
 
    !> z and w for the gaps and reactions that the increment has without a change of contact.
-   subroutine solve_contact_lcp(state, gap, reaction, lcp, pivots, message, timers)
+   subroutine solve_contact_lcp(state, gap, reaction, lcp, pivots, message)
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: gap(:), reaction(:)       !! (candidates)
       type(contact_lcp_t), intent(inout) :: lcp
       integer, intent(out) :: pivots
       character(:), allocatable, intent(out) :: message !! allocated: no answer, or one that the independent check refuses
-      type(timers_t), intent(inout) :: timers
       real(wp), allocatable :: q(:)
       integer :: outcome
       q = merge(reaction(lcp%candidate), gap(lcp%candidate), state%active(lcp%candidate))
       deallocate (lcp%z, lcp%w)
       allocate (lcp%z(size(q)), lcp%w(size(q)))
       call solve_lcp(lcp%m, q, lcp%z, lcp%w, outcome, pivots)
-      call count_up(timers, counter_lcp)
-      call count_up(timers, counter_lcp_pivots, pivots)
+      call count_up(counter_lcp)
+      call count_up(counter_lcp_pivots, pivots)
       if (outcome /= lcp_solved) then
          message = 'no contact state meets the increment (Lemke: '//outcome_name(outcome)//')'
       else if (lcp_error(lcp%m, q, lcp%z) > lcp_tolerance) then
          message = 'the answer of the contact LCP failed the independent check'
       end if
-      if (allocated(message)) call count_up(timers, counter_lcp_failed)
+      if (allocated(message)) call count_up(counter_lcp_failed)
    end subroutine solve_contact_lcp
 
    !> Adds the columns of the answer to an increment; gaps and reactions of all candidates after it.
@@ -146,7 +144,7 @@ contains
    end subroutine add_answer
 
    !> Response to a unit reaction of an open candidate, or to a unit opening of an active one.
-   subroutine solve_column(problem, state, system, candidate, x, y, force, ok, timers)
+   subroutine solve_column(problem, state, system, candidate, x, y, force, ok)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
@@ -155,7 +153,6 @@ contains
       real(wp), intent(out) :: y               !! its increment of the load factor
       real(wp), intent(out) :: force(:)        !! on the nodes, that goes with it
       logical, intent(out) :: ok
-      type(timers_t), intent(inout) :: timers
       real(wp) :: prescribed(system%n)
       integer :: d
       force = 0.0_wp
@@ -172,7 +169,7 @@ contains
             call spread_force(problem, system%tie_block, problem%candidates%node(candidate), [own_force(), 0.0_wp], force)
          end if
       end if
-      call solve_bordered(system, force, prescribed, 0.0_wp, x, y, ok, timers)
+      call solve_bordered(system, force, prescribed, 0.0_wp, x, y, ok)
 
    contains
 

@@ -9,7 +9,7 @@ module contact_set
    use bordered_system, only: solve_bordered
    use contact_response, only: predict_contact
    use contact_lcp, only: contact_lcp_t, new_contact_lcp, add_candidates, solve_contact_lcp, add_answer
-   use timing, only: timers_t, timing_start, timing_stop, count_up, phase_contact, counter_set_changes
+   use timing, only: timing_start, timing_stop, count_up, phase_contact, counter_set_changes
    implicit none
    private
    public :: contact_step_t, solve_contact_step, gap_tolerance, overlap_allowed
@@ -37,14 +37,13 @@ contains
 
    !> Solves for the increment that closes the residual and meets the path constraint and the contact conditions.
    !> With `frozen` the contact set is kept whatever the signs say (the paper's equilibrium iterations).
-   subroutine solve_contact_step(problem, state, system, path_rhs, frozen, result, timers)
+   subroutine solve_contact_step(problem, state, system, path_rhs, frozen, result)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`, path row set
       real(wp), intent(in) :: path_rhs
       logical, intent(in) :: frozen
       type(contact_step_t), intent(inout) :: result
-      type(timers_t), intent(inout) :: timers
       real(wp) :: gap(problem%candidates%n), reaction(problem%candidates%n), none(problem%candidates%n)
 
       if (allocated(result%x)) deallocate (result%x)
@@ -54,31 +53,30 @@ contains
       result%flipped = .false.
       result%lcp_size = 0
       result%lcp_pivots = 0
-      call solve_bordered(system, -system%residual, system%value, path_rhs, result%x, result%y, result%ok, timers)
+      call solve_bordered(system, -system%residual, system%value, path_rhs, result%x, result%y, result%ok)
       if (.not. result%ok) then
          result%message = singular_border
          return
       end if
       if (problem%candidates%n == 0) return
-      call timing_start(timers, phase_contact)
+      call timing_start(phase_contact)
       none = 0.0_wp
       call predict_contact(problem, system, result%x, result%y, state%active, none, 0.0_wp * result%x, gap, reaction)
       if (frozen) then
          result%reaction = merge(reaction, 0.0_wp, state%active)
       else
-         call complement(problem, state, system, gap, reaction, result, timers)
+         call complement(problem, state, system, gap, reaction, result)
       end if
-      call timing_stop(timers, phase_contact)
+      call timing_stop(phase_contact)
    end subroutine solve_contact_step
 
    !> Finds the contact set that the prediction is consistent with.
-   subroutine complement(problem, state, system, gap, reaction, result, timers)
+   subroutine complement(problem, state, system, gap, reaction, result)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
       real(wp), intent(inout) :: gap(:), reaction(:)  !! (candidates) predicted; those of the answer on return
       type(contact_step_t), intent(inout) :: result
-      type(timers_t), intent(inout) :: timers
       type(contact_lcp_t) :: lcp
       integer, allocatable :: more(:)
       logical :: in_doubt(problem%candidates%n), wrong(problem%candidates%n)
@@ -105,12 +103,12 @@ contains
             return
          end if
          in_doubt(more) = .true.
-         call add_candidates(problem, state, system, more, lcp, result%ok, timers)
+         call add_candidates(problem, state, system, more, lcp, result%ok)
          if (.not. result%ok) then
             call fail_with(singular_border)
             return
          end if
-         call solve_contact_lcp(state, gap_0, reaction_0, lcp, pivots, result%message, timers)
+         call solve_contact_lcp(state, gap_0, reaction_0, lcp, pivots, result%message)
          result%lcp_size = max(result%lcp_size, size(lcp%candidate))
          result%lcp_pivots = result%lcp_pivots + pivots
          result%ok = .not. allocated(result%message)
@@ -133,7 +131,7 @@ contains
       end associate
       result%x = x
       result%y = y
-      if (any(result%active .neqv. state%active)) call count_up(timers, counter_set_changes)
+      if (any(result%active .neqv. state%active)) call count_up(counter_set_changes)
 
    contains
 
@@ -144,7 +142,7 @@ contains
          result%active(lcp%candidate) = state%active(lcp%candidate) .neqv. lcp%z > 0.0_wp
          where (.not. result%active) result%reaction = 0.0_wp
          result%flipped = .true.
-         call count_up(timers, counter_set_changes)
+         call count_up(counter_set_changes)
       end subroutine flip
 
       !> There is no answer.

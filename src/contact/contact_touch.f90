@@ -92,8 +92,8 @@ contains
       end do
    end function stands_at_nodes
 
-   !> What a contact with a rigid obstacle lacks for points and lines anywhere along the rod: rods without shear whose nodes may stand
-   !> anywhere, and that nothing else acts on which a contact line knows nothing of. '' when it lacks nothing.
+   !> What a contact with a rigid obstacle lacks for points and lines anywhere along the rod: rods without shear whose nodes may
+   !> stand anywhere, and that no other contact acts on as a line contact does not take into account. '' when it lacks nothing.
    pure function span_needs(model, layout, contact) result(needs)
       type(model_t), intent(in) :: model    !! the deck's
       type(layout_t), intent(in) :: layout
@@ -136,8 +136,8 @@ contains
 
    contains
 
-      !> The contact of an element that takes no contact spans, 0: none. What lies on an obstacle's track knows of no foundation, and
-      !> contact at nodes leaves these where they are.
+      !> A contact of an element that has no contact spans, 0: none. The equations of an element on an obstacle have no foundation,
+      !> and contact at nodes needs these where the deck has them.
       pure integer function other_contact(e) result(other)
          integer, intent(in) :: e
          do other = 1, size(model%contact)

@@ -264,8 +264,8 @@ contains
       end do
    end subroutine check_directions
 
-   !> True for a contact with a foundation that acts at nodes by what the deck says of it: it carries load sideways, or no element has
-   !> both of its nodes in the contact.
+   !> True for a contact with a foundation that acts at nodes by what the deck says of it: it carries load sideways, or no element
+   !> has both of its nodes in the contact.
    function stands_at_nodes(model, contact) result(stands)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact

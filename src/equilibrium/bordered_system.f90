@@ -16,7 +16,7 @@ module bordered_system
    use band_matrix, only: band_times, factorise, solve_factored
    use rolling_rods, only: set_rolling, without_rolling
    use active_coupling, only: factor_excess, add_excess_response
-   use timing, only: timers_t, timing_start, timing_stop, count_up, phase_factorisation, phase_solution, &
+   use timing, only: timing_start, timing_stop, count_up, phase_factorisation, phase_solution, &
       & counter_factorisation, counter_solution
    implicit none
    private
@@ -26,32 +26,30 @@ module bordered_system
 contains
 
    !> Assembles and factors; system%ok tells whether it worked. `base` as in linear_system.
-   subroutine linearise(problem, state, base, system, timers)
+   subroutine linearise(problem, state, base, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state, base
       type(system_t), intent(inout) :: system
-      type(timers_t), intent(inout) :: timers
-      call assemble(problem, state, base, system, timers)
-      if (system%ok) call factor_system(system, timers)
+      call assemble(problem, state, base, system)
+      if (system%ok) call factor_system(system)
    end subroutine linearise
 
    !> Factors the tangent, counts its negative pivots, and solves for the path's tangent.
-   subroutine factor_system(system, timers)
+   subroutine factor_system(system)
       type(system_t), intent(inout) :: system
-      type(timers_t), intent(inout) :: timers
       real(wp) :: shrink(system%n)
-      call timing_start(timers, phase_factorisation)
+      call timing_start(phase_factorisation)
       call factorise(system%k, system%fixed, system%factor)
       call factor_excess(system%coupling, system%factor, system%fixed)
-      call count_up(timers, counter_factorisation)
-      call timing_stop(timers, phase_factorisation)
+      call count_up(counter_factorisation)
+      call timing_stop(phase_factorisation)
       system%ok = .true.
       call set_rolling(system)
-      call solve_constrained(system, system%load, system%rate, system%tangent, timers)
+      call solve_constrained(system, system%load, system%rate, system%tangent)
       system%tangent_stretch = 0.0_wp
       system%tangent_load = system%load
       if (system%rigidity%n > 0) then
-         call take_back_stretches(system, 1.0_wp, system%tangent_stretch, system%tangent, timers)
+         call take_back_stretches(system, 1.0_wp, system%tangent_stretch, system%tangent)
          call shrinking_forces(system%rigidity, system%tangent_stretch, shrink)
          system%tangent_load = system%load + shrink
       end if
@@ -60,15 +58,14 @@ contains
 
    !> The system of the same structure whose inextensible elements stretch by what their tangents give: about 1e-8 of what
    !> bending gives. All of it is linear in the unknowns alone, whereas the force of an inextensible element is not.
-   function with_stretch(system, timers) result(stretching)
+   function with_stretch(system) result(stretching)
       type(system_t), intent(in) :: system     !! factored
-      type(timers_t), intent(inout) :: timers
       type(system_t) :: stretching             !! factored
       stretching = system
       stretching%rigidity = rigidity_t()
       stretching%tangent_stretch = reshape([real(wp) ::], [2, 0])
       stretching%tangent_load = system%load
-      call solve_constrained(stretching, stretching%load, stretching%rate, stretching%tangent, timers)
+      call solve_constrained(stretching, stretching%load, stretching%rate, stretching%tangent)
    end function with_stretch
 
    !> Change of the force that a support, a rigid contact or a tie adds to an unknown, under an increment x of the unknowns and y of
@@ -82,49 +79,46 @@ contains
    end function held_force_change
 
    !> Response to forces at a fixed load factor; constraints hold.
-   subroutine solve_effective(system, rhs, x, timers, stretch)
+   subroutine solve_effective(system, rhs, x, stretch)
       type(system_t), intent(in) :: system     !! factored
       real(wp), intent(in) :: rhs(:)           !! (n) node axes; entries of fixed unknowns do not count
       real(wp), intent(out) :: x(:)            !! (n)
-      type(timers_t), intent(inout) :: timers
       real(wp), intent(out), optional :: stretch(:, :) !! (2, inextensible elements) what was given back to them
       real(wp) :: held(system%n), given(2, system%rigidity%n)
       held = 0.0_wp
-      call solve_constrained(system, rhs, held, x, timers)
+      call solve_constrained(system, rhs, held, x)
       given = 0.0_wp
-      if (system%rigidity%n > 0) call take_back_stretches(system, 0.0_wp, given, x, timers)
+      if (system%rigidity%n > 0) call take_back_stretches(system, 0.0_wp, given, x)
       if (present(stretch)) stretch = given
    end subroutine solve_effective
 
    !> The same to many, at once.
-   subroutine solve_all_effective(system, x, timers)
+   subroutine solve_all_effective(system, x)
       type(system_t), intent(in) :: system     !! factored
       real(wp), intent(inout) :: x(:, :)       !! (n, any number) forces, 0 at fixed unknowns; then the responses
-      type(timers_t), intent(inout) :: timers
       real(wp) :: given(2, system%rigidity%n)
       integer :: k
-      call timing_start(timers, phase_solution)
+      call timing_start(phase_solution)
       call solve_factored(system%factor, x)
       do k = 1, size(x, 2)
          x(:, k) = without_rolling(system, x(:, k))
          call add_excess_response(system%coupling, x(:, k))
-         call count_up(timers, counter_solution)
+         call count_up(counter_solution)
       end do
-      call timing_stop(timers, phase_solution)
+      call timing_stop(phase_solution)
       if (system%rigidity%n == 0) return
       do k = 1, size(x, 2)
          given = 0.0_wp
-         call take_back_stretches(system, 0.0_wp, given, x(:, k), timers)
+         call take_back_stretches(system, 0.0_wp, given, x(:, k))
       end do
    end subroutine solve_all_effective
 
    !> Corrects a solution by what the tangent stretches where rods cannot (axial_rigidity).
-   subroutine take_back_stretches(system, load, stretch, x, timers)
+   subroutine take_back_stretches(system, load, stretch, x)
       type(system_t), intent(in) :: system     !! factored, with rods that cannot stretch
       real(wp), intent(in) :: load             !! load factor of the solution
       real(wp), intent(inout) :: stretch(:, :) !! (2, inextensible elements) 0 on entry
       real(wp), intent(inout) :: x(:)          !! (n) solution by the factored tangent
-      type(timers_t), intent(inout) :: timers
       real(wp) :: first(system%n), force(system%n), held(system%n)
       integer :: round
       first = x
@@ -132,7 +126,7 @@ contains
       do round = 1, rigidity_rounds
          call stretched(system%rigidity, x, load, stretch)
          call shrinking_forces(system%rigidity, stretch, force)
-         call solve_constrained(system, force, held, x, timers)
+         call solve_constrained(system, force, held, x)
          x = first + x
       end do
       ! Nothing moves where all that did was stretch.
@@ -148,14 +142,13 @@ contains
    end subroutine take_back_stretches
 
    !> x = K^-1 rhs with the fixed unknowns at their prescribed values.
-   subroutine solve_constrained(system, rhs, prescribed, x, timers)
+   subroutine solve_constrained(system, rhs, prescribed, x)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: rhs(:)         !! (n) forces on the free unknowns
       real(wp), intent(in) :: prescribed(:)  !! (n) values of the fixed unknowns
       real(wp), intent(inout) :: x(:)        !! (n) solution
-      type(timers_t), intent(inout) :: timers
       real(wp) :: b(system%n, 1), known(system%n)
-      call timing_start(timers, phase_solution)
+      call timing_start(phase_solution)
       b(:, 1) = rhs
       known = merge(prescribed, 0.0_wp, system%fixed)
       if (any(abs(known) > 0.0_wp)) then
@@ -166,8 +159,8 @@ contains
       call solve_factored(system%factor, b)
       x = without_rolling(system, b(:, 1))
       call add_excess_response(system%coupling, x)
-      call count_up(timers, counter_solution)
-      call timing_stop(timers, phase_solution)
+      call count_up(counter_solution)
+      call timing_stop(phase_solution)
    end subroutine solve_constrained
 
    !> Sets the path constraint row.x + corner * (load factor increment) = right-hand side of solve_bordered.
@@ -197,17 +190,16 @@ contains
    end function unknowns_of
 
    !> Solves the bordered system. Fails (ok false) when it is singular: a bifurcation, or no constraint at all.
-   subroutine solve_bordered(system, rhs, prescribed, path_rhs, x, y, ok, timers)
+   subroutine solve_bordered(system, rhs, prescribed, path_rhs, x, y, ok)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: rhs(:), prescribed(:) !! (n)
       real(wp), intent(in) :: path_rhs
       real(wp), intent(inout) :: x(:)               !! (n) nodal increments, node axes
       real(wp), intent(out) :: y                    !! increment of the load factor
       logical, intent(out) :: ok
-      type(timers_t), intent(inout) :: timers
       real(wp) :: pivot
       y = 0.0_wp
-      call solve_constrained(system, rhs, prescribed, x, timers)
+      call solve_constrained(system, rhs, prescribed, x)
       if (system%roll_at > 0) x = x + system%roll_by * system%rolled
       pivot = dot_product(system%path_row, system%tangent) + system%path_corner
       ! Without a row of displacements, as under load control, the border cannot make a singular tangent regular.

@@ -22,7 +22,7 @@ module linear_system
    use rigidity_maps, only: set_rigidity
    use rolling_rods, only: hold_rolling
    use residual_measure, only: measure_residual, worst_round_off
-   use timing, only: timers_t, timing_start, timing_stop, count_up, phase_elements, phase_assembly, counter_evaluated
+   use timing, only: timing_start, timing_stop, count_up, phase_elements, phase_assembly, counter_evaluated
    implicit none
    private
    public :: system_t, new_system, assemble, sum_elements, contact_tangent, spring_tangent, add_swings, apply_joints, &
@@ -31,11 +31,10 @@ module linear_system
 contains
 
    !> Assembles at `state`; `base` is the last converged configuration, which the UL2 element refers to.
-   subroutine assemble(problem, state, base, system, timers)
+   subroutine assemble(problem, state, base, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state, base
       type(system_t), intent(inout) :: system
-      type(timers_t), intent(inout) :: timers
       integer :: e, c
       logical :: ok
       real(wp) :: defect(3), worst(3), shift(6, 2)
@@ -43,7 +42,7 @@ contains
       class(rod_element_t), pointer :: rod
       type(inner_forces_t) :: inner
 
-      call timing_start(timers, phase_elements)
+      call timing_start(phase_elements)
       system%ok = .true.
       system%hinges = size(problem%hinge)
       worst = 0.0_wp
@@ -56,11 +55,11 @@ contains
          system%ok = system%ok .and. ok
          worst = max(worst, defect)
       end do
-      call timing_stop(timers, phase_elements)
-      call count_up(timers, counter_evaluated, problem%model%mesh%n_elements)
+      call timing_stop(phase_elements)
+      call count_up(counter_evaluated, problem%model%mesh%n_elements)
       if (.not. system%ok) return
 
-      call timing_start(timers, phase_assembly)
+      call timing_start(phase_assembly)
       do c = 1, problem%candidates%n
          call candidate_gap(problem, state, c, system%gap(c), system%normal(:, c), system%bend(c))
          if (problem%candidates%rolls(c)) then
@@ -91,7 +90,7 @@ contains
       system%defect_residual = max(worst(1), worst(2) / system%force_scale, worst(3) / problem%size)
       call add_marks(problem, state, system)
       call hold_rolling(problem, state, system)
-      call timing_stop(timers, phase_assembly)
+      call timing_stop(phase_assembly)
    end subroutine assemble
 
    !> Sums the elements into the band and the residual.

@@ -3,7 +3,6 @@ module path_record
    use kinds, only: wp, name_length
    use errors, only: error_t
    use error_bar, only: error_bar_t, error_bars_t
-   use timing, only: timers_t
    implicit none
    private
    public :: point_t, region_t, critical_t, branch_start_t, buckling_t, limit_point_t, recorder_t
@@ -111,47 +110,42 @@ module path_record
 
    abstract interface
       !> A point was accepted.
-      subroutine take_point(self, point, timers, error)
-         import :: recorder_t, point_t, timers_t, error_t
+      subroutine take_point(self, point, error)
+         import :: recorder_t, point_t, error_t
          class(recorder_t), intent(inout) :: self
          type(point_t), intent(in) :: point
-         type(timers_t), intent(inout) :: timers
          type(error_t), allocatable, intent(out) :: error !! the point could not be written: the run must stop
       end subroutine take_point
 
       !> A critical point was found; its point has been taken before.
-      subroutine take_critical(self, critical, timers, error)
-         import :: recorder_t, critical_t, timers_t, error_t
+      subroutine take_critical(self, critical, error)
+         import :: recorder_t, critical_t, error_t
          class(recorder_t), intent(inout) :: self
          type(critical_t), intent(in) :: critical
-         type(timers_t), intent(inout) :: timers
          type(error_t), allocatable, intent(out) :: error
       end subroutine take_critical
 
       !> Another path begins: all points and critical points from now on belong to it. The bifurcation itself comes first.
-      subroutine take_branch(self, start, timers, error)
-         import :: recorder_t, branch_start_t, timers_t, error_t
+      subroutine take_branch(self, start, error)
+         import :: recorder_t, branch_start_t, error_t
          class(recorder_t), intent(inout) :: self
          type(branch_start_t), intent(in) :: start
-         type(timers_t), intent(inout) :: timers
          type(error_t), allocatable, intent(out) :: error
       end subroutine take_branch
 
       !> A buckling step is done.
-      subroutine take_buckling(self, buckling, timers, error)
-         import :: recorder_t, buckling_t, timers_t, error_t
+      subroutine take_buckling(self, buckling, error)
+         import :: recorder_t, buckling_t, error_t
          class(recorder_t), intent(inout) :: self
          type(buckling_t), intent(in) :: buckling
-         type(timers_t), intent(inout) :: timers
          type(error_t), allocatable, intent(out) :: error
       end subroutine take_buckling
 
       !> A point of a limit curve was found.
-      subroutine take_limit_point(self, limit_point, timers, error)
-         import :: recorder_t, limit_point_t, timers_t, error_t
+      subroutine take_limit_point(self, limit_point, error)
+         import :: recorder_t, limit_point_t, error_t
          class(recorder_t), intent(inout) :: self
          type(limit_point_t), intent(in) :: limit_point
-         type(timers_t), intent(inout) :: timers
          type(error_t), allocatable, intent(out) :: error
       end subroutine take_limit_point
    end interface

@@ -3,7 +3,7 @@
 !> A failure stays in the file: see hdf5_file.
 module result_tables
    use kinds, only: wp, i8, degree
-   use timing, only: timers_t, timing_seconds, timing_calls, counted, n_phases, phase_name, n_counters, counter_name
+   use timing, only: timing_seconds, timing_calls, counted, n_phases, phase_name, n_counters, counter_name
    use model, only: model_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, ground_half_space, &
       & ground_pasternak
    use obstacle_curve, only: curve_samples
@@ -253,18 +253,17 @@ contains
    end subroutine write_buckling
 
    !> Seconds and calls of the phases, and the counters.
-   subroutine write_performance(file, timers)
+   subroutine write_performance(file)
       type(hdf5_file_t), intent(inout) :: file
-      type(timers_t), intent(in) :: timers
       integer :: i
       call hdf5_group(file, '/performance')
       call hdf5_write(file, '/performance/phase', phase_name, '1', 'phases of the run')
-      call hdf5_write(file, '/performance/seconds', [(timing_seconds(timers, i), i=1, n_phases)], 'second', &
+      call hdf5_write(file, '/performance/seconds', [(timing_seconds(i), i=1, n_phases)], 'second', &
          & 'time spent in each phase, without the phases called from it')
-      call hdf5_write(file, '/performance/calls', [(default_integer(timing_calls(timers, i)), i=1, n_phases)], '1', &
+      call hdf5_write(file, '/performance/calls', [(default_integer(timing_calls(i)), i=1, n_phases)], '1', &
          & 'how often each phase was started')
       call hdf5_write(file, '/performance/counter', counter_name, '1', 'what was counted')
-      call hdf5_write(file, '/performance/value', [(default_integer(counted(timers, i)), i=1, n_counters)], '1', &
+      call hdf5_write(file, '/performance/value', [(default_integer(counted(i)), i=1, n_counters)], '1', &
          & 'the counts')
    end subroutine write_performance
 

@@ -14,7 +14,6 @@ module answer_trials
    use lying_ahead, only: reach_of
    use path_control, only: path_length
    use path_run, only: run_t, copy_run
-   use timing, only: timers_t
    implicit none
    private
    public :: take_answer
@@ -22,7 +21,7 @@ module answer_trials
 contains
 
    !> The run with the set of an answer.
-   subroutine take_answer(problem, run, leg, change, answer, next, on, holds, timers)
+   subroutine take_answer(problem, run, leg, change, answer, next, on, holds)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run             !! at the change's place
       type(leg_t), intent(in) :: leg
@@ -31,17 +30,16 @@ contains
       type(problem_t), intent(out) :: next
       type(run_t), intent(out) :: on
       logical, intent(out) :: holds              !! false: a point divides into none that push
-      type(timers_t), intent(inout) :: timers
       holds = .true.
       if (change%tests(change%which)%kind == test_curvature .and. answer%between(1) /= answer%between(2)) then
-         call take_divided(problem, run, leg, change, answer, next, on, holds, timers)
+         call take_divided(problem, run, leg, change, answer, next, on, holds)
       else
-         call take_larger(problem, run, leg, change, answer, next, on, timers)
+         call take_larger(problem, run, leg, change, answer, next, on)
       end if
    end subroutine take_answer
 
    !> One set, from where the run stands.
-   subroutine try(problem, run, leg, change, answer, next, on, grows, timers)
+   subroutine try(problem, run, leg, change, answer, next, on, grows)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
       type(leg_t), intent(in) :: leg
@@ -50,16 +48,14 @@ contains
       type(problem_t), intent(inout) :: next
       type(run_t), intent(inout) :: on
       logical, intent(out) :: grows              !! as change_set has it
-      type(timers_t), intent(inout) :: timers
       call copy_problem(problem, next)
       call copy_run(run, on)
-      call change_set(next, on, change%tests(change%which), change%begins, answer, least_reach(problem, leg, change%which), grows, &
-         & timers)
+      call change_set(next, on, change%tests(change%which), change%begins, answer, least_reach(problem, leg, change%which), grows)
    end subroutine try
 
    !> Where a point lies down, and another does so before the line of the first has the length that it begins with, as its image at
    !> a mirror that the mesh does not know, there is none with that alone: both at once.
-   subroutine take_larger(problem, run, leg, change, answer, next, on, timers)
+   subroutine take_larger(problem, run, leg, change, answer, next, on)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
       type(leg_t), intent(in) :: leg
@@ -67,14 +63,13 @@ contains
       type(answer_t), intent(in) :: answer
       type(problem_t), intent(inout) :: next
       type(run_t), intent(inout) :: on
-      type(timers_t), intent(inout) :: timers
       type(answer_t) :: larger
       integer :: more, lines
       logical :: grows
       larger = answer
       more = 0
       do
-         call try(problem, run, leg, change, larger, next, on, grows, timers)
+         call try(problem, run, leg, change, larger, next, on, grows)
          if (grows .and. more > 0) grows = spans_hold(next, on%state, on%system%force_scale)
          if (grows) return
          more = more + 1
@@ -84,12 +79,12 @@ contains
          if (count(larger%touch%line) <= lines) exit
       end do
       ! Perhaps the next increment finds it.
-      call try(problem, run, leg, change, answer, next, on, grows, timers)
+      call try(problem, run, leg, change, answer, next, on, grows)
    end subroutine take_larger
 
    !> The two points of a divided one. Where the rod comes down beside a point just before that is flat, by less than is told,
    !> points that are near would have to pull, and others further apart do not.
-   subroutine take_divided(problem, run, leg, change, answer, next, on, holds, timers)
+   subroutine take_divided(problem, run, leg, change, answer, next, on, holds)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
       type(leg_t), intent(in) :: leg
@@ -98,7 +93,6 @@ contains
       type(problem_t), intent(inout) :: next
       type(run_t), intent(inout) :: on
       logical, intent(out) :: holds              !! false: none of them, taken are those that are as near as any
-      type(timers_t), intent(inout) :: timers
       integer, parameter :: most = 4             ! doublings of their distance: what is told is not that deep
       type(answer_t) :: wider
       integer :: doublings
@@ -107,7 +101,7 @@ contains
       do doublings = 0, most + 1
          ! Where none holds the nearest.
          if (doublings > most) wider = answer
-         call try(problem, run, leg, change, wider, next, on, grows, timers)
+         call try(problem, run, leg, change, wider, next, on, grows)
          holds = .not. allocated(on%stuck)
          if (holds) holds = pushes(next, on, wider%between)
          if (holds) exit

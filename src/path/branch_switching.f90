@@ -21,7 +21,6 @@ module branch_switching
    use landmarks, only: landmark_t
    use corrector, only: increment_t, correct
    use monitors, only: monitor_values
-   use timing, only: timers_t
    implicit none
    private
    public :: switch_branch
@@ -32,7 +31,7 @@ module branch_switching
 contains
 
    !> Puts the run on the other path: state, system, control and direction are those of its first point.
-   subroutine switch_branch(problem, step, landmark, mode, side, distance, run, report, timers)
+   subroutine switch_branch(problem, step, landmark, mode, side, distance, run, report)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(landmark_t), intent(in) :: landmark  !! the bifurcation
@@ -41,7 +40,6 @@ contains
       real(wp), intent(in) :: distance          !! arc length to try first
       type(run_t), intent(inout) :: run
       type(increment_t), intent(out) :: report  !! converged tells whether it worked
-      type(timers_t), intent(inout) :: timers
       type(modes_t) :: modes
       type(error_t), allocatable :: error
       type(state_t) :: trial, predicted
@@ -51,12 +49,12 @@ contains
       integer :: try, node
 
       run%state = landmark%state
-      call linearise(problem, run%state, run%state, run%system, timers)
+      call linearise(problem, run%state, run%state, run%system)
       if (.not. run%system%ok) then
          report%message = 'the tangent at the bifurcation is singular'
          return
       end if
-      call lowest_modes(problem, run%state, run%system, landmark%multiplicity + 2, modes, error, timers)
+      call lowest_modes(problem, run%state, run%system, landmark%multiplicity + 2, modes, error)
       if (modes%n < landmark%multiplicity) then
          report%message = 'the null vector was not found'
          return
@@ -79,7 +77,7 @@ contains
 
       length = distance
       do try = 1, max_tries
-         if (try > 1) call linearise(problem, run%state, run%state, run%system, timers)
+         if (try > 1) call linearise(problem, run%state, run%state, run%system)
          trial = run%state
          call apply_increment(problem, run%system, sense * length * modes%x(:, mode), 0.0_wp, trial)
          predicted = trial
@@ -88,7 +86,7 @@ contains
          drift = metric(problem, hold%tangent, landmark%drift)
          if (abs(drift) >= 0.1_wp * abs(hold%increment)) drift = 0.0_wp
          hold%increment = hold%increment - drift
-         call correct(problem, run%state, hold, .false., trial, run%system, report, timers)
+         call correct(problem, run%state, hold, .false., trial, run%system, report)
          if (report%converged) then
             wander = path_length(problem, predicted, trial)
             report%converged = wander <= straight * length

@@ -16,7 +16,6 @@ module branches
    use branch_switching, only: switch_branch
    use corrector, only: increment_t
    use path_record, only: recorder_t, branch_start_t
-   use timing, only: timers_t
    implicit none
    private
    public :: follow_branches
@@ -26,13 +25,12 @@ module branches
 contains
 
    !> Follows all branches of a step. What cannot be found is noted in outcome%trouble; the others are followed still.
-   subroutine follow_branches(step, own, numbered, recorder, outcome, timers)
+   subroutine follow_branches(step, own, numbered, recorder, outcome)
       type(step_t), intent(in) :: step
       type(landmarks_t), intent(in), target :: own   !! of the step's own path
       integer, intent(inout) :: numbered             !! branches in the results so far
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome      !! why: only when the results cannot be written
-      type(timers_t), intent(inout) :: timers
       type(landmarks_t), target :: found(size(step%branch))
       type(landmarks_t), pointer :: left
       type(branch_start_t) :: start
@@ -49,18 +47,18 @@ contains
             start%of = number_in_file(branch%of)
             left => own
             if (branch%of > 0) left => found(branch%of)
-            call follow_branch(step, branch, left, start, numbered, found(b), recorder, outcome, timers)
+            call follow_branch(step, branch, left, start, numbered, found(b), recorder, outcome)
          end associate
          if (allocated(outcome%why)) return
       end do
       if (size(step%branch) == 0) return
       start = branch_start_t()
-      call recorder%branch(start, timers, error)
+      call recorder%branch(start, error)
       if (allocated(error)) outcome%why = error%message
    end subroutine follow_branches
 
    !> One branch.
-   subroutine follow_branch(step, branch, home, start, number, found, recorder, outcome, timers)
+   subroutine follow_branch(step, branch, home, start, number, found, recorder, outcome)
       type(step_t), intent(in) :: step
       type(branch_t), intent(in) :: branch
       type(landmarks_t), intent(in), target :: home  !! of the path that it leaves
@@ -69,7 +67,6 @@ contains
       type(landmarks_t), intent(inout), target :: found !! of the branch
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       type(problem_t) :: problem
       type(run_t) :: run
       type(step_t) :: as_branch
@@ -108,7 +105,7 @@ contains
       start%mode = branch%mode
       start%side = branch%side
       start%point = home%list(at)%point
-      call recorder%branch(start, timers, error)
+      call recorder%branch(start, error)
       if (allocated(error)) then
          outcome%why = error%message
          return
@@ -125,24 +122,24 @@ contains
       run%arc_length = home%list(at)%arc_length
       run%left_at = run%arc_length
       run%home => home
-      call linearise(problem, run%state, run%state, run%system, timers)
+      call linearise(problem, run%state, run%state, run%system)
       run%system%negative_pivots = home%list(at)%pivots
-      call record(problem, run, run%state, 'BP', nothing, recorder, outcome, timers)
+      call record(problem, run, run%state, 'BP', nothing, recorder, outcome)
       if (allocated(outcome%why)) return
       distance = branch%increment
       if (.not. distance > 0.0_wp) then
          distance = first_distance
          if (is_arc_length(step%method)) distance = min(distance, step%largest)
       end if
-      call switch_branch(problem, as_branch, home%list(at), branch%mode, branch%side, distance, run, report, timers)
+      call switch_branch(problem, as_branch, home%list(at), branch%mode, branch%side, distance, run, report)
       if (.not. report%converged) then
          call note_trouble(outcome, called//': '//report%message)
          return
       end if
-      call record(problem, run, run%state, '', report, recorder, outcome, timers)
+      call record(problem, run, run%state, '', report, recorder, outcome)
       if (allocated(outcome%why)) return
       run%step_points = 1
-      call follow_points(problem, as_branch, run, recorder, outcome, timers)
+      call follow_points(problem, as_branch, run, recorder, outcome)
       if (allocated(outcome%why)) then
          call note_trouble(outcome, called//': '//outcome%why)
          deallocate (outcome%why)

@@ -15,7 +15,6 @@ module contact_corner
    use corrector, only: increment_t, take_increment
    use contact_response, only: reaction_rate, gap_rate
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
-   use timing, only: timers_t
    implicit none
    private
    public :: find_corner, leave_corner
@@ -24,7 +23,7 @@ contains
 
    !> Looks for a corner within one increment of `start`; several candidates may be due at once, as where a structure is
    !> symmetric. The system is assembled and factored at `start` on entry.
-   subroutine find_corner(problem, start, control, place, corner, system, report, found, timers)
+   subroutine find_corner(problem, start, control, place, corner, system, report, found)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
       type(control_t), intent(in) :: control
@@ -33,7 +32,6 @@ contains
       type(system_t), intent(inout) :: system  !! assembled and factored at the corner when found
       type(increment_t), intent(out) :: report
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
       real(wp), parameter :: at_once = 1.0e-8_wp !! of an increment
       type(state_t) :: beyond
       type(control_t) :: part
@@ -43,10 +41,10 @@ contains
       integer :: k, first
 
       found = .false.
-      call take_increment(problem, start, control, beyond, system, report, timers, keep_contact=.true.)
+      call take_increment(problem, start, control, beyond, system, report, keep_contact=.true.)
       if (.not. report%converged) return
       after = signs(problem, start%active, beyond, system)
-      call linearise(problem, start, start, system, timers)
+      call linearise(problem, start, start, system)
       before = signs(problem, start%active, start, system)
       first = 0
       fraction = 1.0_wp
@@ -64,13 +62,13 @@ contains
       place = start
       do while (next_guess(bracket, epsilon(fraction), fraction))
          part%increment = fraction * control%increment
-         call take_increment(problem, start, part, place, system, report, timers, keep_contact=.true.)
+         call take_increment(problem, start, part, place, system, report, keep_contact=.true.)
          if (.not. report%converged) return
          after = signs(problem, start%active, place, system)
          found = abs(after(first)) <= problem%model%step(problem%step)%locate_tolerance * bracket%scale
          if (found) exit
          call take_value(bracket, fraction, after(first))
-         call linearise(problem, start, start, system, timers)
+         call linearise(problem, start, start, system)
       end do
       ! The corner counts only if nothing else has changed its sign on the way.
       if (found) found = all(after >= -1.0e-6_wp .or. before < 0.0_wp)
@@ -85,14 +83,13 @@ contains
 
    !> Changes the set at a corner and returns the direction in which the path goes on: where the new reactions grow, or the
    !> new gaps open.
-   subroutine leave_corner(problem, corner, place, system, heading, ok, timers)
+   subroutine leave_corner(problem, corner, place, system, heading, ok)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: corner(:)         !! candidates
       type(state_t), intent(inout) :: place    !! its contact set is changed
       type(system_t), intent(inout) :: system  !! factored at `place` on entry, there with the new set on return
       type(heading_t), intent(inout) :: heading !! of the old path on entry, of the new one on return
       logical, intent(out) :: ok
-      type(timers_t), intent(inout) :: timers
       real(wp) :: rate, none(3, size(place%u, 2))
       integer :: k
       do k = 1, size(corner)
@@ -101,7 +98,7 @@ contains
             place%reaction(candidate) = 0.0_wp
          end associate
       end do
-      call linearise(problem, place, place, system, timers)
+      call linearise(problem, place, place, system)
       ok = system%ok
       if (.not. ok) return
       rate = 0.0_wp

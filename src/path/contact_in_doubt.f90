@@ -22,7 +22,6 @@ module contact_in_doubt
    use path_continuity, only: heading_at
    use path_run, only: run_t
    use corrector, only: increment_t, correct
-   use timing, only: timers_t
    implicit none
    private
    public :: ask_nodes
@@ -32,13 +31,12 @@ module contact_in_doubt
 contains
 
    !> The next set of contact spans and its equilibrium ahead of where the run stands, as near as the set holds.
-   subroutine ask_nodes(problem, run, reach, next, found, timers)
+   subroutine ask_nodes(problem, run, reach, next, found)
       type(problem_t), intent(in) :: problem       !! of spans
       type(run_t), intent(in) :: run               !! its system factored where it stands
       real(wp), intent(in) :: reach                !! of the increment that failed
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
       type(problem_t) :: nodes
       type(run_t) :: on
       type(state_t) :: here, ahead
@@ -55,22 +53,22 @@ contains
       on%system = new_system(nodes)
       on%state = here
       ! First with what touches now: its forces are not those of nodes.
-      call correct(nodes, here, control, .true., on%state, on%system, report, timers)
+      call correct(nodes, here, control, .true., on%state, on%system, report)
       apart = 0.0_wp
       if (report%converged) apart = path_length(nodes, here, on%state)
       if (report%converged) here = on%state
       on%state = here
-      call correct(nodes, here, control, .false., on%state, on%system, report, timers)
+      call correct(nodes, here, control, .false., on%state, on%system, report)
       found = report%converged
       if (.not. found) return
       on%heading = heading_at(nodes, on%system, onward, run%heading%load)
       on%control%method = merge(method_cylindrical, run%control%method, is_arc_length(run%control%method))
       on%control%monitor = run%control%monitor
       on%control%increment = sign(reach, run%control%increment)
-      call find_spans_ahead(problem, run, nodes, on, next, first, found, report, why, timers)
+      call find_spans_ahead(problem, run, nodes, on, next, first, found, report, why)
       if (.not. found) return
       ahead = next%state
-      call go_back(run%state%load_factor, next, timers)
+      call go_back(run%state%load_factor, next)
       found = is_near(problem, run, next, apart)
       if (.not. found) return
       here = next%state

@@ -16,7 +16,6 @@ module corner_turning
    use accuracy_asked, only: wants_another
    use path_outcome, only: outcome_t
    use path_record, only: recorder_t
-   use timing, only: timers_t
    implicit none
    private
    public :: turn_corner
@@ -26,7 +25,7 @@ module corner_turning
 contains
 
    !> Tries whether the contact set changes at a corner just ahead; if so, goes there and around it.
-   subroutine turn_corner(problem, step, run, meshes, recorder, turned, finished, outcome, timers)
+   subroutine turn_corner(problem, step, run, meshes, recorder, turned, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the last point, on return too
@@ -36,7 +35,6 @@ contains
       logical, intent(out) :: turned             !! the path stands at the corner, with its new contact set
       logical, intent(out) :: finished           !! the step ended before
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       type(state_t) :: place
       integer, allocatable :: corner(:)          ! candidates that change there
       logical, allocatable :: active(:)          ! contact set behind it
@@ -48,9 +46,9 @@ contains
       finished = .false.
       turned = .false.
       if (problem%candidates%n == 0) return
-      call find_corner(problem, run%state, run%control, place, corner, run%system, report, turned, timers)
+      call find_corner(problem, run%state, run%control, place, corner, run%system, report, turned)
       if (.not. turned) then
-         call linearise(problem, run%state, run%state, run%system, timers)
+         call linearise(problem, run%state, run%state, run%system)
          return
       end if
       active = place%active
@@ -62,10 +60,10 @@ contains
       arrival%tries = meshes
       arrival%label = corner_label(problem, place, active)
       arrival%changing = active .neqv. place%active
-      call accept(problem, step, run, place, heading_of(problem, run, place), arrival, recorder, shorter, finished, outcome, timers)
+      call accept(problem, step, run, place, heading_of(problem, run, place), arrival, recorder, shorter, finished, outcome)
       if (finished .or. allocated(outcome%why) .or. wants_another(run)) return
       load = max(load, abs(run%last_load), least_load * abs(run%state%load_factor))
-      call leave_corner(problem, corner, run%state, run%system, run%heading, turned, timers)
+      call leave_corner(problem, corner, run%state, run%system, run%heading, turned)
       run%probe = new_probe(problem, run%state, run%system, run%heading%load)
       if (.not. turned) then
          outcome%why = 'no way on from where the contact set changes'

@@ -10,7 +10,6 @@ module corrector
    use increment_report, only: increment_t
    use converged_state, only: contact_holds
    use newton_iteration, only: iterate, solve_step, move
-   use timing, only: timers_t
    implicit none
    private
    public :: increment_t, take_increment, correct
@@ -21,14 +20,13 @@ contains
 
    !> Goes from `start` by the control's increment. On success `state` is the new point, `system` is assembled and
    !> factored there; on failure `state` is undefined and `system` belongs to no point.
-   subroutine take_increment(problem, start, control, state, system, report, timers, keep_contact)
+   subroutine take_increment(problem, start, control, state, system, report, keep_contact)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
       type(control_t), intent(in) :: control
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system    !! assembled and factored at `start` on entry
       type(increment_t), intent(out) :: report
-      type(timers_t), intent(inout) :: timers
       logical, intent(in), optional :: keep_contact !! true: the contact set of `start`, whatever the signs say
       type(contact_step_t) :: step
       integer :: loop
@@ -38,34 +36,34 @@ contains
       state = start
       frozen = .false.
       if (present(keep_contact)) frozen = keep_contact
-      call control_row(problem, control, start, state, system, rhs, timers)
+      call control_row(problem, control, start, state, system, rhs)
       if (frozen .or. .not. problem%model%step(problem%step)%paper_loop) then
          call iterate(problem, start, control, state, system, rhs, frozen, &
-            & problem%model%step(problem%step)%tangent_updates, report, timers)
+            & problem%model%step(problem%step)%tangent_updates, report)
          return
       end if
       ! The paper's Fig. 2: LCP at the predictor, equilibrium with the set frozen, compare, repeat.
       do loop = 1, max_contact_loops
-         call solve_step(problem, state, system, rhs, .false., step, report, timers)
+         call solve_step(problem, state, system, rhs, .false., step, report)
          if (allocated(report%message)) return
          if (.not. step%flipped) call move(problem, system, step, state)
          state%active = step%active
          state%reaction = step%reaction
-         call linearise(problem, state, start, system, timers)
+         call linearise(problem, state, start, system)
          if (.not. system%ok) exit
-         call control_row(problem, control, start, state, system, rhs, timers)
+         call control_row(problem, control, start, state, system, rhs)
          call iterate(problem, start, control, state, system, rhs, .true., &
-            & problem%model%step(problem%step)%tangent_updates, report, timers)
+            & problem%model%step(problem%step)%tangent_updates, report)
          if (.not. report%converged) return
          if (contact_holds(problem, state, system)) return
          report%converged = .false.
-         call control_row(problem, control, start, state, system, rhs, timers)
+         call control_row(problem, control, start, state, system, rhs)
       end do
       report%message = 'the contact set did not settle in the outer loop'
    end subroutine take_increment
 
    !> Brings a guess to equilibrium at the control's increment from `base`, by full Newton.
-   subroutine correct(problem, base, control, keep_contact, state, system, report, timers, far_off)
+   subroutine correct(problem, base, control, keep_contact, state, system, report, far_off)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: base          !! converged, or the guess itself
       type(control_t), intent(in) :: control     !! its tangent must be set where its method needs one
@@ -73,12 +71,11 @@ contains
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system
       type(increment_t), intent(out) :: report
-      type(timers_t), intent(inout) :: timers
       logical, intent(in), optional :: far_off   !! touchdown points may be far from where they belong
       real(wp) :: rhs
       type(state_t) :: origin
       type(control_t) :: seen
-      call linearise(problem, state, base, system, timers)
+      call linearise(problem, state, base, system)
       if (.not. system%ok) then
          report%message = 'the tangent is singular'
          return
@@ -86,7 +83,7 @@ contains
       origin = base
       seen = control
       if (problem%moves_nodes()) call follow_nodes(problem, base, control, state, origin, seen)
-      call control_row(problem, seen, origin, state, system, rhs, timers)
-      call iterate(problem, base, control, state, system, rhs, keep_contact, huge(1), report, timers, far_off)
+      call control_row(problem, seen, origin, state, system, rhs)
+      call iterate(problem, base, control, state, system, rhs, keep_contact, huge(1), report, far_off)
    end subroutine correct
 end module corrector

@@ -15,7 +15,6 @@ module dead_end
    use path_run, only: run_t
    use corrector, only: increment_t, take_increment
    use span_tests, only: spans_hold
-   use timing, only: timers_t
    implicit none
    private
    public :: why_stuck
@@ -25,14 +24,13 @@ module dead_end
 contains
 
    !> The reason, one sentence. The run's system is factored at its last point on entry, anywhere on return.
-   subroutine why_stuck(problem, step, run, report, why, turns, timers)
+   subroutine why_stuck(problem, step, run, report, why, turns)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
       type(increment_t), intent(in) :: report   !! of the last try
       character(:), allocatable, intent(out) :: why
       logical, intent(out) :: turns             !! the path goes on, but not for this strategy
-      type(timers_t), intent(inout) :: timers
       real(wp) :: at
       turns = .false.
       why = 'no further point at load factor '//to_text(run%state%load_factor)//': '//report%message
@@ -41,7 +39,7 @@ contains
             & '; *STATIC sets the smallest, *CONTROLS the iterations)'
          return
       end if
-      call look_ahead(problem, run, at, turns, timers)
+      call look_ahead(problem, run, at, turns)
       if (.not. turns) then
          why = why//' (increments were cut to '//to_text(abs(run%control%increment))// &
             & '; an arc-length METHOD may go on)'
@@ -57,12 +55,11 @@ contains
    end subroutine why_stuck
 
    !> Goes on by arc length until what the strategy prescribes turns back.
-   subroutine look_ahead(problem, run, at, found, timers)
+   subroutine look_ahead(problem, run, at, found)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       real(wp), intent(out) :: at               !! load factor there
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
       integer, parameter :: most_cuts = 10
       type(state_t) :: here, next
       type(heading_t) :: heading, ahead
@@ -82,11 +79,11 @@ contains
       cuts = 0
       point = 0
       do while (point < most_points .and. cuts <= most_cuts)
-         call linearise(problem, here, here, run%system, timers)
+         call linearise(problem, here, here, run%system)
          if (.not. run%system%ok) return
          rate_here = rate(here, heading)
          call set_tangent(problem, run%system, heading%u, heading%load, control)
-         call take_increment(problem, here, control, next, run%system, report, timers)
+         call take_increment(problem, here, control, next, run%system, report)
          if (report%converged) then
             ahead = heading_at(problem, run%system, displacement_between(problem, here, next), next%load_factor - here%load_factor)
             report%converged = same_path(relate(problem, here, next, heading, ahead, .false.))

@@ -15,7 +15,6 @@ module event_doubts
    use event_order, only: one_sided
    use event_search, only: findings_t
    use mesh_request, only: rounding_of
-   use timing, only: timers_t
    implicit none
    private
    public :: better_from_nearer, hides_release, turns_by_rounding, doubt_limit, doubt_bifurcation
@@ -55,16 +54,15 @@ contains
 
    !> True for an end of the step where lines have let go of what a trial behind it does not tell: elements so long that they buckle
    !> between their own nodes hide that, and those behind the end may be.
-   logical function hides_release(problem, run, findings, end, timers) result(hides)
+   logical function hides_release(problem, run, findings, end) result(hides)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run             !! its system is factored at the end
       type(findings_t), intent(in) :: findings
       integer, intent(in) :: end                 !! which of those seen
-      type(timers_t), intent(inout) :: timers
       integer :: pivots, i
       logical :: weak
       associate (seen => findings%seen)
-         call count_released(problem, seen(end)%place, run%system, pivots, weak, timers)
+         call count_released(problem, seen(end)%place, run%system, pivots, weak)
          hides = weak .and. run%probe%weak .and. run%system%negative_pivots == run%probe%negative_pivots
          do i = 1, size(seen)
             if (seen(i)%event%kind == event_release .and. seen(i)%located .and. .not. findings%told(i) .and. &

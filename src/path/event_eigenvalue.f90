@@ -11,7 +11,6 @@ module event_eigenvalue
    use weak_lines, only: release_lines
    use tangent_modes, only: modes_t, lowest_modes, numbered_eigenvalue
    use path_run, only: run_t
-   use timing, only: timers_t
    implicit none
    private
    public :: zero_eigenvalue, follow_through_zero
@@ -22,12 +21,11 @@ contains
 
    !> The eigenvalue that changes its sign, where the system is factored now; that of the system without weak contacts where these
    !> open.
-   real(wp) function zero_eigenvalue(problem, run, event, state, timers, found) result(mu)
+   real(wp) function zero_eigenvalue(problem, run, event, state, found) result(mu)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       type(event_t), intent(in) :: event
       type(state_t), intent(in) :: state
-      type(timers_t), intent(inout) :: timers
       type(modes_t), intent(out), optional :: found !! all that were looked at
       real(wp), parameter :: alone = sqrt(epsilon(mu))
       type(modes_t) :: modes
@@ -43,10 +41,10 @@ contains
             at = state
          end if
          other = new_system(free)
-         call linearise(free, at, at, other, timers)
-         call lowest_modes(free, at, other, eigenvalues_looked_at, modes, error, timers)
+         call linearise(free, at, at, other)
+         call lowest_modes(free, at, other, eigenvalues_looked_at, modes, error)
       else
-         call lowest_modes(problem, state, run%system, eigenvalues_looked_at, modes, error, timers)
+         call lowest_modes(problem, state, run%system, eigenvalues_looked_at, modes, error)
       end if
       mu = numbered_eigenvalue(modes, event%number, event%least, event%most)
       ! At the zero its sign is rounding, and tells no number.

@@ -19,7 +19,6 @@ module event_location
    use path_run, only: run_t, copy_run, heading_of, probe_at
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    use force_law, only: segment_open, segment_unknown
-   use timing, only: timers_t
    implicit none
    private
    public :: locate
@@ -28,14 +27,13 @@ contains
 
    !> Finds the event's zero between the last accepted point and the trial. Located is what meets the tolerance, lies on the
    !> path between the two, and is what its label says.
-   subroutine locate(problem, step, run, trial, ahead, sighting, timers)
+   subroutine locate(problem, step, run, trial, ahead, sighting)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run            !! its system ends up at some point of the increment
       type(state_t), intent(in) :: trial
       type(heading_t), intent(in) :: ahead         !! tangent at the trial
       type(sighting_t), intent(inout) :: sighting  !! its event is given
-      type(timers_t), intent(inout) :: timers
       type(division_t) :: division
       real(wp) :: before
       division = new_division(problem, run, trial, ahead, sighting%event%load_tells)
@@ -45,11 +43,11 @@ contains
       if (passed_by_mesh(run, sighting%event)) then
          before = sighting%event%before
          if (sighting%event%kind == event_limit) sighting%event%before = run%heading%load
-         call look_behind(problem, step, run, trial, ahead, division, sighting, timers)
+         call look_behind(problem, step, run, trial, ahead, division, sighting)
          sighting%event%before = before
          if (sighting%located) return
          ! Not where the last point was brought to this mesh without an equilibrium.
-         call linearise(problem, run%state, run%state, run%system, timers)
+         call linearise(problem, run%state, run%state, run%system)
          call note_balance(step, run%system, sighting%report, sighting%located)
          if (.not. sighting%located) return
          sighting%place = run%state
@@ -59,17 +57,17 @@ contains
       end if
       if (sighting%event%kind == event_bifurcation .or. (division%smooth .and. any(sighting%event%kind == [event_limit, &
          & event_turning]))) then
-         call locate_smooth(problem, step, run, trial, ahead, division, sighting, timers)
+         call locate_smooth(problem, step, run, trial, ahead, division, sighting)
       else
-         call bracket_zero(problem, step, run, trial, ahead, division, sighting, timers)
+         call bracket_zero(problem, step, run, trial, ahead, division, sighting)
       end if
       if (.not. sighting%located) return
-      if (any(sighting%event%kind == [event_value_reached, event_stop])) call meet_value(problem, run, sighting, timers)
+      if (any(sighting%event%kind == [event_value_reached, event_stop])) call meet_value(problem, run, sighting)
       if (division%smooth) then
          sighting%located = is_what_it_says(problem, step, run, trial, ahead, sighting)
          ! Where a line has become a point the load may stand, and turn by rounding only.
          if (sighting%event%kind == event_limit .and. run%since_change%shrunk .and. .not. sighting%located) &
-            & call take_beginning(problem, step, run, sighting, timers)
+            & call take_beginning(problem, step, run, sighting)
       else if (division%length > 0.0_wp .and. is_arc_length(run%control%method)) then
          ! Where load or displacement tells the way, it does so where nothing moves, too.
          sighting%fraction = chord_fraction(problem, run, division, sighting%place)
@@ -92,7 +90,7 @@ contains
 
    !> The event before the last point, on the mesh that this one has got since: where a straight line through the ends of the
    !> increment has it there, as far back as the step or branch goes.
-   subroutine look_behind(problem, step, run, trial, ahead, division, sighting, timers)
+   subroutine look_behind(problem, step, run, trial, ahead, division, sighting)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run            !! its system ends up at some point
@@ -100,7 +98,6 @@ contains
       type(heading_t), intent(in) :: ahead
       type(division_t), intent(in) :: division     !! of the increment
       type(sighting_t), intent(inout) :: sighting  !! as it was where it is not located
-      type(timers_t), intent(inout) :: timers
       type(sighting_t) :: found
       type(division_t) :: part
       type(run_t) :: behind
@@ -114,7 +111,7 @@ contains
       call copy_run(run, behind)
       if (sighting%event%ground%contact > 0) call forget_opening(problem, sighting%event, behind%state)
       part = division
-      call point_within(problem, behind, trial, ahead, part, fraction, .true., .false., place, found%report, timers)
+      call point_within(problem, behind, trial, ahead, part, fraction, .true., .false., place, found%report)
       behind%state = place
       if (.not. found%report%converged) return
       behind%heading = heading_of(problem, run, place)
@@ -126,7 +123,7 @@ contains
       part = new_division(problem, behind, run%state, run%heading, found%event%load_tells)
       found%place = run%state
       found%heading = run%heading
-      call bracket_zero(problem, step, behind, run%state, run%heading, part, found, timers)
+      call bracket_zero(problem, step, behind, run%state, run%heading, part, found)
       if (.not. found%located) return
       found%event%before = sighting%event%before
       found%event%after = sighting%event%after
@@ -151,7 +148,7 @@ contains
    end subroutine forget_opening
 
    !> The zero of the event's function by the Illinois rule.
-   subroutine bracket_zero(problem, step, run, trial, ahead, division, sighting, timers)
+   subroutine bracket_zero(problem, step, run, trial, ahead, division, sighting)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
@@ -159,7 +156,6 @@ contains
       type(heading_t), intent(in) :: ahead
       type(division_t), intent(inout) :: division
       type(sighting_t), intent(inout) :: sighting
-      type(timers_t), intent(inout) :: timers
       type(state_t) :: here, below, above
       type(heading_t) :: heading, heading_above
       type(bracket_t) :: bracket
@@ -172,10 +168,10 @@ contains
             & .not. (event%divided .and. event%before < 0.0_wp)
          bracket = new_bracket(event%before, event%after)
          if (releases) then
-            call linearise(problem, trial, trial, run%system, timers)
-            f_above = zero_eigenvalue(problem, run, event, trial, timers)
-            call linearise(problem, run%state, run%state, run%system, timers)
-            bracket = new_bracket(zero_eigenvalue(problem, run, event, run%state, timers), f_above)
+            call linearise(problem, trial, trial, run%system)
+            f_above = zero_eigenvalue(problem, run, event, trial)
+            call linearise(problem, run%state, run%state, run%system)
+            bracket = new_bracket(zero_eigenvalue(problem, run, event, run%state), f_above)
          end if
          f_below = bracket%f_low
          f_above = bracket%f_high
@@ -200,7 +196,7 @@ contains
                exit search
             end if
             ! With the contact set of the start the function of a contact event is smooth through its zero.
-            call point_within(problem, run, trial, ahead, division, sighting%fraction, held, held, here, sighting%report, timers)
+            call point_within(problem, run, trial, ahead, division, sighting%fraction, held, held, here, sighting%report)
             if (held .and. sighting%report%converged) then
                ! Other candidates may have changed sides meanwhile; then the LCP has to take part.
                if (.not. holds_elsewhere(problem, run%system, event%marked, here)) then
@@ -212,7 +208,7 @@ contains
             heading = heading_of(problem, run, here)
             event%pivots = run%system%negative_pivots
             if (releases) then
-               f = zero_eigenvalue(problem, run, event, here, timers)
+               f = zero_eigenvalue(problem, run, event, here)
             else
                f = event_value(problem, event, here, probe_at(problem, run, here, heading))
             end if
@@ -241,21 +237,19 @@ contains
 
    !> The point at the value itself, from the place next to it that the bracket has left. Where it cannot be prescribed, or Newton's
    !> method does not get there, the place stays; its bars have what is left.
-   subroutine meet_value(problem, run, sighting, timers)
+   subroutine meet_value(problem, run, sighting)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run            !! its system ends up factored at the place
       type(sighting_t), intent(inout) :: sighting  !! located
-      type(timers_t), intent(inout) :: timers
       type(increment_t) :: report
       type(state_t) :: there
       type(heading_t) :: heading
       real(wp) :: left
       if (.not. can_be_held(problem, sighting%event%monitor)) return
-      call linearise(problem, sighting%place, sighting%place, run%system, timers)
+      call linearise(problem, sighting%place, sighting%place, run%system)
       left = event_value(problem, sighting%event, sighting%place, probe_at(problem, run, sighting%place, sighting%heading))
       there = sighting%place
-      call correct(problem, sighting%place, holding_value(sighting%event%monitor, -left), .false., there, run%system, report, &
-         & timers)
+      call correct(problem, sighting%place, holding_value(sighting%event%monitor, -left), .false., there, run%system, report)
       if (.not. report%converged) return
       heading = heading_of(problem, run, there)
       sighting%event%held = .true.

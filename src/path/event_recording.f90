@@ -25,7 +25,7 @@ module event_recording
    use accuracy_asked, only: sizes_there
    use path_record, only: recorder_t, critical_t
    use run_accuracy, only: place_t
-   use timing, only: timers_t, count_up, counter_located
+   use timing, only: count_up, counter_located
    implicit none
    private
    public :: record_event, announce, new_critical, go_to
@@ -37,7 +37,7 @@ module event_recording
 contains
 
    !> Records a located event: its point, its words, what others may start from. At the end of a step the run goes there.
-   subroutine record_event(problem, step, run, trial, sighting, pivots, recorder, finished, outcome, timers)
+   subroutine record_event(problem, step, run, trial, sighting, pivots, recorder, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored anywhere
@@ -47,13 +47,12 @@ contains
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished           !! the step ends there
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       type(critical_t) :: critical
       type(probe_t) :: probe
       logical :: smooth
       finished = .false.
       associate (event => sighting%event, place => sighting%place)
-         call linearise(problem, place, place, run%system, timers)
+         call linearise(problem, place, place, run%system)
          smooth = any(event%kind == [event_bifurcation, event_limit])
          if (run%branch == 0 .and. smooth) outcome%home = is_home(problem, run, place)
          if (outcome%home) outcome%why = 'the path comes back to a bifurcation of its own at load factor '// &
@@ -62,18 +61,18 @@ contains
          if (outcome%home) return
          critical = new_critical(event%label, event%note, sighting%bars)
          if (smooth) run%system%negative_pivots = pivots
-         call record(problem, run, place, event%label, sighting%report, recorder, outcome, timers, first_touch(problem, event, &
+         call record(problem, run, place, event%label, sighting%report, recorder, outcome, first_touch(problem, event, &
             & place), sighting%bars, sighting%heading)
          if (allocated(outcome%why)) return
-         call count_up(timers, counter_located)
+         call count_up(counter_located)
          probe = new_probe(problem, place, run%system, sighting%heading%load)
-         call keep_start(problem, step, run, trial, sighting, pivots, critical, timers)
-         call announce(problem, run, critical, place, probe, .true., recorder, outcome, timers)
+         call keep_start(problem, step, run, trial, sighting, pivots, critical)
+         call announce(problem, run, critical, place, probe, .true., recorder, outcome)
          if (allocated(outcome%why)) return
          if (smooth) then
             finished = is_home(problem, run, place)
             if (finished) call announce(problem, run, new_critical('EP', 'back on the path it left, at a bifurcation', &
-               & sighting%bars), place, probe, .true., recorder, outcome, timers)
+               & sighting%bars), place, probe, .true., recorder, outcome)
          else if (event%kind == event_stop) then
             finished = .true.
             call go_to(problem, run, place, sighting%heading, probe)
@@ -82,7 +81,7 @@ contains
    end subroutine record_event
 
    !> Keeps of a critical point what others may start from, with its null vectors and words.
-   subroutine keep_start(problem, step, run, trial, sighting, pivots, critical, timers)
+   subroutine keep_start(problem, step, run, trial, sighting, pivots, critical)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the event
@@ -90,7 +89,6 @@ contains
       type(sighting_t), intent(in) :: sighting
       integer, intent(in) :: pivots              !! negative ones before it
       type(critical_t), intent(inout) :: critical
-      type(timers_t), intent(inout) :: timers
       type(modes_t) :: modes
       type(problem_t) :: free
       type(state_t) :: released
@@ -101,7 +99,7 @@ contains
          arc_length = run%arc_length + path_length(problem, run%state, place)
          select case (event%kind)
          case (event_bifurcation)
-            call find_null_vectors(problem, step, run%system, place, event, critical, modes, timers)
+            call find_null_vectors(problem, step, run%system, place, event, critical, modes)
             if (allocated(sighting%bars)) then
                if (sighting%bars%unfolding > 0.0_wp) critical%note = critical%note//imperfect
             end if
@@ -110,8 +108,8 @@ contains
          case (event_release)
             call release_lines(problem, place, run%system, free, released, weak)
             other = new_system(free)
-            call linearise(free, released, released, other, timers)
-            call find_null_vectors(free, step, other, released, event, critical, modes, timers)
+            call linearise(free, released, released, other)
+            call find_null_vectors(free, step, other, released, event, critical, modes)
             critical%note = event%note
             if (line_opening(problem, place, free, released, nodal_mode(free, other, modes%x(:, 1))) == 0) &
                & critical%note = 'bifurcation without contacts that carry no force; none of its directions opens them all'
@@ -166,7 +164,7 @@ contains
    end function first_touch
 
    !> Reports the point recorded last as a critical one.
-   subroutine announce(problem, run, point, state, values, exact, recorder, outcome, timers)
+   subroutine announce(problem, run, point, state, values, exact, recorder, outcome)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
       type(critical_t), intent(in) :: point      !! label, note and null vectors
@@ -175,7 +173,6 @@ contains
       logical, intent(in) :: exact               !! located, not only bracketed
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       type(critical_t) :: full
       type(place_t) :: at
       type(error_t), allocatable :: error
@@ -192,12 +189,12 @@ contains
                & outcome), full%label, at, outcome%accuracy)
          end associate
       end if
-      call recorder%critical(full, timers, error)
+      call recorder%critical(full, error)
       if (allocated(error)) outcome%why = error%message
    end subroutine announce
 
    !> The modes whose eigenvalues vanish at a bifurcation, where the system is factored now.
-   subroutine find_null_vectors(problem, step, system, state, event, point, modes, timers)
+   subroutine find_null_vectors(problem, step, system, state, event, point, modes)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(system_t), intent(in) :: system         !! factored there
@@ -205,11 +202,10 @@ contains
       type(event_t), intent(in) :: event
       type(critical_t), intent(inout) :: point   !! gets its null vectors and a note of their number
       type(modes_t), intent(out) :: modes        !! the same on the mesh come first
-      type(timers_t), intent(inout) :: timers
       type(error_t), allocatable :: error
       real(wp) :: sense
       integer :: n, j
-      call lowest_modes(problem, state, system, most_null_vectors, modes, error, timers)
+      call lowest_modes(problem, state, system, most_null_vectors, modes, error)
       n = max(count(abs(modes%mu) <= min(max(1.0e3_wp * step%locate_tolerance, same_place), loosest) * event%scale), 1)
       call choose_null_vectors(problem, state, system, n, modes)
       allocate (point%null_vector(3, problem%deck%mesh%n_nodes, n))

@@ -14,7 +14,6 @@ module event_search
    use sightings, only: sighting_t
    use event_location, only: locate
    use error_bar, only: error_bars_t
-   use timing, only: timers_t
    implicit none
    private
    public :: findings_t, find_events
@@ -35,18 +34,17 @@ module event_search
 contains
 
    !> All events between the last point and the trial, looked for, and the trial's probe.
-   subroutine find_events(problem, step, run, trial, ahead, findings, timers)
+   subroutine find_events(problem, step, run, trial, ahead, findings)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the trial on entry, anywhere on return
       type(state_t), intent(in) :: trial
       type(heading_t), intent(in) :: ahead       !! tangent there
       type(findings_t), intent(out) :: findings  !! what of it is not known yet is as it begins
-      type(timers_t), intent(inout) :: timers
       type(event_t), allocatable :: events(:)
       type(sighting_t), allocatable :: home
       findings%probe = probe_at(problem, run, trial, ahead)
-      call count_released(problem, trial, run%system, findings%probe%free_pivots, findings%probe%weak, timers)
+      call count_released(problem, trial, run%system, findings%probe%free_pivots, findings%probe%weak)
       if (run%fresh) then
          run%probe%load_rate = findings%probe%load_rate
          run%probe%monitor_rate = findings%probe%monitor_rate
@@ -56,22 +54,21 @@ contains
       findings%comes_home = allocated(home)
       if (size(events) > 0 .or. findings%comes_home) findings%at_trial = run%system
       allocate (findings%seen(0))
-      call look(problem, step, run, trial, ahead, events, findings%seen, timers)
+      call look(problem, step, run, trial, ahead, events, findings%seen)
       if (findings%comes_home) findings%seen = [findings%seen, home]
       if (size(step%stop) > 0 .or. size(step%locate) > 0) &
-         & call find_hidden_values(problem, step, run, trial, ahead, findings, timers)
+         & call find_hidden_values(problem, step, run, trial, ahead, findings)
    end subroutine find_events
 
    !> A load that is passed on the way to a limit point, and again on the way back, does not show at the ends: to values such an
    !> increment is two.
-   subroutine find_hidden_values(problem, step, run, trial, ahead, findings, timers)
+   subroutine find_hidden_values(problem, step, run, trial, ahead, findings)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
       type(heading_t), intent(in) :: ahead
       type(findings_t), intent(inout) :: findings
-      type(timers_t), intent(inout) :: timers
       type(event_t), allocatable :: events(:)
       type(state_t) :: place
       type(heading_t) :: heading
@@ -84,13 +81,13 @@ contains
       place = findings%seen(limit)%place
       heading = findings%seen(limit)%heading
       part = findings%seen(limit)%fraction
-      call linearise(problem, place, place, run%system, timers)
+      call linearise(problem, place, place, run%system)
       top = probe_at(problem, run, place, heading)
       call value_events(problem, step, run%probe, top, run%state, place, events)
       if (size(events) == 0) return
       call drop_known(run%probe, findings%probe, events)
       n = size(findings%seen)
-      call look(problem, step, run, place, heading, events, findings%seen, timers)
+      call look(problem, step, run, place, heading, events, findings%seen)
       findings%seen(n + 1:)%fraction = part * findings%seen(n + 1:)%fraction
       call copy_run(run, beyond)
       beyond%state = place
@@ -100,7 +97,7 @@ contains
       call value_events(problem, step, top, findings%probe, beyond%state, trial, events)
       call drop_known(run%probe, findings%probe, events)
       n = size(findings%seen)
-      call look(problem, step, beyond, trial, ahead, events, findings%seen, timers)
+      call look(problem, step, beyond, trial, ahead, events, findings%seen)
       findings%seen(n + 1:)%fraction = part + (1.0_wp - part) * findings%seen(n + 1:)%fraction
    end subroutine find_hidden_values
 
@@ -116,7 +113,7 @@ contains
    end function limit_among
 
    !> Locates events between the point of a run and a later one, and adds them to those seen.
-   subroutine look(problem, step, from, to, heading, wanted, seen, timers)
+   subroutine look(problem, step, from, to, heading, wanted, seen)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: from
@@ -124,13 +121,12 @@ contains
       type(heading_t), intent(in) :: heading
       type(event_t), intent(in) :: wanted(:)
       type(sighting_t), allocatable, intent(inout) :: seen(:)
-      type(timers_t), intent(inout) :: timers
       type(sighting_t), allocatable :: found(:)
       integer :: k
       allocate (found(size(wanted)))
       do k = 1, size(wanted)
          found(k)%event = wanted(k)
-         call locate(problem, step, from, to, heading, found(k), timers)
+         call locate(problem, step, from, to, heading, found(k))
       end do
       if (size(seen) > 0) found = [seen, found]
       call move_alloc(found, seen)

@@ -13,7 +13,6 @@ module first_contact
    use contact_set, only: contact_step_t, solve_contact_step
    use path_control, only: control_t, control_row
    use monitor_rows, only: monitor_change
-   use timing, only: timers_t
    implicit none
    private
    public :: presume_contact
@@ -22,13 +21,12 @@ contains
 
    !> Replaces the touching candidates of a stress-free state by those in contact under a small load that moves the
    !> controlled monitor the right way. Left as it was when no such set is found: the first increment then says why.
-   subroutine presume_contact(problem, monitor, increment, state, system, timers)
+   subroutine presume_contact(problem, monitor, increment, state, system)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: monitor             !! index into model%monitor
       real(wp), intent(in) :: increment          !! its sign counts
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system    !! assembled and factored at `state` on entry and on return
-      type(timers_t), intent(inout) :: timers
       integer, parameter :: max_rounds = 30
       real(wp), parameter :: small = sqrt(epsilon(1.0_wp)) !! load factor: what is open by more than rounding stays open
       type(state_t) :: trial
@@ -42,12 +40,12 @@ contains
          control%increment = small * sense
          trial = state
          do round = 1, max_rounds
-            call control_row(problem, control, state, trial, system, rhs, timers)
-            call solve_contact_step(problem, trial, system, rhs, .false., step, timers)
+            call control_row(problem, control, state, trial, system, rhs)
+            call solve_contact_step(problem, trial, system, rhs, .false., step)
             if (.not. step%ok) exit
             trial%active = step%active
             if (.not. step%flipped) exit
-            call linearise(problem, trial, trial, system, timers)
+            call linearise(problem, trial, trial, system)
             if (.not. system%ok) exit
          end do
          if (step%ok .and. .not. step%flipped) then
@@ -56,8 +54,8 @@ contains
                exit senses
             end if
          end if
-         call linearise(problem, state, state, system, timers)
+         call linearise(problem, state, state, system)
       end do senses
-      call linearise(problem, state, state, system, timers)
+      call linearise(problem, state, state, system)
    end subroutine presume_contact
 end module first_contact

@@ -12,7 +12,6 @@ module flat_points
    use path_control, only: control_t, path_length
    use path_run, only: run_t
    use corrector, only: increment_t, correct
-   use timing, only: timers_t
    implicit none
    private
    public :: find_flat_point, leave_flat_point, turn_flattest, curving_rate
@@ -22,19 +21,18 @@ contains
    !> Where on its path a point is as curved as its obstacle. Its own equation, that of the least gap, has no slope there: it turns
    !> with the obstacle as the end of a line does, and goes to where no moment is left; held is by how much more it is curved. So do
    !> others that become flat nearby, as its image at a mirror.
-   subroutine find_flat_point(problem, run, candidate, too, place, found, timers)
+   subroutine find_flat_point(problem, run, candidate, too, place, found)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run          !! its system ends up anywhere
       integer, intent(in) :: candidate
       integer, intent(in) :: too(:)              !! candidates of others
       type(state_t), intent(inout) :: place      !! a state nearby on entry
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
       type(problem_t) :: turning
       integer :: k
       call copy_problem(problem, turning)
       turning%candidates%follows([candidate, too]) = problem%candidates%rolls([candidate, too])
-      call go_to_excess(turning, run, candidate, 0.0_wp, least_told(problem), place, found, timers)
+      call go_to_excess(turning, run, candidate, 0.0_wp, least_told(problem), place, found)
       if (.not. found) return
       do k = 1, size(too)
          place%reaction(too(k)) = point_force(problem, place, too(k))
@@ -44,13 +42,12 @@ contains
 
    !> An equilibrium in which the point that is the least curved may be less so than its obstacle, as where another mesh has it
    !> become a line sooner: it turns with the obstacle.
-   subroutine turn_flattest(problem, run, control, state, found, timers)
+   subroutine turn_flattest(problem, run, control, state, found)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run          !! its state is where the control counts from; its system ends up anywhere
       type(control_t), intent(in) :: control
       type(state_t), intent(inout) :: state      !! a guess on entry
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
       type(problem_t) :: turning
       type(increment_t) :: report
       real(wp) :: excess(problem%candidates%n), extension
@@ -66,14 +63,14 @@ contains
       c = minloc(excess, 1)
       call copy_problem(problem, turning)
       turning%candidates%follows(c) = .true.
-      call correct(turning, run%state, control, .true., state, run%system, report, timers)
+      call correct(turning, run%state, control, .true., state, run%system, report)
       found = report%converged
       if (found) state%reaction(c) = point_force(problem, state, c)
    end subroutine turn_flattest
 
    !> Just beyond where a line has become a point: there the point is as curved as its obstacle, what holds its rotation without
    !> bounds, and free spans beside it may buckle as the line between them vanishes, so that the load hardly tells.
-   subroutine leave_flat_point(problem, run, candidate, reach, place, away, found, timers)
+   subroutine leave_flat_point(problem, run, candidate, reach, place, away, found)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run          !! its system ends up anywhere
       integer, intent(in) :: candidate
@@ -81,16 +78,15 @@ contains
       type(state_t), intent(inout) :: place      !! that of the line on entry
       real(wp), intent(out) :: away              !! more than the reach where no nearer one can be told
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
       real(wp), parameter :: nearer = 0.125_wp
       type(state_t) :: line
       real(wp) :: excess
       line = place
       excess = of_no_line(problem, line, candidate)
       do
-         call go_to_excess(problem, run, candidate, excess, excess, place, found, timers)
+         call go_to_excess(problem, run, candidate, excess, excess, place, found)
          ! Once more: spans that may buckle make a small residual come before a small error.
-         if (found) call go_to_excess(problem, run, candidate, excess, excess, place, found, timers)
+         if (found) call go_to_excess(problem, run, candidate, excess, excess, place, found)
          away = huge(away)
          if (found) away = path_length(problem, line, place)
          if (away <= reach .or. excess <= least_told(problem)) return
@@ -128,7 +124,7 @@ contains
    end function least_told
 
    !> The equilibrium at which a point is more curved than its obstacle by a given amount.
-   subroutine go_to_excess(problem, run, candidate, excess, whole, state, found, timers)
+   subroutine go_to_excess(problem, run, candidate, excess, whole, state, found)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       integer, intent(in) :: candidate
@@ -136,7 +132,6 @@ contains
       real(wp), intent(in) :: whole              !! to a small part of which it is met
       type(state_t), intent(inout) :: state      !! a guess on entry
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
       type(control_t) :: curved
       type(state_t) :: start
       type(increment_t) :: report
@@ -144,7 +139,7 @@ contains
       curved%increment = excess
       curved%whole = whole
       start = state
-      call correct(problem, start, curved, .true., state, run%system, report, timers)
+      call correct(problem, start, curved, .true., state, run%system, report)
       found = report%converged
    end subroutine go_to_excess
 end module flat_points

@@ -14,7 +14,6 @@ module held_openings
    use touch_candidates, only: touch_place
    use tangent_step, only: states_along
    use held_touchdown, only: solve_held
-   use timing, only: timers_t
    implicit none
    private
    public :: begin_span, rest_held, spread_ahead, held_steps, held_load, &
@@ -24,12 +23,11 @@ contains
 
    !> Opens a span between two touchdown points: with their distance held the load, and the place of both, are found at which
    !> they are where they belong.
-   subroutine begin_span(problem, run, opened, ok, timers, others)
+   subroutine begin_span(problem, run, opened, ok, others)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       integer, intent(in) :: opened(2)           !! numbers of touches; both the same: a line, between its own ends
       logical, intent(out) :: ok
-      type(timers_t), intent(inout) :: timers
       integer, intent(in), optional :: others(:, :) !! (2, spans) that open before: they hold as they are until the load is found
       type(problem_t) :: frozen
       type(state_t) :: state, start
@@ -44,57 +42,55 @@ contains
             frozen = with_held(frozen, opening_ends(problem, others(:, k)))
          end do
       end if
-      call solve_held(frozen, ends, run%system, all(ends > 0), held_steps(problem, run), state, ok, timers)
+      call solve_held(frozen, ends, run%system, all(ends > 0), held_steps(problem, run), state, ok)
       if (.not. ok) then
          ! At this load what begins at the same place has no length: held, too, it comes to a load at which it has one.
          state = run%state
          call copy_problem(problem, frozen)
          call solve_held(problem, [maxval(ends), 0], run%system, .false., held_steps(problem, run), state, ok, &
-            & timers, [(c, c=1, problem%candidates%n)])
+            & [(c, c=1, problem%candidates%n)])
          if (.not. ok) return
          here%method = method_load
-         call correct(problem, state, here, .true., state, run%system, report, timers)
+         call correct(problem, state, here, .true., state, run%system, report)
          ok = report%converged
       end if
       if (.not. ok) return
       if (any(frozen%candidates%held .neqv. problem%candidates%held)) then
          start = state
          here%method = method_load
-         call correct(problem, start, here, .true., state, run%system, report, timers)
+         call correct(problem, start, here, .true., state, run%system, report)
          ok = report%converged
          if (.not. ok) return
       end if
       run%state = state
-      call linearise(problem, run%state, run%state, run%system, timers)
+      call linearise(problem, run%state, run%state, run%system)
       ok = run%system%ok
    end subroutine begin_span
 
    !> Brings a span that is about to open to equilibrium at the load where the run stands, its touchdown points held: what they
    !> want there tells where they go. The state stays where there is none.
-   subroutine rest_held(problem, run, opened, timers)
+   subroutine rest_held(problem, run, opened)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       integer, intent(in) :: opened(2)           !! as begin_span
-      type(timers_t), intent(inout) :: timers
       type(state_t) :: state
       type(control_t) :: here
       type(increment_t) :: report
       state = run%state
       here%method = method_load
-      call correct(with_held(problem, opening_ends(problem, opened)), run%state, here, .true., state, run%system, report, timers)
+      call correct(with_held(problem, opening_ends(problem, opened)), run%state, here, .true., state, run%system, report)
       if (report%converged) run%state = state
-      call linearise(problem, run%state, run%state, run%system, timers)
+      call linearise(problem, run%state, run%state, run%system)
    end subroutine rest_held
 
    !> Brings a line that is about to open, at rest with its ends held, to the equilibrium further on where it has the length that it
    !> begins with, by the rate at which it grows. With its ends held there may be none: spans on straight walls that next to nothing
    !> keeps from going along them end where they have to, not where they are held. The state stays where it is not found.
-   subroutine spread_ahead(problem, run, opened, ok, timers)
+   subroutine spread_ahead(problem, run, opened, ok)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       integer, intent(in) :: opened(2)           !! as begin_span
       logical, intent(out) :: ok
-      type(timers_t), intent(inout) :: timers
       type(state_t) :: state
       type(control_t) :: ahead
       type(increment_t) :: report
@@ -107,10 +103,10 @@ contains
       ahead%method = method_load
       ahead%increment = (touch_place(problem, run%state, ends(2)) - touch_place(problem, run%state, ends(1))) / rate
       state = run%state
-      call correct(problem, run%state, ahead, .true., state, run%system, report, timers, far_off=.true.)
+      call correct(problem, run%state, ahead, .true., state, run%system, report, far_off=.true.)
       ok = report%converged
       if (ok) run%state = state
-      call linearise(problem, run%state, run%state, run%system, timers)
+      call linearise(problem, run%state, run%state, run%system)
    end subroutine spread_ahead
 
    !> Steps of load factor and place for differences.

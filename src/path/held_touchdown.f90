@@ -10,7 +10,6 @@ module held_touchdown
    use corrector, only: increment_t, correct
    use touchdown_points, only: with_held, shift_touchdown_points, opening_misfit
    use small_dense, only: solve_small
-   use timing, only: timers_t
    implicit none
    private
    public :: solve_held
@@ -25,7 +24,7 @@ contains
 
    !> Newton's method, by differences, for load factor and place of touchdown points, which move together. With one
    !> point at most, and `places` false, the load alone is unknown and the sum of the conditions has to vanish.
-   subroutine solve_held(problem, points, system, places, step, state, ok, timers, also)
+   subroutine solve_held(problem, points, system, places, step, state, ok, also)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: points(2)           !! candidates, 0: none
       type(system_t), intent(inout) :: system
@@ -33,7 +32,6 @@ contains
       real(wp), intent(in) :: step(2)            !! of load factor and place, for differences
       type(state_t), intent(inout) :: state      !! guess on entry
       logical, intent(out) :: ok
-      type(timers_t), intent(inout) :: timers
       integer, intent(in), optional :: also(:)   !! candidates that are held, too
       type(problem_t) :: frozen
       type(state_t) :: other
@@ -105,7 +103,7 @@ contains
          control%method = method_load
          control%increment = move(1)
          if (present(whole)) control%whole = whole
-         call correct(frozen, from, control, .true., to, system, report, timers)
+         call correct(frozen, from, control, .true., to, system, report)
          ok = report%converged
          left = opening_misfit(problem, points, to)
       end subroutine go_by

@@ -10,7 +10,6 @@ module increment_points
       & stands_still
    use corrector, only: increment_t, take_increment, correct
    use path_run, only: run_t
-   use timing, only: timers_t
    implicit none
    private
    public :: division_t, new_division, point_within, chord_fraction
@@ -68,7 +67,7 @@ contains
    end function new_division
 
    !> The point at a fraction of the increment: from a guess between its ends where these are alike, else from its start.
-   subroutine point_within(problem, run, trial, ahead, division, fraction, from_start, keep_contact, here, report, timers)
+   subroutine point_within(problem, run, trial, ahead, division, fraction, from_start, keep_contact, here, report)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run            !! its system is factored at the point on return
       type(state_t), intent(in) :: trial
@@ -79,25 +78,24 @@ contains
       logical, intent(in) :: keep_contact          !! that of the start, whatever the signs say
       type(state_t), intent(out) :: here
       type(increment_t), intent(out) :: report
-      type(timers_t), intent(inout) :: timers
       integer :: first
       division%control%increment = fraction * division%whole
       if (division%smooth .and. .not. from_start) then
          here = between(problem, run%state, trial, run%heading, ahead, part_at(fraction, division%slopes(1), division%slopes(2)))
-         call correct(problem, run%state, division%control, .false., here, run%system, report, timers)
+         call correct(problem, run%state, division%control, .false., here, run%system, report)
          ! Once more: from a guess as good as this a small residual comes before a small error.
          if (.not. report%converged) return
          first = report%iterations
-         call correct(problem, run%state, division%control, .false., here, run%system, report, timers)
+         call correct(problem, run%state, division%control, .false., here, run%system, report)
          report%iterations = first + report%iterations
       else if (size(problem%mark) > 0 .and. is_stress_free(run%state)) then
          ! At such a start nothing tells where contact with foundations ends: from the other end of the increment backwards.
          division%control%increment = division%control%increment - division%whole
-         call linearise(problem, trial, trial, run%system, timers)
-         call take_increment(problem, trial, division%control, here, run%system, report, timers, keep_contact=keep_contact)
+         call linearise(problem, trial, trial, run%system)
+         call take_increment(problem, trial, division%control, here, run%system, report, keep_contact=keep_contact)
       else
-         call linearise(problem, run%state, run%state, run%system, timers)
-         call take_increment(problem, run%state, division%control, here, run%system, report, timers, keep_contact=keep_contact)
+         call linearise(problem, run%state, run%state, run%system)
+         call take_increment(problem, run%state, division%control, here, run%system, report, keep_contact=keep_contact)
       end if
    end subroutine point_within
 

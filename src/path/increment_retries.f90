@@ -11,7 +11,7 @@ module increment_retries
    use span_mesh, only: refine_mesh
    use attempt, only: attempt_t
    use path_record, only: recorder_t
-   use timing, only: timers_t, count_up, counter_cut
+   use timing, only: count_up, counter_cut
    implicit none
    private
    public :: retry_refined, retry_by_nodes, retry_closer
@@ -21,12 +21,11 @@ module increment_retries
 contains
 
    !> With what the trial asked for: another mesh, or a smaller residual.
-   subroutine retry_refined(problem, run, attempt, settled, timers)
+   subroutine retry_refined(problem, run, attempt, settled)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
       logical, intent(in) :: settled             !! the trial is in equilibrium
-      type(timers_t), intent(inout) :: timers
       logical :: done
       attempt%cuts = 0
       attempt%meshes = attempt%meshes + 1
@@ -35,30 +34,29 @@ contains
          problem%model%step(problem%step)%sharper = sharper * problem%model%step(problem%step)%sharper
          problem%deck%step(problem%step)%sharper = problem%model%step(problem%step)%sharper
          if (allocated(run%wanted)) deallocate (run%wanted)
-         call linearise(problem, run%state, run%state, run%system, timers)
+         call linearise(problem, run%state, run%state, run%system)
          return
       end if
-      call refine_mesh(problem, run, attempt%trial, settled, attempt%has_trial, done, timers)
+      call refine_mesh(problem, run, attempt%trial, settled, attempt%has_trial, done)
       ! As if it had had all meshes: this one has to do.
       if (.not. done) attempt%meshes = huge(attempt%meshes) - 1
    end subroutine retry_refined
 
    !> Where there is no way on with a set of contact spans, once at each place: with what nodes say. attempt%changed tells whether
    !> they say anything else; if not, the set stays.
-   subroutine retry_by_nodes(problem, step, run, attempt, recorder, outcome, timers)
+   subroutine retry_by_nodes(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       ! Points that changes alone have made, none of them anywhere else, are one place.
       attempt%changed = problem%has_spans() .and. run%arc_length - run%left_at > attempt%asked_at
       if (.not. attempt%changed) return
       attempt%asked_at = place()
-      call linearise(problem, run%state, run%state, run%system, timers)
-      call pass_doubt(problem, step, run, attempt%first_increment, recorder, attempt%changed, attempt%finished, outcome, timers)
+      call linearise(problem, run%state, run%state, run%system)
+      call pass_doubt(problem, step, run, attempt%first_increment, recorder, attempt%changed, attempt%finished, outcome)
       ! They have been asked at the point where their set has been taken, too.
       attempt%asked_at = place()
       if (.not. attempt%changed) return
@@ -75,14 +73,13 @@ contains
    end subroutine retry_by_nodes
 
    !> Shorter increments tell apart events that the ends of one do not.
-   subroutine retry_closer(problem, run, attempt, timers)
+   subroutine retry_closer(problem, run, attempt)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
-      type(timers_t), intent(inout) :: timers
       attempt%searches = attempt%searches + 1
       run%control%increment = 0.5_wp * run%control%increment
-      call count_up(timers, counter_cut)
-      call linearise(problem, run%state, run%state, run%system, timers)
+      call count_up(counter_cut)
+      call linearise(problem, run%state, run%state, run%system)
    end subroutine retry_closer
 end module increment_retries

@@ -10,7 +10,6 @@ module increment_trials
    use span_start, only: begin_spans
    use stiff_start, only: is_stiff_start, take_stiff_start
    use attempt, only: attempt_t
-   use timing, only: timers_t
    implicit none
    private
    public :: try_increment
@@ -18,22 +17,21 @@ module increment_trials
 contains
 
    !> Makes the control's increment, unless its trial is there already, and tells whether that has gone astray.
-   subroutine try_increment(problem, step, run, attempt, timers)
+   subroutine try_increment(problem, step, run, attempt)
       type(problem_t), intent(inout) :: problem  !! on another mesh where contact spans begin, or the start is stiff
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the trial on return, if that is in equilibrium
       type(attempt_t), intent(inout) :: attempt
-      type(timers_t), intent(inout) :: timers
       attempt%begins = .false.
       if (attempt%has_trial) then
          call look_astray(problem, step, run, attempt)
       else if (problem%is_sampled()) then
-         call begin_with_spans(problem, step, run, attempt, timers)
+         call begin_with_spans(problem, step, run, attempt)
       else
          if (is_stiff_start(problem, run)) then
-            call take_stiff_start(problem, run, attempt%trial, attempt%report, attempt%has_trial, timers)
+            call take_stiff_start(problem, run, attempt%trial, attempt%report, attempt%has_trial)
          else
-            call take_increment(problem, run%state, run%control, attempt%trial, run%system, attempt%report, timers)
+            call take_increment(problem, run%state, run%control, attempt%trial, run%system, attempt%report)
          end if
          call look_astray(problem, step, run, attempt)
       end if
@@ -42,17 +40,16 @@ contains
 
    !> The increment with which contact at nodes becomes contact spans. Where it goes astray there are none yet: before it other
    !> points and lines may hold.
-   subroutine begin_with_spans(problem, step, run, attempt, timers)
+   subroutine begin_with_spans(problem, step, run, attempt)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
-      type(timers_t), intent(inout) :: timers
       type(problem_t) :: sampled
       type(run_t) :: unbegun
       call copy_problem(problem, sampled)
       call copy_run(run, unbegun)
-      call begin_spans(problem, run, attempt%trial, attempt%report, timers)
+      call begin_spans(problem, run, attempt%trial, attempt%report)
       attempt%begins = attempt%report%converged
       call look_astray(problem, step, run, attempt)
       if (.not. attempt%astray) return

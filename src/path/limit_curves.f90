@@ -23,7 +23,6 @@ module limit_curves
    use limit_mesh, only: bars_here, refine_limit_point
    use error_report, only: note_curve_bar
    use path_record, only: recorder_t, limit_point_t
-   use timing, only: timers_t
    implicit none
    private
    public :: follow_limit_curves
@@ -39,30 +38,28 @@ module limit_curves
 contains
 
    !> Follows all limit curves of a step. What cannot be found is noted in outcome%trouble.
-   subroutine follow_limit_curves(step, own, recorder, outcome, timers)
+   subroutine follow_limit_curves(step, own, recorder, outcome)
       type(step_t), intent(in) :: step
       type(landmarks_t), intent(in) :: own           !! of the step's path
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       character(:), allocatable :: trouble
       integer :: k
       do k = 1, size(step%limit_curve)
-         call follow_curve(step, own, k, recorder, trouble, outcome, timers)
+         call follow_curve(step, own, k, recorder, trouble, outcome)
          if (allocated(outcome%why)) return
          if (allocated(trouble)) call note_trouble(outcome, 'limit curve '//trim(step%limit_curve(k)%name)//': '//trouble)
       end do
    end subroutine follow_limit_curves
 
    !> One curve.
-   subroutine follow_curve(step, own, number, recorder, trouble, outcome, timers)
+   subroutine follow_curve(step, own, number, recorder, trouble, outcome)
       type(step_t), intent(in) :: step
       type(landmarks_t), intent(in) :: own
       integer, intent(in) :: number                  !! index into step%limit_curve
       class(recorder_t), intent(inout) :: recorder
       character(:), allocatable, intent(out) :: trouble
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       type(follower_t) :: follower
       type(trial_t) :: trial
       real(wp) :: turned_at, way(2), place(2), last, start, distance, largest, target
@@ -95,18 +92,18 @@ contains
          follower%unit(2) = abs(curve%increment)
          ! Along the path: first by a length at which the path is curved, then as far as one step of the curve takes it.
          follower%unit(1) = first_distance
-         call stand_here(follower, direction, own%list(i)%direction_load, timers)
+         call stand_here(follower, direction, own%list(i)%direction_load)
          if (.not. follower%system%ok) then
             trouble = 'the tangent at the limit point is singular'
             return
          end if
-         call scale_rate(follower, trial, timers)
-         call evaluate(follower, [0.0_wp, 0.0_wp], trial, timers)
+         call scale_rate(follower, trial)
+         call evaluate(follower, [0.0_wp, 0.0_wp], trial)
          if (.not. trial%report%converged) then
             trouble = trial%report%message
             return
          end if
-         call refine_limit_point(follower, step, timers)
+         call refine_limit_point(follower, step)
          call report('  ', .false.)
          if (allocated(outcome%why)) return
          points = 1
@@ -152,7 +149,7 @@ contains
                return
             end if
             if (exact) follower%coordinate = target
-            call refine_limit_point(follower, step, timers)
+            call refine_limit_point(follower, step)
             label = merge('TP', '  ', turned)
             if (exact) label = 'UZ'
             if (final .and. .not. curve%to_rigid) label = 'EP'
@@ -173,16 +170,16 @@ contains
          end if
          if (.not. curve%to_rigid) return
          direction = follower%control%tangent
-         call make_rigid(curve, follower%problem, follower%state, direction, ok, timers)
+         call make_rigid(curve, follower%problem, follower%state, direction, ok)
          call copy_problem(follower%problem, follower%base)
          follower%system = new_system(follower%problem)
-         if (ok) call stand_here(follower, direction, 0.0_wp, timers)
+         if (ok) call stand_here(follower, direction, 0.0_wp)
          if (.not. ok) then
             trouble = 'no equilibrium was found on the mesh that the rigid obstacle is to have'
             return
          end if
          place = 0.0_wp
-         call search(follower, step, place, [1.0_wp, 0.0_wp], trial, searches, timers)
+         call search(follower, step, place, [1.0_wp, 0.0_wp], trial, searches)
          if (.not. trial%report%converged) then
             trouble = 'no limit point was found with the obstacle rigid: '//trial%report%message
             return
@@ -193,7 +190,7 @@ contains
                trouble = 'where the rigid obstacle touches is not where the foundation pushed'
                return
             end if
-            call refine_limit_point(follower, step, timers)
+            call refine_limit_point(follower, step)
          end if
          call report('EP', .true.)
       end associate
@@ -206,7 +203,7 @@ contains
          real(wp), intent(in) :: normal(2)
          real(wp) :: predicted(2)
          predicted = at
-         call search(follower, step, at, normal, trial, searches, timers)
+         call search(follower, step, at, normal, trial, searches)
          if (.not. trial%report%converged .or. points == 1) return
          if (norm2(at - predicted) <= max(nearest, farthest * norm2(predicted)) .and. &
             & (points == 2 .or. exact .or. dot_product(at, way) >= sharpest * norm2(at))) return
@@ -250,11 +247,11 @@ contains
          direction = follower%control%tangent
          call copy_problem(to%problem, follower%problem)
          follower%state = to%state
-         call renew_marks(follower%base, follower%problem, follower%state, direction, follower%system%ok, timers)
+         call renew_marks(follower%base, follower%problem, follower%state, direction, follower%system%ok)
          if (.not. follower%system%ok) return
          follower%system = new_system(follower%problem)
-         call linearise(follower%problem, follower%state, follower%state, follower%system, timers)
-         call stand_here(follower, direction, 0.0_wp, timers)
+         call linearise(follower%problem, follower%state, follower%state, follower%system)
+         call stand_here(follower, direction, 0.0_wp)
          ! The unit of arc length is what lowers the load by a hundredth; the step keeps its place in the plane.
          ! Not where the curve is about to turn back: there the slope vanishes.
          if (abs(to%slope) > 0.0_wp .and. abs(way(1)) < 0.3_wp) then
@@ -283,10 +280,10 @@ contains
          point%monitor = monitor_values(follower%problem, follower%state, follower%system)
          point%label = label
          if (step%error_bars) then
-            call bars_here(follower, point%bars, timers)
+            call bars_here(follower, point%bars)
             call note_curve_bar(follower%problem, point, trim(step%limit_curve(number)%name), step, outcome%accuracy)
          end if
-         call recorder%limit_point(point, timers, error)
+         call recorder%limit_point(point, error)
          if (allocated(error)) outcome%why = error%message
       end subroutine report
    end subroutine follow_curve

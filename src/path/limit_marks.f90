@@ -14,7 +14,6 @@ module limit_marks
    use mesh_change, only: carry_over
    use path_control, only: control_t
    use corrector, only: increment_t, correct
-   use timing, only: timers_t
    implicit none
    private
    public :: renew_marks, take_marks_off, stand_on
@@ -22,13 +21,12 @@ module limit_marks
 contains
 
    !> A limit point on a mesh that has its marks where contact ends now, if the present one has not, or is too coarse there.
-   subroutine renew_marks(base, problem, state, direction, ok, timers)
+   subroutine renew_marks(base, problem, state, direction, ok)
       type(problem_t), intent(inout) :: base     !! the same with the deck's own value of the parameter
       type(problem_t), intent(inout) :: problem
       type(state_t), intent(inout) :: state
       real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) of the path, displacements
       logical, intent(out) :: ok                 !! false: no equilibrium was found
-      type(timers_t), intent(inout) :: timers
       type(cut_t), allocatable :: cut(:)
       ok = .true.
       if (size(problem%mark) == 0) return
@@ -36,30 +34,28 @@ contains
       if (marked(problem, state, cut)) then
          if (.not. outgrown(problem, state, cut)) return
       end if
-      call stand_on(new_span_problem(problem, present_touches(problem, state), state, cut), problem, state, direction, ok, timers)
+      call stand_on(new_span_problem(problem, present_touches(problem, state), state, cut), problem, state, direction, ok)
       if (ok) base = same_spans(base, problem)
    end subroutine renew_marks
 
    !> The same on a mesh without marks, whose elements find out for themselves where foundations touch them.
-   subroutine take_marks_off(problem, state, direction, ok, timers)
+   subroutine take_marks_off(problem, state, direction, ok)
       type(problem_t), intent(inout) :: problem
       type(state_t), intent(inout) :: state
       real(wp), allocatable, intent(inout) :: direction(:, :)
       logical, intent(out) :: ok
-      type(timers_t), intent(inout) :: timers
       ok = .true.
       if (size(problem%mark) == 0) return
-      call stand_on(new_span_problem(problem, present_touches(problem, state), state), problem, state, direction, ok, timers)
+      call stand_on(new_span_problem(problem, present_touches(problem, state), state), problem, state, direction, ok)
    end subroutine take_marks_off
 
    !> In equilibrium on another mesh.
-   subroutine stand_on(next, problem, state, direction, ok, timers)
+   subroutine stand_on(next, problem, state, direction, ok)
       type(problem_t), intent(in) :: next
       type(problem_t), intent(inout) :: problem
       type(state_t), intent(inout) :: state
       real(wp), allocatable, intent(inout) :: direction(:, :)
       logical, intent(out) :: ok
-      type(timers_t), intent(inout) :: timers
       type(state_t) :: there
       type(system_t) :: system
       type(control_t) :: hold
@@ -71,7 +67,7 @@ contains
       hold%increment = 0.0_wp
       call copy_problem(next, problem)
       there = state
-      call correct(problem, there, hold, .true., state, system, report, timers)
+      call correct(problem, there, hold, .true., state, system, report)
       ok = report%converged
    end subroutine stand_on
 end module limit_marks

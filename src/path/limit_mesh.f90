@@ -16,7 +16,7 @@ module limit_mesh
    use error_bar, only: error_bars_t
    use mesh_demand, only: demand_t
    use mesh_request, only: refinement_t, request_mesh
-   use timing, only: timers_t, count_up, counter_remeshed
+   use timing, only: count_up, counter_remeshed
    implicit none
    private
    public :: bars_here, refine_limit_point
@@ -26,21 +26,19 @@ module limit_mesh
 contains
 
    !> Bars of the last limit point.
-   subroutine bars_here(follower, bars, timers)
+   subroutine bars_here(follower, bars)
       type(follower_t), intent(in) :: follower
       type(error_bars_t), allocatable, intent(out) :: bars
-      type(timers_t), intent(inout) :: timers
       call bars_on_curve(follower%problem, follower%state, follower%system, heading_at(follower%problem, follower%system, &
          & follower%control%tangent, follower%control%tangent_load), follower%unit(1), &
-         & small_drop * follower%state%load_factor, bars, timers)
+         & small_drop * follower%state%load_factor, bars)
    end subroutine bars_here
 
    !> Looks for the last limit point anew on finer meshes, as long as its load is not known as well as the step asks. It stays as
    !> it is where no limit point is found on one.
-   subroutine refine_limit_point(follower, step, timers)
+   subroutine refine_limit_point(follower, step)
       type(follower_t), intent(inout) :: follower
       type(step_t), intent(in) :: step
-      type(timers_t), intent(inout) :: timers
       type(follower_t) :: kept
       type(trial_t) :: trial
       type(error_bars_t), allocatable :: bars
@@ -51,31 +49,30 @@ contains
       logical :: unsettled
       if (.not. (step%error_bars .and. step%asked > 0.0_wp .and. any(follower%problem%layout%stretch%placed))) return
       do tries = 0, most_meshes
-         call bars_here(follower, bars, timers)
+         call bars_here(follower, bars)
          sizes = abs(follower%state%load_factor)
          call request_mesh(follower%problem, follower%state, bars, sizes, [0], step%asked, .true., tries, .false., last, &
             & unsettled, demand)
          if (.not. allocated(demand)) return
          call copy_follower(follower, kept)
-         call take_mesh(follower, demand, timers)
+         call take_mesh(follower, demand)
          place = 0.0_wp
-         if (follower%system%ok) call search(follower, step, place, [1.0_wp, 0.0_wp], trial, searches, timers)
+         if (follower%system%ok) call search(follower, step, place, [1.0_wp, 0.0_wp], trial, searches)
          if (.not. (follower%system%ok .and. trial%report%converged)) then
             call copy_follower(kept, follower)
             return
          end if
-         call count_up(timers, counter_remeshed)
+         call count_up(counter_remeshed)
          call copy_problem(trial%problem, follower%problem)
          follower%state = trial%state
-         call stand_here(follower, follower%control%tangent, 0.0_wp, timers)
+         call stand_here(follower, follower%control%tangent, 0.0_wp)
       end do
    end subroutine refine_limit_point
 
    !> The follower on another mesh, its state not yet in equilibrium there.
-   subroutine take_mesh(follower, demand, timers)
+   subroutine take_mesh(follower, demand)
       type(follower_t), intent(inout) :: follower
       type(demand_t), intent(in) :: demand(:)
-      type(timers_t), intent(inout) :: timers
       type(follower_t) :: next
       call copy_follower(follower, next)
       next%base%demand = demand
@@ -87,7 +84,7 @@ contains
       next%control%tangent = carried_field(follower%problem, follower%state, follower%control%tangent, next%problem, next%state)
       if (allocated(next%control%previous)) deallocate (next%control%previous)
       next%system = new_system(next%problem)
-      call stand_here(next, next%control%tangent, 0.0_wp, timers)
+      call stand_here(next, next%control%tangent, 0.0_wp)
       call copy_follower(next, follower)
    end subroutine take_mesh
 end module limit_mesh

@@ -14,7 +14,6 @@ module limit_rigid
    use force_law, only: carries
    use second_parameter, only: rigid_problem, carry_state
    use limit_marks, only: take_marks_off, stand_on
-   use timing, only: timers_t
    implicit none
    private
    public :: make_rigid
@@ -22,13 +21,12 @@ module limit_rigid
 contains
 
    !> The problem with the curve's obstacle rigid, and its state: in equilibrium with contact spans, as a guess with nodes.
-   subroutine make_rigid(curve, problem, state, direction, ok, timers)
+   subroutine make_rigid(curve, problem, state, direction, ok)
       type(limit_curve_t), intent(in) :: curve
       type(problem_t), intent(inout) :: problem  !! at the last limit point
       type(state_t), intent(inout) :: state
       real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) of the path, displacements
       logical, intent(out) :: ok                 !! false: no equilibrium was found
-      type(timers_t), intent(inout) :: timers
       type(model_t) :: deck
       deck = problem%deck
       deck%obstacle(curve%obstacle)%rigid = .true.
@@ -38,9 +36,9 @@ contains
       end where
       call choose_spans(deck)
       if (all(deck%contact%along .or. deck%contact%obstacle /= curve%obstacle)) then
-         call lay_down(curve, deck, problem, state, direction, ok, timers)
+         call lay_down(curve, deck, problem, state, direction, ok)
       else
-         call take_marks_off(problem, state, direction, ok, timers)
+         call take_marks_off(problem, state, direction, ok)
          if (ok) call stand_at_nodes()
       end if
 
@@ -55,14 +53,13 @@ contains
    end subroutine make_rigid
 
    !> Contact spans where the foundation pushes.
-   subroutine lay_down(curve, deck, problem, state, direction, ok, timers)
+   subroutine lay_down(curve, deck, problem, state, direction, ok)
       type(limit_curve_t), intent(in) :: curve
       type(model_t), intent(in) :: deck          !! its obstacle rigid
       type(problem_t), intent(inout) :: problem
       type(state_t), intent(inout) :: state
       real(wp), allocatable, intent(inout) :: direction(:, :)
       logical, intent(out) :: ok
-      type(timers_t), intent(inout) :: timers
       type(problem_t) :: base
       type(touch_t), allocatable :: touch(:)
       call copy_problem(problem, base)
@@ -70,7 +67,7 @@ contains
       call place_spans(new_problem(deck), base)
       touch = present_touches(problem, state)
       call stand_on(new_span_problem(base, [touch, pressed_lines(curve, problem, state, maxval([0, touch%number]))], state), &
-         & problem, state, direction, ok, timers)
+         & problem, state, direction, ok)
    end subroutine lay_down
 
    !> Where the curve's obstacle pushes, as lines: between the places where contact ends, one for each stretch.

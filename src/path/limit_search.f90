@@ -11,7 +11,6 @@ module limit_search
    use path_control, only: control_t, set_tangent
    use corrector, only: increment_t, correct
    use second_parameter, only: present_value, problem_at, carry_state
-   use timing, only: timers_t
    implicit none
    private
    public :: follower_t, copy_follower, trial_t, stand_here, scale_rate, evaluate, search, as_coordinate, as_value, small_drop
@@ -52,11 +51,10 @@ contains
    end subroutine copy_follower
 
    !> Takes the tangent of the path at the follower's state; it keeps its sense.
-   subroutine stand_here(follower, direction, direction_load, timers)
+   subroutine stand_here(follower, direction, direction_load)
       type(follower_t), intent(inout) :: follower
       real(wp), intent(in) :: direction(:, :), direction_load
-      type(timers_t), intent(inout) :: timers
-      call linearise(follower%problem, follower%state, follower%state, follower%system, timers)
+      call linearise(follower%problem, follower%state, follower%state, follower%system)
       if (.not. follower%system%ok) return
       follower%control%method = method_cylindrical
       call set_tangent(follower%problem, follower%system, direction, direction_load, follower%control)
@@ -64,13 +62,12 @@ contains
    end subroutine stand_here
 
    !> Sets the unit of arc length: what lowers the load by a hundredth; and the rate of the load there.
-   subroutine scale_rate(follower, trial, timers)
+   subroutine scale_rate(follower, trial)
       type(follower_t), intent(inout) :: follower
       type(trial_t), intent(out) :: trial
-      type(timers_t), intent(inout) :: timers
       integer :: try
       do try = 1, 12
-         call evaluate(follower, [1.0_wp, 0.0_wp], trial, timers)
+         call evaluate(follower, [1.0_wp, 0.0_wp], trial)
          if (trial%report%converged .and. abs(trial%rate) > 0.0_wp) exit
          follower%unit(1) = 0.5_wp * follower%unit(1)
       end do
@@ -81,11 +78,10 @@ contains
    end subroutine scale_rate
 
    !> h at a place on the surface, both coordinates in their units and counted from the last limit point.
-   subroutine evaluate(follower, place, trial, timers)
+   subroutine evaluate(follower, place, trial)
       type(follower_t), intent(inout) :: follower
       real(wp), intent(in) :: place(2)
       type(trial_t), intent(out) :: trial
-      type(timers_t), intent(inout) :: timers
       type(state_t) :: start
       type(control_t) :: control
       if (abs(place(2)) > 0.0_wp) then
@@ -104,7 +100,7 @@ contains
       follower%system = new_system(trial%problem)
       control = follower%control
       control%increment = place(1) * follower%unit(1)
-      call correct(trial%problem, start, control, .false., trial%state, follower%system, trial%report, timers)
+      call correct(trial%problem, start, control, .false., trial%state, follower%system, trial%report)
       trial%iterations = trial%iterations + trial%report%iterations
       if (.not. trial%report%converged) return
       control%method = method_cylindrical
@@ -113,19 +109,18 @@ contains
    end subroutine evaluate
 
    !> Looks for h = 0 from a place along a normal to the curve: secants, kept within a bracket once there is one.
-   subroutine search(follower, step, place, normal, trial, searches, timers)
+   subroutine search(follower, step, place, normal, trial, searches)
       type(follower_t), intent(inout) :: follower
       type(step_t), intent(in) :: step
       real(wp), intent(inout) :: place(2)          !! predicted on entry, found on return
       real(wp), intent(in) :: normal(2)
       type(trial_t), intent(out) :: trial
       integer, intent(out) :: searches
-      type(timers_t), intent(inout) :: timers
       type(trial_t) :: next
       real(wp) :: q, h, q_old, h_old, q_new, low, high, h_low, h_high, slope
       integer :: total
       logical :: bracketed
-      call evaluate(follower, place, trial, timers)
+      call evaluate(follower, place, trial)
       searches = 1
       if (.not. trial%report%converged) return
       total = trial%iterations
@@ -141,7 +136,7 @@ contains
       h_low = 0.0_wp
       h_high = 0.0_wp
       do searches = 2, max_searches
-         call evaluate(follower, place + q * normal, next, timers)
+         call evaluate(follower, place + q * normal, next)
          total = total + next%iterations
          if (.not. next%report%converged) then
             ! Nearer to where it was known to work.

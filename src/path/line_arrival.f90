@@ -13,7 +13,6 @@ module line_arrival
    use test_kinds, only: span_test_t
    use change_kinds, only: leg_t
    use next_spans, only: next_t, new_next, go_to_load
-   use timing, only: timers_t
    implicit none
    private
    public :: find_arrival
@@ -23,13 +22,12 @@ module line_arrival
 contains
 
    !> The set with the ends at the breakpoint, and its equilibrium where it holds, on the leg or not further beyond than it is long.
-   subroutine find_arrival(problem, leg, test, next, found, timers)
+   subroutine find_arrival(problem, leg, test, next, found)
       type(problem_t), intent(in) :: problem
       type(leg_t), intent(in) :: leg
       type(span_test_t), intent(in) :: test      !! of the free span between a contact and a breakpoint
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
       type(touch_t), allocatable :: set(:)
       integer :: k, side
       logical :: meets
@@ -38,7 +36,7 @@ contains
       if (.not. found) return
       next = new_next(problem, leg%to, set)
       k = findloc(next%problem%touch%number, problem%touch(k)%number, 1)
-      call find_load(problem, leg, next%problem%touch(k)%candidate(3 - side), meets, next, found, timers)
+      call find_load(problem, leg, next%problem%touch(k)%candidate(3 - side), meets, next, found)
    end subroutine find_arrival
 
    !> The set with a line's end at the breakpoint, and that of another line that it meets there. Not allocated: there is none.
@@ -76,14 +74,13 @@ contains
 
    !> The load at which nothing has to hold the node at the breakpoint, by secants: a couple, or a force where two lines meet and
    !> there is no couple.
-   subroutine find_load(problem, leg, c, meets, next, found, timers)
+   subroutine find_load(problem, leg, c, meets, next, found)
       type(problem_t), intent(in) :: problem
       type(leg_t), intent(in) :: leg
       integer, intent(in) :: c                   !! candidate of the node, in the next set
       logical, intent(in) :: meets
       type(next_t), intent(inout) :: next
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
       type(span_test_t), allocatable :: tests(:)
       real(wp) :: load(2), couple(2), force(2), held(2)
       integer :: try
@@ -119,7 +116,7 @@ contains
       subroutine look_at(load, couple, force)
          real(wp), intent(in) :: load
          real(wp), intent(out) :: couple, force
-         call go_to_load(next, load, tests, timers)
+         call go_to_load(next, load, tests)
          found = allocated(tests)
          couple = 0.0_wp
          force = 0.0_wp

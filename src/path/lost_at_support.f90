@@ -15,7 +15,6 @@ module lost_at_support
    use next_spans, only: next_t, new_next, tests_of
    use set_begins, only: find_begin
    use path_run, only: run_t
-   use timing, only: timers_t
    implicit none
    private
    public :: clamped_ends, go_into_clamp, lose_line
@@ -37,46 +36,43 @@ contains
    end function clamped_ends
 
    !> The equilibrium at which the point beside a span has come to the clamp on its other side.
-   subroutine go_into_clamp(problem, run, leg, which, next, found, timers)
+   subroutine go_into_clamp(problem, run, leg, which, next, found)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
       type(leg_t), intent(in) :: leg
       integer, intent(in) :: which               !! the test of the span, a wave
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
       integer :: side
       associate (beside => leg%after(which)%beside)
          side = findloc(clamped_ends(problem, leg%to, leg%after(which)), .true., 1)
          next = new_next(problem, leg%to, lost(present_touches(problem, leg%to), beside(3 - side)))
       end associate
-      call lose(run, leg, next, found, timers)
+      call lose(run, leg, next, found)
    end subroutine go_into_clamp
 
    !> The equilibrium at which a line has shrunk onto the support at its end. Not found where it goes on beyond, or has no such end.
-   subroutine lose_line(problem, run, leg, which, next, found, timers)
+   subroutine lose_line(problem, run, leg, which, next, found)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
       type(leg_t), intent(in) :: leg
       integer, intent(in) :: which               !! the test of its length
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
       type(answer_t) :: answer
       found = .false.
       answer = answer_to(problem, leg%to, leg%after, which, leg%before%value - leg%after%value, run%touches)
       if (answer%label /= 'C-' .or. allocated(answer%no_rule) .or. size(answer%crosses, 2) > 0) return
       next = new_next(problem, leg%to, answer%touch)
-      call lose(run, leg, next, found, timers)
+      call lose(run, leg, next, found)
    end subroutine lose_line
 
    !> Where the set without it begins to hold, by the test beside a support that is nearest to zero.
-   subroutine lose(run, leg, next, found, timers)
+   subroutine lose(run, leg, next, found)
       type(run_t), intent(in) :: run
       type(leg_t), intent(in) :: leg
       type(next_t), intent(inout) :: next
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
       type(span_test_t), allocatable :: tests(:)
       logical, allocatable :: beside(:)
       integer :: k
@@ -89,7 +85,7 @@ contains
       if (.not. found) return
       next%label = 'C-'
       next%test = minloc(abs(tests%value), 1, mask=beside)
-      call find_begin(run, leg, .false., next, found, timers, next%test)
+      call find_begin(run, leg, .false., next, found, next%test)
       ! The path goes on as it came.
       next%rate = 0.0_wp
    end subroutine lose

@@ -18,7 +18,7 @@ module newton_iteration
    use ground_pressures, only: advance_pressures
    use increment_report, only: increment_t, effort_of
    use converged_state, only: constraint_residual, contact_holds, keep_resultants
-   use timing, only: timers_t, count_up, counter_newton
+   use timing, only: count_up, counter_newton
    implicit none
    private
    public :: iterate, solve_step, move
@@ -74,7 +74,7 @@ module newton_iteration
 contains
 
    !> Newton from a linearised state: solve, add, linearise, until everything holds.
-   subroutine iterate(problem, start, given, state, system, first_rhs, frozen, tangent_updates, report, timers, far_off)
+   subroutine iterate(problem, start, given, state, system, first_rhs, frozen, tangent_updates, report, far_off)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
       type(control_t), intent(in) :: given     !! control of the increment, as seen from the nodes of the start
@@ -84,7 +84,6 @@ contains
       logical, intent(in) :: frozen            !! the contact set stays
       integer, intent(in) :: tangent_updates   !! iterations after which the tangent is factored anew
       type(increment_t), intent(inout) :: report
-      type(timers_t), intent(inout) :: timers
       logical, intent(in), optional :: far_off !! touchdown points may be far from where they belong
       type(newton_t) :: newton
       real(wp) :: rhs
@@ -98,21 +97,21 @@ contains
       do iteration = 1, settling_grip * newton%most
          newton%number = iteration
          if (iteration > min(newton%last_change, newton%last_progress + (stalled - 1) * newton%most) + newton%most) exit
-         call solve_step(problem, state, system, rhs, frozen, newton%step, report, timers)
+         call solve_step(problem, state, system, rhs, frozen, newton%step, report)
          if (allocated(report%message)) return
          report%iterations = report%iterations + 1
-         call count_up(timers, counter_newton)
-         call follow_step(problem, start, given, state, system, newton, report, timers)
+         call count_up(counter_newton)
+         call follow_step(problem, start, given, state, system, newton, report)
          if (allocated(report%message)) return
          call measure(problem, state, system, newton, report)
          if (allocated(report%message)) return
          if (is_small(problem, state, system, newton, report)) then
-            call finish(problem, state, system, newton, report, timers)
+            call finish(problem, state, system, newton, report)
             if (report%converged .or. allocated(report%message)) return
          end if
-         call renew_tangent(problem, state, system, newton, report, timers)
+         call renew_tangent(problem, state, system, newton, report)
          if (allocated(report%message)) return
-         call control_row(problem, newton%control, newton%origin, state, system, rhs, timers)
+         call control_row(problem, newton%control, newton%origin, state, system, rhs)
       end do
       call give_up(problem, state, system, 'no convergence within the allowed iterations', newton, report)
       report%hopeless = newton%blamed .and. problem%resting .and. all(abs(newton%origin%u) <= 0.0_wp) .and. &
@@ -145,7 +144,7 @@ contains
    end subroutine begin
 
    !> Takes the solved step, or the contact set that came out without one, and assembles there.
-   subroutine follow_step(problem, start, given, state, system, newton, report, timers)
+   subroutine follow_step(problem, start, given, state, system, newton, report)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
       type(control_t), intent(in) :: given
@@ -153,7 +152,6 @@ contains
       type(system_t), intent(inout) :: system
       type(newton_t), intent(inout) :: newton
       type(increment_t), intent(inout) :: report
-      type(timers_t), intent(inout) :: timers
       real(wp), allocatable :: spring(:)
       integer, allocatable :: grip(:)
       newton%refactor = newton%number <= newton%tangent_updates .or. any(newton%step%active .neqv. state%active)
@@ -164,9 +162,9 @@ contains
       if (newton%step%flipped) then
          state%active = newton%step%active
          state%reaction = newton%step%reaction
-         call assemble(problem, state, newton%origin, system, timers)
+         call assemble(problem, state, newton%origin, system)
       else
-         call take_step(problem, start, given, state, system, newton, timers)
+         call take_step(problem, start, given, state, system, newton)
       end if
       newton%corrections = [newton%corrections, newton%largest]
       if (any(system%grip /= grip)) then
@@ -178,14 +176,13 @@ contains
    end subroutine follow_step
 
    !> Goes along the solved step, not as far where foundations make it far too long, then lets the touchdown points follow.
-   subroutine take_step(problem, start, given, state, system, newton, timers)
+   subroutine take_step(problem, start, given, state, system, newton)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
       type(control_t), intent(in) :: given
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system    !! not ok: no element is to be had there
       type(newton_t), intent(inout) :: newton
-      type(timers_t), intent(inout) :: timers
       type(state_t) :: from
       real(wp) :: work
       logical :: assembled
@@ -198,10 +195,10 @@ contains
          assembled = newton%searching
          if (newton%searching) then
             ! The work along a step is that of the equations it solves: with the touchdown points where they were.
-            call assemble(problem, state, newton%origin, system, timers)
+            call assemble(problem, state, newton%origin, system)
             if (.not. system%ok) return
             if (max(system%force_residual, system%defect_residual) > far_worse * max(newton%forces_left, far_from_balance)) &
-               & call shorten_step(problem, newton%origin, from, step%x, work, state, system, timers)
+               & call shorten_step(problem, newton%origin, from, step%x, work, state, system)
          end if
       end associate
       newton%correction = metric(problem, state%u - from%u, state%u - from%u)
@@ -214,7 +211,7 @@ contains
          call follow_nodes(problem, start, given, state, newton%origin, newton%control)
          assembled = .false.
       end if
-      if (.not. assembled) call assemble(problem, state, newton%origin, system, timers)
+      if (.not. assembled) call assemble(problem, state, newton%origin, system)
       newton%forces_left = max(system%force_residual, system%defect_residual)
    end subroutine take_step
 
@@ -255,13 +252,12 @@ contains
 
    !> The increment has converged, if contact agrees with its signs and segments where the residual is small. Else other equations
    !> hold from here on.
-   subroutine finish(problem, state, system, newton, report, timers)
+   subroutine finish(problem, state, system, newton, report)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system
       type(newton_t), intent(inout) :: newton
       type(increment_t), intent(inout) :: report
-      type(timers_t), intent(inout) :: timers
       logical, allocatable :: given_up(:)
       logical :: settled
       call segments_hold(problem, state, settled, carried=.false.)
@@ -277,7 +273,7 @@ contains
          ! What has been reached with the last equations is nothing to compare with.
          newton%searching = .true.
          newton%last_change = newton%number
-         call assemble(problem, state, newton%origin, system, timers)
+         call assemble(problem, state, newton%origin, system)
          report%residual = residual_of(problem, state, system)
          newton%best = huge(newton%best)
          return
@@ -285,7 +281,7 @@ contains
       if (.not. newton%frozen) then
          if (.not. contact_holds(problem, state, system)) return
       end if
-      call factor_system(system, timers)
+      call factor_system(system)
       report%converged = system%ok
       if (.not. system%ok) report%message = 'the tangent is singular'
       call keep_resultants(problem, system, state)
@@ -294,13 +290,12 @@ contains
    end subroutine finish
 
    !> Whether it goes on, and with which tangent.
-   subroutine renew_tangent(problem, state, system, newton, report, timers)
+   subroutine renew_tangent(problem, state, system, newton, report)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
       type(newton_t), intent(inout) :: newton
       type(increment_t), intent(inout) :: report
-      type(timers_t), intent(inout) :: timers
       ! Below what rounding makes a small residual was luck.
       if (newton%number > 4 .and. report%residual * 1.0e-3_wp > max(newton%best, system%round_off)) then
          call give_up(problem, state, system, 'Newton diverged', newton, report)
@@ -314,7 +309,7 @@ contains
          & (report%residual / newton%last_residual)**(newton%last_change + newton%most - newton%number) > newton%tolerance
       newton%same_tangent = merge(0, newton%same_tangent + 1, newton%refactor)
       if (.not. newton%refactor) return
-      call factor_system(system, timers)
+      call factor_system(system)
       if (.not. system%ok) report%message = 'the tangent is singular'
    end subroutine renew_tangent
 
@@ -349,7 +344,7 @@ contains
    end function largest_move
 
    !> Solves one step and counts what its LCP took.
-   subroutine solve_step(problem, state, system, rhs, frozen, step, report, timers)
+   subroutine solve_step(problem, state, system, rhs, frozen, step, report)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
@@ -357,8 +352,7 @@ contains
       logical, intent(in) :: frozen            !! the contact set stays
       type(contact_step_t), intent(inout) :: step
       type(increment_t), intent(inout) :: report
-      type(timers_t), intent(inout) :: timers
-      call solve_contact_step(problem, state, system, rhs, frozen, step, timers)
+      call solve_contact_step(problem, state, system, rhs, frozen, step)
       report%lcp_size = max(report%lcp_size, step%lcp_size)
       report%lcp_pivots = report%lcp_pivots + step%lcp_pivots
       if (.not. step%ok) report%message = step%message

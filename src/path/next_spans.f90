@@ -15,7 +15,6 @@ module next_spans
    use path_control, only: control_t
    use path_continuity, only: heading_t
    use corrector, only: increment_t, correct
-   use timing, only: timers_t
    implicit none
    private
    public :: next_t, copy_next, new_next, settle, go_to_load, tests_of, holds
@@ -58,10 +57,9 @@ contains
 
    !> Its equilibrium at the load factor where it is: first with touchdown points held, for they move where forces in equilibrium
    !> tell them to.
-   subroutine settle(next, found, timers)
+   subroutine settle(next, found)
       type(next_t), intent(inout) :: next
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
       integer :: c
       call stay(with_held(next%problem, [(c, c=1, next%problem%candidates%n)]))
       if (found) call stay(next%problem)
@@ -75,24 +73,23 @@ contains
          type(increment_t) :: report
          start = next%state
          here%method = method_load
-         call correct(problem, start, here, .true., next%state, next%system, report, timers, far_off=.true.)
+         call correct(problem, start, here, .true., next%state, next%system, report, far_off=.true.)
          found = report%converged
       end subroutine stay
    end subroutine settle
 
    !> The next set at another load factor, and its tests there. Its state stays where there is no equilibrium: no tests.
-   subroutine go_to_load(next, load, tests, timers)
+   subroutine go_to_load(next, load, tests)
       type(next_t), intent(inout) :: next
       real(wp), intent(in) :: load
       type(span_test_t), allocatable, intent(out) :: tests(:)
-      type(timers_t), intent(inout) :: timers
       type(control_t) :: control
       type(increment_t) :: report
       type(state_t) :: start
       start = next%state
       control%method = method_load
       control%increment = load - start%load_factor
-      call correct(next%problem, start, control, .true., next%state, next%system, report, timers)
+      call correct(next%problem, start, control, .true., next%state, next%system, report)
       if (report%converged) then
          tests = tests_of(next)
       else

@@ -16,7 +16,6 @@ module nodes_to_spans
    use path_continuity, only: heading_t, relation_t, relate, same_path, too_far
    use path_run, only: run_t, heading_of
    use corrector, only: increment_t, take_increment
-   use timing, only: timers_t
    implicit none
    private
    public :: find_spans_ahead
@@ -27,7 +26,7 @@ module nodes_to_spans
 contains
 
    !> Increments with contact at nodes, longer and longer, until what they say turns into points and lines that hold.
-   subroutine find_spans_ahead(problem, run, nodes, on, next, first, found, report, why, timers)
+   subroutine find_spans_ahead(problem, run, nodes, on, next, first, found, report, why)
       type(problem_t), intent(in) :: problem     !! where the run stands
       type(run_t), intent(in) :: run
       type(problem_t), intent(in) :: nodes       !! sampled
@@ -38,7 +37,6 @@ contains
       logical, intent(out) :: found
       type(increment_t), intent(out) :: report   !! of the last increment
       character(:), allocatable, intent(out) :: why !! not found: the reason; not allocated where no increment converged
-      type(timers_t), intent(inout) :: timers
       type(state_t) :: ahead
       type(heading_t) :: onward
       type(relation_t) :: relation
@@ -47,7 +45,7 @@ contains
       first = on%state%load_factor
       do try = 1, most_increments
          if (on%control%method == method_cylindrical) call set_tangent(nodes, on%system, on%heading%u, on%heading%load, on%control)
-         call take_increment(nodes, on%state, on%control, ahead, on%system, report, timers)
+         call take_increment(nodes, on%state, on%control, ahead, on%system, report)
          if (report%converged) then
             onward = heading_of(nodes, on, ahead)
             relation = relate(nodes, on%state, ahead, on%heading, onward, on%fresh)
@@ -57,12 +55,12 @@ contains
          end if
          if (.not. report%converged) then
             if (report%hopeless) exit
-            call linearise(nodes, on%state, on%state, on%system, timers)
+            call linearise(nodes, on%state, on%state, on%system)
             on%control%increment = 0.5_wp * on%control%increment
             cycle
          end if
          if (.not. allocated(why)) first = ahead%load_factor
-         call find_spans(nodes, ahead, next, found, why, timers)
+         call find_spans(nodes, ahead, next, found, why)
          ! Near a dead end directions are noise: from further away they tell.
          if (found) found = leads_to_next(problem, run, next)
          if (found) exit
@@ -75,13 +73,12 @@ contains
 
    !> The contact spans that a converged state of contact at nodes means, and their equilibrium at the same load. Not found where
    !> their tests do not hold: then nodes say more a little further on.
-   subroutine find_spans(problem, trial, next, found, why, timers)
+   subroutine find_spans(problem, trial, next, found, why)
       type(problem_t), intent(in) :: problem     !! sampled
       type(state_t), intent(in) :: trial
       type(next_t), intent(out) :: next          !! its touches have the numbers 1, 2, ...
       logical, intent(out) :: found
       character(:), allocatable, intent(out) :: why !! not found: the reason
-      type(timers_t), intent(inout) :: timers
       type(touch_t), allocatable :: touch(:), first(:)
       integer :: wave, k, c
       found = .false.
@@ -127,7 +124,7 @@ contains
       subroutine take_these()
          touch%number = [(c, c=1, size(touch))]
          next = new_next(problem, trial, touch)
-         call settle(next, found, timers)
+         call settle(next, found)
          why = 'equilibrium was not found'
          if (.not. found) return
          why = 'contact did not settle'

@@ -18,7 +18,7 @@ module other_ways
    use increment_retries, only: retry_refined, retry_by_nodes
    use dead_end, only: why_stuck
    use path_record, only: recorder_t
-   use timing, only: timers_t, count_up, counter_rejected, counter_cut
+   use timing, only: count_up, counter_rejected, counter_cut
    implicit none
    private
    public :: try_otherwise
@@ -31,28 +31,27 @@ module other_ways
 contains
 
    !> The first way that leads on, or none: the run ends.
-   subroutine try_otherwise(problem, step, run, attempt, recorder, outcome, timers)
+   subroutine try_otherwise(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored anywhere on entry, at its point on return
       type(attempt_t), intent(inout) :: attempt  !! whose increment has not led on
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       logical :: done
-      call count_up(timers, counter_rejected)
+      call count_up(counter_rejected)
       attempt%cuts = attempt%cuts + 1
       if (attempt%astray) attempt%failures = attempt%failures + 1
-      call linearise(problem, run%state, run%state, run%system, timers)
-      call go_past_change(problem, step, run, attempt, recorder, done, outcome, timers)
-      if (.not. done) call go_back_to_finer_mesh(problem, run, attempt, done, timers)
-      if (.not. done) call double_mesh(problem, step, run, attempt, done, timers)
-      if (.not. done) call go_around_corner(problem, step, run, attempt, recorder, done, outcome, timers)
-      if (.not. done) call cut_increment(problem, step, run, attempt, recorder, outcome, timers)
+      call linearise(problem, run%state, run%state, run%system)
+      call go_past_change(problem, step, run, attempt, recorder, done, outcome)
+      if (.not. done) call go_back_to_finer_mesh(problem, run, attempt, done)
+      if (.not. done) call double_mesh(problem, step, run, attempt, done)
+      if (.not. done) call go_around_corner(problem, step, run, attempt, recorder, done, outcome)
+      if (.not. done) call cut_increment(problem, step, run, attempt, recorder, outcome)
    end subroutine try_otherwise
 
    !> A change of contact spans just ahead may be the reason.
-   subroutine go_past_change(problem, step, run, attempt, recorder, done, outcome, timers)
+   subroutine go_past_change(problem, step, run, attempt, recorder, done, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at its point
@@ -60,14 +59,13 @@ contains
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: done
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       integer :: result
       done = .false.
       if (.not. (problem%has_spans() .and. attempt%cuts == cuts_before_change .and. allocated(run%trail))) return
       attempt%trial = run%state
       attempt%ahead = run%heading
       call pass_change(problem, step, run, attempt%trial, attempt%ahead, .true., huge(1), recorder, result, &
-         & attempt%finished, outcome, timers)
+         & attempt%finished, outcome)
       done = ended(attempt, outcome)
       if (done) return
       if (allocated(run%stuck)) deallocate (run%stuck)
@@ -76,34 +74,32 @@ contains
       if (done) then
          attempt%cuts = 0
       else
-         call linearise(problem, run%state, run%state, run%system, timers)
+         call linearise(problem, run%state, run%state, run%system)
       end if
    end subroutine go_past_change
 
    !> What was spared of the mesh may be the reason.
-   subroutine go_back_to_finer_mesh(problem, run, attempt, done, timers)
+   subroutine go_back_to_finer_mesh(problem, run, attempt, done)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
       logical, intent(out) :: done
-      type(timers_t), intent(inout) :: timers
       type(footing_t), allocatable :: finer
       done = attempt%cuts > cuts_before_change .and. allocated(run%footing)
       if (.not. done) return
       call move_alloc(run%footing, finer)
-      call step_back(finer, problem, run, timers)
+      call step_back(finer, problem, run)
       run%control%increment = sign(attempt%first_increment, run%control%increment)
       attempt%cuts = 0
    end subroutine go_back_to_finer_mesh
 
    !> Perhaps a mesh that the program has made is too coarse for any increment: once at each point.
-   subroutine double_mesh(problem, step, run, attempt, done, timers)
+   subroutine double_mesh(problem, step, run, attempt, done)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
       logical, intent(out) :: done
-      type(timers_t), intent(inout) :: timers
       done = .false.
       if (attempt%doubled_at == run%step_points) return
       if (max(attempt%cuts, attempt%failures) <= cuts_before_mesh .and. .not. too_short(step, run, 0.5_wp)) return
@@ -112,11 +108,11 @@ contains
       call ask_for_twice(problem, run, done)
       if (.not. done) return
       if (too_short(step, run, 0.5_wp)) run%control%increment = sign(attempt%first_increment, run%control%increment)
-      call retry_refined(problem, run, attempt, .false., timers)
+      call retry_refined(problem, run, attempt, .false.)
    end subroutine double_mesh
 
    !> A path turns at once where the contact set changes.
-   subroutine go_around_corner(problem, step, run, attempt, recorder, done, outcome, timers)
+   subroutine go_around_corner(problem, step, run, attempt, recorder, done, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at its point, on return too
@@ -124,17 +120,16 @@ contains
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: done
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       logical :: turned
       done = .false.
       if (attempt%cuts <= cuts_before_corner .and. .not. (attempt%astray .and. differ(run%state%active, attempt%trial%active))) &
          & return
-      call turn_corner(problem, step, run, attempt%corner_meshes, recorder, turned, attempt%finished, outcome, timers)
+      call turn_corner(problem, step, run, attempt%corner_meshes, recorder, turned, attempt%finished, outcome)
       done = ended(attempt, outcome)
       if (done) return
       if (wants_another(run)) then
          attempt%corner_meshes = attempt%corner_meshes + 1
-         call retry_refined(problem, run, attempt, .false., timers)
+         call retry_refined(problem, run, attempt, .false.)
          done = .true.
          return
       end if
@@ -144,14 +139,13 @@ contains
 
    !> Half of the increment, or what leads up to a corner of foundations; where that is not worth trying, what nodes say. The run
    !> ends if that is nothing new.
-   subroutine cut_increment(problem, step, run, attempt, recorder, outcome, timers)
+   subroutine cut_increment(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       real(wp) :: part
       part = 0.5_wp
       if (attempt%astray) part = part_before(problem, step, run, attempt%corner)
@@ -160,11 +154,11 @@ contains
          outcome%why = 'no first point: '//attempt%report%message
       else if (attempt%cuts > max_cuts .or. too_short(step, run, 1.0_wp)) then
          if (.not. allocated(attempt%report%message)) attempt%report%message = 'no equilibrium'
-         call retry_by_nodes(problem, step, run, attempt, recorder, outcome, timers)
+         call retry_by_nodes(problem, step, run, attempt, recorder, outcome)
          if (attempt%changed .or. ended(attempt, outcome)) return
-         call why_stuck(problem, step, run, attempt%report, outcome%why, outcome%turns, timers)
+         call why_stuck(problem, step, run, attempt%report, outcome%why, outcome%turns)
       else
-         call count_up(timers, counter_cut)
+         call count_up(counter_cut)
          ! A shorter increment may ask for a mesh of its own.
          attempt%meshes = 0
       end if

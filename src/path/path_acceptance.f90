@@ -28,7 +28,6 @@ module path_acceptance
    use accuracy_asked, only: wants_another, ask_at_event, ask_for_mesh, ask_for_less, sizes_there
    use path_record, only: recorder_t
    use run_accuracy, only: place_t
-   use timing, only: timers_t
    implicit none
    private
    public :: arrival_t, accept
@@ -55,7 +54,7 @@ contains
 
    !> Detects what happened up to a converged trial point, locates it, puts it in order, records it and the point, and goes
    !> there. `shorter` instead, and nothing recorded, when an event was not located and the caller can cut the increment.
-   subroutine accept(problem, step, run, trial, ahead, arrival, recorder, shorter, finished, outcome, timers)
+   subroutine accept(problem, step, run, trial, ahead, arrival, recorder, shorter, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the trial on entry and on return, else anywhere
@@ -66,31 +65,30 @@ contains
       logical, intent(out) :: shorter
       logical, intent(out) :: finished           !! the step has come to its end
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       type(findings_t) :: findings
       finished = .false.
       if (allocated(run%wanted)) deallocate (run%wanted)
       run%unsettled = .false.
-      call find_events(problem, step, run, trial, ahead, findings, timers)
+      call find_events(problem, step, run, trial, ahead, findings)
       findings%told = told_otherwise(run, trial, arrival%label /= '' .or. arrival%changes, findings%seen)
       shorter = arrival%can_cut .and. better_from_nearer(problem, run, trial, findings)
       if (shorter) return
       call begin_asking(problem, step, run, arrival, findings)
-      call settle_events(problem, step, run, trial, arrival, findings, shorter, outcome, timers)
+      call settle_events(problem, step, run, trial, arrival, findings, shorter, outcome)
       if (shorter .or. wants_another(run)) return
-      call settle_trial(problem, step, run, trial, ahead, arrival, findings, outcome, timers)
+      call settle_trial(problem, step, run, trial, ahead, arrival, findings, outcome)
       if (wants_another(run)) return
-      call record_events(problem, step, run, trial, findings, recorder, finished, outcome, timers)
+      call record_events(problem, step, run, trial, findings, recorder, finished, outcome)
       if (finished .or. allocated(outcome%why)) return
       finished = findings%stops
       if (arrival%label /= '') call look_back(problem, run, trial, arrival%label, outcome)
       if (allocated(outcome%why)) return
-      call record_trial(problem, run, trial, ahead, arrival, findings, recorder, outcome, timers)
+      call record_trial(problem, run, trial, ahead, arrival, findings, recorder, outcome)
       if (allocated(outcome%why)) return
-      call announce_missed(problem, run, trial, findings, recorder, finished, outcome, timers)
-      if (arrival%label /= '') call announce_contact(problem, run, trial, arrival, findings, recorder, outcome, timers)
+      call announce_missed(problem, run, trial, findings, recorder, finished, outcome)
+      if (arrival%label /= '') call announce_contact(problem, run, trial, arrival, findings, recorder, outcome)
       if (finished) call announce(problem, run, new_critical('EP', 'end of the step', findings%bars), trial, findings%probe, &
-         & .true., recorder, outcome, timers)
+         & .true., recorder, outcome)
       if (allocated(outcome%why)) return
       call arrive(problem, run, trial, ahead, findings)
    end subroutine accept
@@ -110,7 +108,7 @@ contains
    end subroutine begin_asking
 
    !> What each located event is, with its error bars. Up to the first one for which the increment is to be another one.
-   subroutine settle_events(problem, step, run, trial, arrival, findings, shorter, outcome, timers)
+   subroutine settle_events(problem, step, run, trial, arrival, findings, shorter, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored anywhere on entry, at the trial on return where all are
@@ -120,19 +118,18 @@ contains
       type(findings_t), intent(inout) :: findings
       logical, intent(out) :: shorter
       type(outcome_t), intent(in) :: outcome
-      type(timers_t), intent(inout) :: timers
       integer :: i
       shorter = .false.
       do i = 1, size(findings%seen)
          if (findings%told(i) .or. .not. findings%seen(i)%located) cycle
-         call settle_event(problem, step, run, trial, arrival, i, findings, shorter, outcome, timers)
+         call settle_event(problem, step, run, trial, arrival, i, findings, shorter, outcome)
          if (shorter .or. wants_another(run)) return
       end do
       if (allocated(findings%at_trial)) run%system = findings%at_trial
    end subroutine settle_events
 
    !> What one located event is: nothing to tell, or with error bars, or not to be told from this increment or mesh.
-   subroutine settle_event(problem, step, run, trial, arrival, i, findings, shorter, outcome, timers)
+   subroutine settle_event(problem, step, run, trial, arrival, i, findings, shorter, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored anywhere on entry, at the event on return
@@ -142,17 +139,16 @@ contains
       type(findings_t), intent(inout) :: findings
       logical, intent(out) :: shorter
       type(outcome_t), intent(in) :: outcome
-      type(timers_t), intent(inout) :: timers
       shorter = .false.
       associate (sighting => findings%seen(i))
-         call linearise(problem, sighting%place, sighting%place, run%system, timers)
+         call linearise(problem, sighting%place, sighting%place, run%system)
          findings%told(i) = turns_by_rounding(problem, step, run, findings%probe, sighting)
          if (findings%told(i)) return
          ! At home they are those of the path that was left, on its mesh.
          if (allocated(sighting%bars)) return
-         shorter = arrival%can_cut .and. sighting%event%kind == event_stop .and. hides_release(problem, run, findings, i, timers)
+         shorter = arrival%can_cut .and. sighting%event%kind == event_stop .and. hides_release(problem, run, findings, i)
          if (shorter) return
-         call bars_at_event(problem, step, run, trial, sighting%event, sighting%place, sighting%heading, sighting%bars, timers, &
+         call bars_at_event(problem, step, run, trial, sighting%event, sighting%place, sighting%heading, sighting%bars, &
             & findings%as_it_is)
          ! Bars may know of more rounding.
          findings%told(i) = turns_by_rounding(problem, step, run, findings%probe, sighting)
@@ -166,7 +162,7 @@ contains
    end subroutine settle_event
 
    !> Error bars of the trial: as far as they are to be shown, or ask for another mesh.
-   subroutine settle_trial(problem, step, run, trial, ahead, arrival, findings, outcome, timers)
+   subroutine settle_trial(problem, step, run, trial, ahead, arrival, findings, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the trial
@@ -175,7 +171,6 @@ contains
       type(arrival_t), intent(in) :: arrival
       type(findings_t), intent(inout) :: findings
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       logical :: behind_end, critical, can_ask
       if (allocated(arrival%bars)) findings%bars = arrival%bars
       ! A trial behind the end of the step is no point of it.
@@ -184,7 +179,7 @@ contains
       can_ask = arrival%tries /= mesh_has_to_do
       if (.not. (allocated(findings%bars) .or. behind_end)) &
          & call bars_at_point(problem, step, run, trial, ahead, merge('  ', arrival%label, arrival%bracketed), findings%stops, 0, &
-         & findings%bars, timers, wanted=step%asked_of_path > 0.0_wp .and. any(problem%layout%stretch%placed), &
+         & findings%bars, wanted=step%asked_of_path > 0.0_wp .and. any(problem%layout%stretch%placed), &
          & changing=arrival%changing, as_it_is=findings%as_it_is .and. critical)
       if (behind_end .or. .not. allocated(findings%bars)) return
       if (can_ask) call ask_for_mesh(problem, step, run, trial, findings%bars, critical, arrival%tries, outcome)
@@ -198,7 +193,7 @@ contains
    end subroutine settle_trial
 
    !> Records the located events in the order in which they come, up to the one that ends the step.
-   subroutine record_events(problem, step, run, trial, findings, recorder, finished, outcome, timers)
+   subroutine record_events(problem, step, run, trial, findings, recorder, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the trial on return, where none ends the step
@@ -207,7 +202,6 @@ contains
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       integer, allocatable :: order(:)
       integer :: i, k
       finished = .false.
@@ -216,14 +210,14 @@ contains
          k = order(i)
          if (findings%told(k) .or. .not. findings%seen(k)%located) cycle
          call record_event(problem, step, run, trial, findings%seen(k), count_before(run, findings%seen, findings%told, &
-            & findings%seen(k)%fraction), recorder, finished, outcome, timers)
+            & findings%seen(k)%fraction), recorder, finished, outcome)
          if (finished .or. allocated(outcome%why)) return
       end do
       if (allocated(findings%at_trial)) run%system = findings%at_trial
    end subroutine record_events
 
    !> Records the trial as a point.
-   subroutine record_trial(problem, run, trial, ahead, arrival, findings, recorder, outcome, timers)
+   subroutine record_trial(problem, run, trial, ahead, arrival, findings, recorder, outcome)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run          !! its system is factored at the trial
       type(state_t), intent(in) :: trial
@@ -232,15 +226,14 @@ contains
       type(findings_t), intent(in) :: findings
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       ! Where contact changes the tangent may be singular: a point as flat as its wall beside a neutral span.
       if (arrival%changes) run%system%negative_pivots = count_before(run, findings%seen, findings%told, 1.0_wp)
-      call record(problem, run, trial, merge('EP', arrival%label, findings%stops), arrival%report, recorder, outcome, timers, &
+      call record(problem, run, trial, merge('EP', arrival%label, findings%stops), arrival%report, recorder, outcome, &
          & arrival%changing, findings%bars, ahead)
    end subroutine record_trial
 
    !> Events that were not located are told at the trial, which comes after them.
-   subroutine announce_missed(problem, run, trial, findings, recorder, finished, outcome, timers)
+   subroutine announce_missed(problem, run, trial, findings, recorder, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
@@ -248,13 +241,11 @@ contains
       class(recorder_t), intent(inout) :: recorder
       logical, intent(inout) :: finished         !! or becomes so, where the end of the step is one of them
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       integer :: i
       do i = 1, size(findings%seen)
          if (findings%told(i) .or. findings%seen(i)%located) cycle
          associate (event => findings%seen(i)%event)
-            call announce(problem, run, new_critical(event%label, event%note), trial, findings%probe, .false., recorder, outcome, &
-               & timers)
+            call announce(problem, run, new_critical(event%label, event%note), trial, findings%probe, .false., recorder, outcome)
             call note_bracketed(outcome, event%note, run%state%load_factor, trial%load_factor)
             finished = finished .or. event%kind == event_stop
             ! It counts, though nothing can start there.
@@ -265,7 +256,7 @@ contains
    end subroutine announce_missed
 
    !> What the trial is known to be: contact is gained or lost there.
-   subroutine announce_contact(problem, run, trial, arrival, findings, recorder, outcome, timers)
+   subroutine announce_contact(problem, run, trial, arrival, findings, recorder, outcome)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
@@ -273,7 +264,6 @@ contains
       type(findings_t), intent(in) :: findings
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       type(error_bars_t), allocatable :: bars    ! of what is bracketed there are none
       character(:), allocatable :: note
       integer :: i
@@ -282,7 +272,7 @@ contains
       if (allocated(findings%bars) .and. .not. arrival%bracketed) bars = findings%bars
       do i = 1, arrival%times
          call announce(problem, run, new_critical(arrival%label, note, bars), trial, findings%probe, .not. arrival%bracketed, &
-            & recorder, outcome, timers)
+            & recorder, outcome)
       end do
       if (arrival%bracketed) call note_bracketed(outcome, note, run%state%load_factor, trial%load_factor)
       call keep_landmark(problem, run, arrival%label, trial, trial, 1.0_wp, run%arc_length + path_length(problem, run%state, &

@@ -28,7 +28,6 @@ module path_control
    use curvature_row, only: curvature_row_t, new_curvature_row
    use conforming_span, only: excess_curvature
    use monitor_rows, only: monitor_row_t, monitor_row, watched_displacement
-   use timing, only: timers_t
    implicit none
    private
    public :: control_t, control_row, held_row, control_error, held_within, is_arc_length, set_tangent, path_length, metric, &
@@ -129,14 +128,13 @@ contains
    end subroutine set_tangent
 
    !> Sets the path row of the system at an iterate and returns its right-hand side.
-   subroutine control_row(problem, control, start, state, system, rhs, timers)
+   subroutine control_row(problem, control, start, state, system, rhs)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
       type(state_t), intent(in) :: start          !! last accepted point
       type(state_t), intent(in) :: state          !! the iterate; equal to `start` for the predictor
       type(system_t), intent(inout) :: system     !! assembled at the iterate
       real(wp), intent(out) :: rhs
-      type(timers_t), intent(inout) :: timers
       real(wp), dimension(3, size(state%u, 2)) :: row
       real(wp) :: dl, travelled, corner, defect
       type(curvature_row_t) :: curved
@@ -178,7 +176,7 @@ contains
          end if
          call set_path_row(problem, system, metric_row(problem, row), 0.0_wp)
       else
-         call circle_row(problem, control, row, dl, system, rhs, timers)
+         call circle_row(problem, control, row, dl, system, rhs)
       end if
    end subroutine control_row
 
@@ -234,13 +232,12 @@ contains
 
    !> The row of the cylindrical and spherical strategies: tangent plane of the circle at the root that Crisfield's quadratic
    !> has nearer to the increment so far. Without a real root: the point of the line that is nearest to the circle.
-   subroutine circle_row(problem, control, so_far, dl, system, rhs, timers)
+   subroutine circle_row(problem, control, so_far, dl, system, rhs)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
       real(wp), intent(in) :: so_far(:, :), dl    !! displacements and load factor of the increment so far
       type(system_t), intent(inout) :: system
       real(wp), intent(out) :: rhs
-      type(timers_t), intent(inout) :: timers
       real(wp), parameter :: grazing = 0.1_wp     !! sine of the angle between line and circle
       real(wp) :: x(system%n), y
       real(wp) :: a, b, c, root, discriminant, weight
@@ -249,7 +246,7 @@ contains
       ! What the residuals alone would do, the load factor held.
       at = 0.0_wp
       call set_path_row(problem, system, at, 1.0_wp)
-      call solve_bordered(system, -system%residual, system%value, 0.0_wp, x, y, ok, timers)
+      call solve_bordered(system, -system%residual, system%value, 0.0_wp, x, y, ok)
       weight = load_weight(control)
       fixed = all_to_global(problem, system, x)
       line = all_to_global(problem, system, system%tangent)

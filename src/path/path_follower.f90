@@ -23,7 +23,6 @@ module path_follower
    use span_dips, only: note_slopes
    use span_mesh, only: renew_mesh, coarsen_mesh
    use path_record, only: recorder_t
-   use timing, only: timers_t
    implicit none
    private
    public :: follow_points
@@ -33,13 +32,12 @@ module path_follower
 contains
 
    !> Point after point, from where the run stands with its control set, to the stop condition.
-   subroutine follow_points(problem, step, run, recorder, outcome, timers)
+   subroutine follow_points(problem, step, run, recorder, outcome)
       type(problem_t), intent(inout) :: problem  !! its mesh changes with contact spans
       type(step_t), intent(in) :: step           !! of the deck, or as a branch has it
       type(run_t), intent(inout) :: run
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       type(attempt_t) :: attempt
       integer :: result
       logical :: shorter
@@ -50,14 +48,14 @@ contains
             return
          end if
          if (run%behind_flat) then
-            call catch_up(problem, step, run, attempt, recorder, outcome, timers)
+            call catch_up(problem, step, run, attempt, recorder, outcome)
             if (ended(attempt, outcome)) return
          end if
          call start_from(run, attempt)
          call set_control(problem, step, run)
-         call try_increment(problem, step, run, attempt, timers)
+         call try_increment(problem, step, run, attempt)
          if (.not. leads_on(attempt)) then
-            call try_otherwise(problem, step, run, attempt, recorder, outcome, timers)
+            call try_otherwise(problem, step, run, attempt, recorder, outcome)
             if (ended(attempt, outcome)) return
             cycle
          end if
@@ -65,27 +63,27 @@ contains
          attempt%cuts = 0
          if (problem%has_spans() .and. .not. attempt%begins) then
             call pass_change(problem, step, run, attempt%trial, attempt%ahead, .false., attempt%meshes, recorder, result, &
-               & attempt%finished, outcome, timers)
+               & attempt%finished, outcome)
             if (ended(attempt, outcome)) return
             attempt%changed = result == set_changed
-            if (result == other_mesh) call retry_refined(problem, run, attempt, .true., timers)
+            if (result == other_mesh) call retry_refined(problem, run, attempt, .true.)
             if (any(result == [set_changed, go_nearer, other_mesh])) cycle
          end if
          if (allocated(run%stuck)) then
-            call retry_by_nodes(problem, step, run, attempt, recorder, outcome, timers)
+            call retry_by_nodes(problem, step, run, attempt, recorder, outcome)
             if (.not. (attempt%changed .or. ended(attempt, outcome))) outcome%why = run%stuck
             if (ended(attempt, outcome)) return
             cycle
          end if
-         call accept_trial(problem, step, run, attempt, recorder, shorter, outcome, timers)
+         call accept_trial(problem, step, run, attempt, recorder, shorter, outcome)
          if (ended(attempt, outcome)) return
          if (shorter) then
-            call retry_closer(problem, run, attempt, timers)
+            call retry_closer(problem, run, attempt)
          else if (wants_another(run)) then
-            call retry_refined(problem, run, attempt, .true., timers)
+            call retry_refined(problem, run, attempt, .true.)
          else
             attempt%searches = 0
-            call look_at_mesh(problem, run, timers)
+            call look_at_mesh(problem, run)
             call choose_increment(problem, step, attempt, run, outcome)
             if (ended(attempt, outcome)) return
          end if
@@ -93,27 +91,26 @@ contains
    end subroutine follow_points
 
    !> The change of contact that a new mesh has behind the run's point, there.
-   subroutine catch_up(problem, step, run, attempt, recorder, outcome, timers)
+   subroutine catch_up(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       type(state_t) :: here
       type(heading_t) :: ahead
       integer :: result
       run%behind_flat = .false.
       here = run%state
       ahead = run%heading
-      call pass_change(problem, step, run, here, ahead, .false., huge(1), recorder, result, attempt%finished, outcome, timers)
+      call pass_change(problem, step, run, here, ahead, .false., huge(1), recorder, result, attempt%finished, outcome)
       attempt%changed = result == set_changed
       if (attempt%changed) attempt%has_trial = .false.
    end subroutine catch_up
 
    !> The trial becomes a point, if nothing on the way asks for another one.
-   subroutine accept_trial(problem, step, run, attempt, recorder, shorter, outcome, timers)
+   subroutine accept_trial(problem, step, run, attempt, recorder, shorter, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
@@ -121,12 +118,11 @@ contains
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: shorter            !! nothing is recorded: the increment is to be cut
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       type(arrival_t) :: arrival
       arrival%report = attempt%report
       arrival%can_cut = attempt%searches < max_searches
       arrival%tries = attempt%meshes
-      call accept(problem, step, run, attempt%trial, attempt%ahead, arrival, recorder, shorter, attempt%finished, outcome, timers)
+      call accept(problem, step, run, attempt%trial, attempt%ahead, arrival, recorder, shorter, attempt%finished, outcome)
    end subroutine accept_trial
 
    !> What the increment is measured by, and how far it may go.
@@ -142,15 +138,14 @@ contains
    end subroutine set_control
 
    !> Another mesh for an accepted point: finer for what has grown, coarser where it is better than it has to be.
-   subroutine look_at_mesh(problem, run, timers)
+   subroutine look_at_mesh(problem, run)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
-      type(timers_t), intent(inout) :: timers
       run%slopes%closer = 0
       if (allocated(run%slopes%ahead)) call move_alloc(run%slopes%ahead, run%slopes%here)
       if (allocated(run%footing)) deallocate (run%footing)
-      call renew_mesh(problem, run, timers)
-      if (allocated(run%spare)) call coarsen_mesh(problem, run, timers)
+      call renew_mesh(problem, run)
+      if (allocated(run%spare)) call coarsen_mesh(problem, run)
    end subroutine look_at_mesh
 
    !> The increment from an accepted point. Under load control come the first one, which gives the arc length its scale, and others

@@ -18,7 +18,7 @@ module point_recording
    use error_report, only: note_load
    use path_record, only: recorder_t, point_t
    use run_accuracy, only: place_t
-   use timing, only: timers_t, count_up, count_largest, counter_points, counter_largest
+   use timing, only: count_up, count_largest, counter_points, counter_largest
    implicit none
    private
    public :: record
@@ -28,7 +28,7 @@ module point_recording
 contains
 
    !> Hands a converged point to the recorder and to the independent measures.
-   subroutine record(problem, run, state, label, report, recorder, outcome, timers, touching, bars, heading)
+   subroutine record(problem, run, state, label, report, recorder, outcome, touching, bars, heading)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       type(state_t), intent(in) :: state
@@ -36,7 +36,6 @@ contains
       type(increment_t), intent(in) :: report
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       logical, intent(in), optional :: touching(:) !! (candidates) shown as contact, though without force yet
       type(error_bars_t), allocatable, intent(in), optional :: bars
       type(heading_t), intent(in), optional :: heading !! not there: no tangent is known
@@ -63,7 +62,7 @@ contains
       point%lcp_size = report%lcp_size
       point%lcp_pivots = report%lcp_pivots
       point%arc_length = run%arc_length + path_length(problem, run%state, state)
-      call count_released(problem, state, run%system, point%free_pivots, weak, timers)
+      call count_released(problem, state, run%system, point%free_pivots, weak)
       ! At the stress-free start there is no force to measure a residual against.
       if (is_stress_free(state)) point%residual = 0.0_wp
       run%points = run%points + 1
@@ -72,9 +71,9 @@ contains
       call check_point(problem, state, run%system, place_t(run%branch, problem%step, run%points, state%load_factor), &
          & merge(run%beginning_in, 0, label == 'C+'), point, outcome%accuracy)
       call note_load(problem%step, state%load_factor, outcome%accuracy)
-      call count_up(timers, counter_points)
-      if (.not. problem%is_sampled()) call count_largest(timers, counter_largest, problem%model%mesh%n_elements)
-      call recorder%point(point, timers, error)
+      call count_up(counter_points)
+      if (.not. problem%is_sampled()) call count_largest(counter_largest, problem%model%mesh%n_elements)
+      call recorder%point(point, error)
       if (allocated(error)) outcome%why = error%message
    end subroutine record
 end module point_recording

@@ -9,7 +9,6 @@ module set_begins
    use next_spans, only: next_t, copy_next, go_to_load
    use held_openings, only: held_load
    use path_run, only: run_t
-   use timing, only: timers_t
    implicit none
    private
    public :: find_begin, go_back
@@ -22,13 +21,12 @@ contains
    !> Where the new set begins to hold: the least pressure of its line is zero, or just above it, or what holds beside a support is
    !> zero there. By secants, within a bracket once there is one. Where nothing is left of the span, and the set holds all the way,
    !> it is where the run stands: meshes differ.
-   subroutine find_begin(run, leg, gone, next, found, timers, test)
+   subroutine find_begin(run, leg, gone, next, found, test)
       type(run_t), intent(in) :: run
       type(leg_t), intent(in) :: leg
       logical, intent(in) :: gone                !! nothing is left of the span
       type(next_t), intent(inout) :: next        !! as new_next has it
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
       integer, intent(in), optional :: test      !! of the new set, which is zero there; without it that of its least pressure
       real(wp), parameter :: small = 1.0e-3_wp * test_slack(test_pressure)
       real(wp) :: load, loads(2), value, values(2), slack, goal
@@ -80,7 +78,7 @@ contains
          real(wp), intent(in) :: load
          real(wp), intent(out) :: least
          type(span_test_t), allocatable :: tests(:)
-         call go_to_load(next, load, tests, timers)
+         call go_to_load(next, load, tests)
          ok = allocated(tests)
          least = 0.0_wp
          if (.not. ok) return
@@ -94,10 +92,9 @@ contains
 
    !> Back towards a load factor, as far as the next set holds: halves of what is left of the way. Where it holds all the way both
    !> sets have one equilibrium there, and the change lies further back.
-   subroutine go_back(to, next, timers)
+   subroutine go_back(to, next)
       real(wp), intent(in) :: to
       type(next_t), intent(inout) :: next        !! known further on; on return as far back as it holds
-      type(timers_t), intent(inout) :: timers
       type(next_t) :: nearer
       real(wp) :: fails, since, whole              ! load factors at which it fails, and holds
       integer :: try
@@ -126,7 +123,7 @@ contains
          type(span_test_t), allocatable :: tests(:)
          type(next_t) :: there
          call copy_next(nearer, there)
-         call go_to_load(there, load, tests, timers)
+         call go_to_load(there, load, tests)
          holds = allocated(tests)
          if (holds) holds = .not. any_fails(tests)
          if (holds) call copy_next(there, nearer)

@@ -10,7 +10,6 @@ module shrunk_line
    use flat_points, only: leave_flat_point
    use path_run, only: run_t
    use corrector, only: increment_t, correct
-   use timing, only: timers_t
    implicit none
    private
    public :: come_to_rest
@@ -23,13 +22,12 @@ contains
 
    !> The run in equilibrium with what a line has become. A point is just beyond where it is as curved as the obstacle; of a line,
    !> and of a point at a breakpoint, it is the equilibrium at the same load. It stays where none is found nearby.
-   subroutine come_to_rest(problem, run, candidate, reach, leaves, timers)
+   subroutine come_to_rest(problem, run, candidate, reach, leaves)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       integer, intent(in) :: candidate           !! of what the contact has become, 0: it has become nothing of its own
       real(wp), intent(in) :: reach              !! along the path
       logical, intent(out) :: leaves             !! it is such a point, which becomes more curved further on
-      type(timers_t), intent(inout) :: timers
       type(control_t) :: here
       type(increment_t) :: report
       type(state_t) :: state
@@ -41,15 +39,15 @@ contains
       if (problem%touch(problem%candidates%touch(candidate))%line .or. .not. problem%candidates%moves(candidate)) then
          here%method = method_load
          here%whole = run%state%load_factor
-         call correct(problem, run%state, here, .true., state, run%system, report, timers)
+         call correct(problem, run%state, here, .true., state, run%system, report)
          found = report%converged
          if (found) found = path_length(problem, run%state, state) <= reach
       else
-         call leave_flat_point(problem, run, candidate, reach, state, away, found, timers)
+         call leave_flat_point(problem, run, candidate, reach, state, away, found)
          if (found) found = away <= farther * reach
          leaves = found
       end if
       if (found) run%state = state
-      call linearise(problem, run%state, run%state, run%system, timers)
+      call linearise(problem, run%state, run%state, run%system)
    end subroutine come_to_rest
 end module shrunk_line

@@ -23,7 +23,6 @@ module smooth_zero
    use sightings, only: sighting_t, note_balance
    use path_run, only: run_t
    use bracketing, only: bracket_t, new_bracket
-   use timing, only: timers_t
    implicit none
    private
    public :: locate_smooth
@@ -31,7 +30,7 @@ module smooth_zero
 contains
 
    !> Finds the zero of the event's function between the last accepted point and the trial.
-   subroutine locate_smooth(problem, step, run, trial, ahead, division, sighting, timers)
+   subroutine locate_smooth(problem, step, run, trial, ahead, division, sighting)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
@@ -39,36 +38,35 @@ contains
       type(heading_t), intent(in) :: ahead
       type(division_t), intent(inout) :: division
       type(sighting_t), intent(inout) :: sighting  !! located, place, heading, fraction, and the scale of its event
-      type(timers_t), intent(inout) :: timers
       type(zero_search_t) :: search
       logical :: told, found
       sighting%located = .false.
       search%bracket = new_bracket(sighting%event%before, sighting%event%after)
       if (sighting%event%kind == event_bifurcation) then
-         call bracket_eigenvalue(problem, step, run, trial, search%bracket, sighting, told, timers)
+         call bracket_eigenvalue(problem, step, run, trial, search%bracket, sighting, told)
          if (told) return
       end if
       sighting%event%scale = search%bracket%scale
       ! Where contact at nodes changes the function may jump: no zero can be interpolated there. Foundations that act along the
       ! elements take hold and let go little by little.
       if (.not. division%smooth .and. any(run%state%active .neqv. trial%active)) return
-      call find_zero(problem, step, run, trial, ahead, division, search, sighting, found, timers)
-      if (found) call bring_to_balance(problem, step, run, sighting, found, timers)
+      call find_zero(problem, step, run, trial, ahead, division, search, sighting, found)
+      if (found) call bring_to_balance(problem, step, run, sighting, found)
       if (found) then
          sighting%event%pivots = run%system%negative_pivots
          ! In balance as any point is, and zero relative to its change over the increment. Other functions than the eigenvalue
          ! mean nothing there where it is zero, too: of these the samples tell.
          sighting%located = .true.
-         if (sighting%event%kind == event_bifurcation) call confirm_bifurcation(problem, step, run, trial, search, sighting, timers)
+         if (sighting%event%kind == event_bifurcation) call confirm_bifurcation(problem, step, run, trial, search, sighting)
       else if (run%since_change%shrunk) then
-         call take_beginning(problem, step, run, sighting, timers)
+         call take_beginning(problem, step, run, sighting)
       else if (sighting%event%kind == event_limit) then
-         call take_nearer_end(problem, step, run, trial, ahead, sighting, timers)
+         call take_nearer_end(problem, step, run, trial, ahead, sighting)
       end if
    end subroutine locate_smooth
 
    !> The eigenvalue at both ends of the increment.
-   subroutine bracket_eigenvalue(problem, step, run, trial, bracket, sighting, told, timers)
+   subroutine bracket_eigenvalue(problem, step, run, trial, bracket, sighting, told)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
@@ -76,33 +74,31 @@ contains
       type(bracket_t), intent(out) :: bracket
       type(sighting_t), intent(inout) :: sighting
       logical, intent(out) :: told               !! nothing is to be looked for within
-      type(timers_t), intent(inout) :: timers
       real(wp) :: f
-      call linearise(problem, trial, trial, run%system, timers)
-      f = zero_eigenvalue(problem, run, sighting%event, trial, timers)
-      call linearise(problem, run%state, run%state, run%system, timers)
-      bracket = new_bracket(zero_eigenvalue(problem, run, sighting%event, run%state, timers), f)
+      call linearise(problem, trial, trial, run%system)
+      f = zero_eigenvalue(problem, run, sighting%event, trial)
+      call linearise(problem, run%state, run%state, run%system)
+      bracket = new_bracket(zero_eigenvalue(problem, run, sighting%event, run%state), f)
       sighting%event%scale = bracket%scale
       sighting%later = bracket%f_low * f > 0.0_wp .and. sighting%event%before * f > 0.0_wp
       told = sighting%later .or. bracket%f_low * sighting%event%before <= 0.0_wp
       if (sighting%later .or. .not. told) return
       ! It was passed next to the last point, which had the sign of rounding.
-      call take_beginning(problem, step, run, sighting, timers)
+      call take_beginning(problem, step, run, sighting)
       sighting%located = sighting%located .or. abs(bracket%f_low) <= sqrt(step%locate_tolerance) * bracket%scale
    end subroutine bracket_eigenvalue
 
    !> Ends of contact that have gone far between the samples make more of the cubic's error than the iteration leaves. But at
    !> bifurcations, see above.
-   subroutine bring_to_balance(problem, step, run, sighting, balanced, timers)
+   subroutine bring_to_balance(problem, step, run, sighting, balanced)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the place on return
       type(sighting_t), intent(inout) :: sighting !! its place
       logical, intent(out) :: balanced
-      type(timers_t), intent(inout) :: timers
       type(control_t) :: hold
       type(state_t) :: base
-      call linearise(problem, sighting%place, sighting%place, run%system, timers)
+      call linearise(problem, sighting%place, sighting%place, run%system)
       balanced = run%system%ok
       if (.not. balanced) return
       call note_balance(step, run%system, sighting%report, balanced)
@@ -110,22 +106,21 @@ contains
       base = sighting%place
       hold = normal_plane(problem, base, sighting%heading)
       hold%increment = 0.0_wp
-      call correct(problem, base, hold, .true., sighting%place, run%system, sighting%report, timers)
+      call correct(problem, base, hold, .true., sighting%place, run%system, sighting%report)
       if (sighting%report%converged) call note_balance(step, run%system, sighting%report, balanced)
    end subroutine bring_to_balance
 
    !> Whether the eigenvalue is zero there, and how far two paths would be from it that pass each other. The numbers that tell
    !> eigenvalues apart are rounding there.
-   subroutine confirm_bifurcation(problem, step, run, trial, search, sighting, timers)
+   subroutine confirm_bifurcation(problem, step, run, trial, search, sighting)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the place
       type(state_t), intent(in) :: trial
       type(zero_search_t), intent(inout) :: search
       type(sighting_t), intent(inout) :: sighting !! located, swerve
-      type(timers_t), intent(inout) :: timers
       real(wp) :: f
-      f = zero_eigenvalue(problem, run, sighting%event, sighting%place, timers, search%modes)
+      f = zero_eigenvalue(problem, run, sighting%event, sighting%place, search%modes)
       sighting%located = minval(abs(search%modes%mu)) <= sqrt(step%locate_tolerance) * search%bracket%scale
       sighting%swerve = swerve_per_force(search, path_length(problem, run%state, trial))
    end subroutine confirm_bifurcation

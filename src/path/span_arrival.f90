@@ -17,7 +17,6 @@ module span_arrival
    use path_outcome, only: outcome_t
    use corrector, only: increment_t, correct
    use path_record, only: recorder_t
-   use timing, only: timers_t
    implicit none
    private
    public :: go_to_next, come_nearer, bound_for
@@ -25,7 +24,7 @@ module span_arrival
 contains
 
    !> Goes on with the next set. Its equilibrium is a point of the path.
-   subroutine go_to_next(problem, step, run, next, recorder, finished, outcome, timers)
+   subroutine go_to_next(problem, step, run, next, recorder, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
@@ -33,12 +32,11 @@ contains
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       type(arrival_t) :: arrival
       logical :: shorter, known
       run = bound_for(problem, run, next)
       call copy_problem(next%problem, problem)
-      call stop_before(problem, step, run, next, timers)
+      call stop_before(problem, step, run, next)
       known = allocated(next%heading%u)
       if (.not. known) then
          next%heading = run%heading
@@ -50,8 +48,8 @@ contains
       arrival%bracketed = .not. next%located
       arrival%divides = next%divides
       if (next%test > 0) call bars_at_point(problem, step, run, next%state, next%heading, next%label, .false., next%test, &
-         & arrival%bars, timers)
-      call accept(problem, step, run, next%state, next%heading, arrival, recorder, shorter, finished, outcome, timers)
+         & arrival%bars)
+      call accept(problem, step, run, next%state, next%heading, arrival, recorder, shorter, finished, outcome)
       if (finished .or. allocated(outcome%why) .or. known) return
       ! The way up to here was one of another set.
       call forget_mesh(run)
@@ -62,12 +60,11 @@ contains
 
    !> The next set where the step ends, if that is on the way to where it is known, and it holds there. Its spans are too short to
    !> be found from before.
-   subroutine stop_before(problem, step, run, next, timers)
+   subroutine stop_before(problem, step, run, next)
       type(problem_t), intent(in) :: problem     !! with the next set
       type(step_t), intent(in) :: step
       type(run_t), intent(in) :: run             !! where it stands, on the same mesh
       type(next_t), intent(inout) :: next
-      type(timers_t), intent(inout) :: timers
       type(event_t), allocatable :: events(:)
       integer, parameter :: most = 10            ! parts of the way back
       type(next_t) :: there
@@ -85,8 +82,7 @@ contains
       part = left
       do try = 1, most
          from = there%state
-         call correct(problem, from, holding_value(events(k)%monitor, part), .true., there%state, there%system, there%report, &
-            & timers)
+         call correct(problem, from, holding_value(events(k)%monitor, part), .true., there%state, there%system, there%report)
          if (there%report%converged) then
             left = left - part
             if (.not. abs(left) > 0.0_wp) exit
@@ -101,13 +97,12 @@ contains
    end subroutine stop_before
 
    !> A span that opens where the run stands is known at the end of a leg: nearer, as long as something else happens before.
-   subroutine come_nearer(problem, step, run, leg, change, timers)
+   subroutine come_nearer(problem, step, run, leg, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! at the change's place
       type(leg_t), intent(in) :: leg             !! from there on to its end
       type(change_t), intent(inout) :: change
-      type(timers_t), intent(inout) :: timers
       type(next_t) :: nearer
       type(state_t) :: here
       type(control_t) :: control
@@ -130,10 +125,10 @@ contains
          part = 0.5_wp * part
          here = between(problem, run%state, leg%to, run%heading, leg%ahead, part)
          control%increment = here%load_factor - run%state%load_factor
-         call correct(problem, run%state, control, .true., here, run%system, report, timers)
+         call correct(problem, run%state, control, .true., here, run%system, report)
          if (.not. report%converged) return
          call open_line(problem, run%state, here, change%tests(change%which), leg%scale, run%touches + 1, nearer, &
-            & found, timers)
+            & found)
          if (.not. found) return
          nearer%report = report
          call copy_next(nearer, change%next)

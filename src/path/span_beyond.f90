@@ -20,7 +20,6 @@ module span_beyond
    use path_run, only: run_t, copy_run, heading_of
    use corrector, only: increment_t, correct
    use error_report, only: bars_at_touch
-   use timing, only: timers_t
    implicit none
    private
    public :: look_beyond
@@ -28,13 +27,12 @@ module span_beyond
 contains
 
    !> What a change is beyond its place, where a test is zero.
-   subroutine look_beyond(problem, step, run, leg, change, timers)
+   subroutine look_beyond(problem, step, run, leg, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
       type(leg_t), intent(in) :: leg
       type(change_t), intent(inout) :: change    !! by a rule on entry
-      type(timers_t), intent(inout) :: timers
       type(run_t) :: there
       real(wp) :: tau
       logical :: found
@@ -42,7 +40,7 @@ contains
          if (opens_line(problem, test)) then
             ! Here nothing tells yet where the span that opens ends; a little further on it does.
             call open_line(problem, change%place, leg%to, leg%after(change%which), leg%scale, run%touches + 1, next, &
-               & found, timers)
+               & found)
             if (found .and. opens_inside(problem, test)) then
                ! Such a span grows with its length to the sixth power: its path goes on without a corner, and no eigenvalue changes
                ! its sign. Where the load soon turns back, another equilibrium may be all there is at the end of the leg.
@@ -59,7 +57,7 @@ contains
       allocate (change%begins(0))
       if (change%tests(change%which)%kind == test_gap) then
          change%begins = beginning_together(problem, change%tests, change%which, leg%after%value < leg%before%value)
-         call begin_sharply(problem, step, run, leg, change, timers)
+         call begin_sharply(problem, step, run, leg, change)
          associate (test => change%tests(change%which))
             run%beginning = beginning_region(problem, change%place, test%contact, test%stretch, test%at)
             call find_point(problem, change%place, test%stretch, test%at, run%beginning_in, tau)
@@ -68,13 +66,12 @@ contains
    end subroutine look_beyond
 
    !> Where contact begins: the gap is as good as the dense output, the touch itself as good as the nodes.
-   subroutine begin_sharply(problem, step, run, leg, change, timers)
+   subroutine begin_sharply(problem, step, run, leg, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the change's place
       type(leg_t), intent(in) :: leg
       type(change_t), intent(inout) :: change    !! as it was where no touch is found nearby
-      type(timers_t), intent(inout) :: timers
       type(run_t) :: touched
       type(problem_t) :: next
       type(state_t) :: better
@@ -85,19 +82,19 @@ contains
       touched%state = change%place
       touched%heading = change%heading
       call copy_problem(problem, next)
-      call begin_touches(next, touched, change%begins, found, timers)
+      call begin_touches(next, touched, change%begins, found)
       if (.not. found) return
       control%method = method_load
       control%increment = touched%state%load_factor - change%place%load_factor
       control%whole = change%place%load_factor
       better = change%place
-      call correct(problem, change%place, control, .true., better, run%system, anew, timers)
+      call correct(problem, change%place, control, .true., better, run%system, anew)
       found = anew%converged
       ! Where the path turns back the load tells nothing.
       if (found) found = path_length(problem, change%place, better) <= largest_distance * path_length(problem, run%state, &
          & leg%to)
       if (.not. found) then
-         call linearise(problem, change%place, run%state, run%system, timers)
+         call linearise(problem, change%place, run%state, run%system)
          return
       end if
       change%place = better
@@ -107,7 +104,7 @@ contains
       change%tests = run_span_tests(problem, better, leg%scale)
       change%begins = touched_at(next, touched, change%begins)
       change%tests(change%which)%at = change%begins(size(change%begins))%at
-      call bars_at_touch(problem, step, run, better, change%heading, next, touched, change%bars, timers)
+      call bars_at_touch(problem, step, run, better, change%heading, next, touched, change%bars)
    end subroutine begin_sharply
 
    !> True where a line stays on both sides of what opens, of which one may be the image at a mirror.

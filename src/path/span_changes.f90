@@ -30,7 +30,6 @@ module span_changes
    use path_record, only: recorder_t
    use error_bar, only: error_bars_t
    use error_report, only: bars_at_point
-   use timing, only: timers_t
    implicit none
    private
    public :: pass_change, pass_doubt, set_holds, set_changed, go_nearer, other_mesh, no_set
@@ -49,7 +48,7 @@ contains
 
    !> Looks whether the contact spans of an increment still hold at its end. Where they do not the run goes to where they
    !> first fail and on from there with those that hold.
-   subroutine pass_change(problem, step, run, trial, ahead, stuck, tries, recorder, result, finished, outcome, timers)
+   subroutine pass_change(problem, step, run, trial, ahead, stuck, tries, recorder, result, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the trial where the set holds, else where it stands
@@ -61,46 +60,44 @@ contains
       integer, intent(out) :: result             !! set_holds, set_changed, ...
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       type(leg_t) :: leg
       type(change_t) :: change
       finished = .false.
       leg = new_leg(problem, run, trial, ahead, stuck)
-      call find_change(problem, step, run, leg, change, timers)
+      call find_change(problem, step, run, leg, change)
       select case (change%kind)
       case (change_none)
-         call keep_set(problem, step, run, leg, result, timers)
+         call keep_set(problem, step, run, leg, result)
       case (change_missed)
-         call go_less_far(problem, step, run, leg%after(change%which), result, timers)
+         call go_less_far(problem, step, run, leg%after(change%which), result)
       case (change_vanishing)
-         call pass_vanishing(problem, step, run, leg, change, recorder, result, finished, outcome, timers)
+         call pass_vanishing(problem, step, run, leg, change, recorder, result, finished, outcome)
       case (change_by_rule)
-         call pass_by_rule(problem, step, run, leg, tries, change, recorder, result, finished, outcome, timers)
+         call pass_by_rule(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
       case (change_opening)
-         call pass_opening(problem, step, run, leg, tries, change, recorder, result, finished, outcome, timers)
+         call pass_opening(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
       end select
       if (result == set_changed) run%since_change%at = run%arc_length
       if (allocated(run%stuck)) result = no_set
    end subroutine pass_change
 
    !> The set holds at the end of the leg; between its ends slopes tell.
-   subroutine keep_set(problem, step, run, leg, result, timers)
+   subroutine keep_set(problem, step, run, leg, result)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
       type(leg_t), intent(in) :: leg
       integer, intent(out) :: result
-      type(timers_t), intent(inout) :: timers
       logical :: shorter
       shorter = .false.
-      call linearise(problem, leg%to, run%state, run%system, timers)
-      if (.not. leg%stuck) call look_between(problem, step, run, leg, 0, shorter, timers)
+      call linearise(problem, leg%to, run%state, run%system)
+      if (.not. leg%stuck) call look_between(problem, step, run, leg, 0, shorter)
       result = merge(go_nearer, set_holds, shorter)
    end subroutine keep_set
 
    !> A span is gone, or will be. The set without it is known where it begins alone, and what is on the way would not be told:
    !> nearer, as long as the load turns before, and not beyond the leg where the step ends on the way there.
-   subroutine pass_vanishing(problem, step, run, leg, change, recorder, result, finished, outcome, timers)
+   subroutine pass_vanishing(problem, step, run, leg, change, recorder, result, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
@@ -110,15 +107,14 @@ contains
       integer, intent(out) :: result
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       finished = .false.
       if (turns(run, leg) .and. .not. leg%stuck .and. 0.5_wp * abs(run%control%increment) >= smallest(step, run%control)) then
-         call go_less_far(problem, step, run, leg%after(change%which), result, timers)
+         call go_less_far(problem, step, run, leg%after(change%which), result)
       else if (lies_beyond(leg, change%next) .and. ends_before(step, run, change%next)) then
-         call keep_set(problem, step, run, leg, result, timers)
+         call keep_set(problem, step, run, leg, result)
       else
          result = set_changed
-         call go_to_next(problem, step, run, change%next, recorder, finished, outcome, timers)
+         call go_to_next(problem, step, run, change%next, recorder, finished, outcome)
       end if
    end subroutine pass_vanishing
 
@@ -144,7 +140,7 @@ contains
    end function ends_before
 
    !> A test is zero, and a rule says what comes behind it.
-   subroutine pass_by_rule(problem, step, run, leg, tries, change, recorder, result, finished, outcome, timers)
+   subroutine pass_by_rule(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
@@ -155,7 +151,6 @@ contains
       integer, intent(out) :: result
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       type(leg_t) :: near
       type(answer_t) :: answer
       type(problem_t) :: next
@@ -167,7 +162,7 @@ contains
          near%to = change%place
          near%ahead = change%heading
          near%after = change%tests
-         call look_between(problem, step, run, near, change%which, shorter, timers)
+         call look_between(problem, step, run, near, change%which, shorter)
          result = go_nearer
          if (shorter) return
       end if
@@ -175,20 +170,20 @@ contains
       ! Where contact only spreads, at the point that another change has just been told at, it is not told again.
       if (.not. (change%where == place_here .and. change%tests(change%which)%kind == test_curvature)) change%label = answer%label
       change%divides = answer%divides
-      call record_change(problem, step, run, leg, tries, change, recorder, result, finished, outcome, timers)
+      call record_change(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
       if (result /= set_changed .or. finished .or. allocated(outcome%why)) return
-      call take_answer(problem, run, leg, change, answer, next, on, holds, timers)
+      call take_answer(problem, run, leg, change, answer, next, on, holds)
       if (.not. holds .and. change%where == place_here .and. tries == 0) then
          ! Of a point that is as curved as its obstacle but for what the mesh errs by, and nothing is recorded yet.
          call ask_for_twice(problem, run, asked)
          result = merge(other_mesh, set_changed, asked)
          if (asked) return
       end if
-      call go_on(problem, step, run, next, on, recorder, finished, outcome, timers)
+      call go_on(problem, step, run, next, on, recorder, finished, outcome)
    end subroutine pass_by_rule
 
    !> A line opens inside, and what comes behind that is known. Where one stays on both sides its contact divides.
-   subroutine pass_opening(problem, step, run, leg, tries, change, recorder, result, finished, outcome, timers)
+   subroutine pass_opening(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
@@ -199,18 +194,17 @@ contains
       integer, intent(out) :: result
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       change%divides = size(find_span_regions(change%next%problem, change%next%state)) > &
          & size(find_span_regions(problem, change%place))
       if (change%divides) change%label = 'C-'
-      call record_change(problem, step, run, leg, tries, change, recorder, result, finished, outcome, timers)
+      call record_change(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
       if (result /= set_changed .or. finished .or. allocated(outcome%why)) return
-      call come_nearer(problem, step, run, leg, change, timers)
-      call go_to_next(problem, step, run, change%next, recorder, finished, outcome, timers)
+      call come_nearer(problem, step, run, leg, change)
+      call go_to_next(problem, step, run, change%next, recorder, finished, outcome)
    end subroutine pass_opening
 
    !> The run with its next set. Where that is known at another load only, values that are asked for may lie on the way there.
-   subroutine go_on(problem, step, run, next, on, recorder, finished, outcome, timers)
+   subroutine go_on(problem, step, run, next, on, recorder, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! at the change's place
@@ -219,7 +213,6 @@ contains
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       type(event_t), allocatable :: events(:)
       type(next_t) :: ahead
       finished = .false.
@@ -234,12 +227,12 @@ contains
       ahead%state = on%state
       ahead%system = on%system
       ahead%heading = on%heading
-      call go_to_next(problem, step, run, ahead, recorder, finished, outcome, timers)
+      call go_to_next(problem, step, run, ahead, recorder, finished, outcome)
       run%since_change%arrives = on%since_change%arrives
    end subroutine go_on
 
    !> Where no increment gets further and no test tells why: the set that contact at nodes finds ahead.
-   subroutine pass_doubt(problem, step, run, reach, recorder, changed, finished, outcome, timers)
+   subroutine pass_doubt(problem, step, run, reach, recorder, changed, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored where it stands
@@ -248,19 +241,18 @@ contains
       logical, intent(out) :: changed            !! false: nodes do not find one
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       type(next_t) :: next
       finished = .false.
-      call ask_nodes(problem, run, reach, next, changed, timers)
+      call ask_nodes(problem, run, reach, next, changed)
       if (changed) then
-         call go_to_next(problem, step, run, next, recorder, finished, outcome, timers)
+         call go_to_next(problem, step, run, next, recorder, finished, outcome)
       else
-         call linearise(problem, run%state, run%state, run%system, timers)
+         call linearise(problem, run%state, run%state, run%system)
       end if
    end subroutine pass_doubt
 
    !> The run goes to the place of a change, which is recorded, unless something else comes before.
-   subroutine record_change(problem, step, run, leg, tries, change, recorder, result, finished, outcome, timers)
+   subroutine record_change(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
@@ -271,7 +263,6 @@ contains
       integer, intent(out) :: result             !! set_changed: it is recorded
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       type(arrival_t) :: arrival
       real(wp) :: increment
       logical :: shorter, asked
@@ -282,8 +273,8 @@ contains
       if (change%where == place_ahead .and. run%control%method == method_load) &
          & run%control%increment = change%place%load_factor - run%state%load_factor
       if (.not. allocated(change%bars)) call bars_at_point(problem, step, run, change%place, change%heading, change%label, &
-         & .false., change%which, change%bars, timers)
-      if (change%label /= '  ' .and. tries < most_meshes .and. in_doubt(problem, step, run, leg, change, timers)) then
+         & .false., change%which, change%bars)
+      if (change%label /= '  ' .and. tries < most_meshes .and. in_doubt(problem, step, run, leg, change)) then
          call ask_for_twice(problem, run, asked)
          run%control%increment = increment
          result = other_mesh
@@ -298,7 +289,7 @@ contains
          arrival%divides = change%divides
          arrival%changes = .true.
          if (allocated(change%bars)) arrival%bars = change%bars
-         call accept(problem, step, run, change%place, change%heading, arrival, recorder, shorter, finished, outcome, timers)
+         call accept(problem, step, run, change%place, change%heading, arrival, recorder, shorter, finished, outcome)
       end if
       run%control%increment = increment
       if (allocated(run%beginning)) deallocate (run%beginning)
@@ -308,21 +299,20 @@ contains
       else if (.not. shorter) then
          result = set_changed
       else if (change%where == place_ahead) then
-         call keep_set(problem, step, run, leg, result, timers)
+         call keep_set(problem, step, run, leg, result)
       else
          ! What lies before is better found from nearer.
-         call go_less_far(problem, step, run, leg%after(change%which), result, timers)
+         call go_less_far(problem, step, run, leg%after(change%which), result)
       end if
    end subroutine record_change
 
    !> True where the mesh does not tell which of two changes comes first: each may be elsewhere by its bar.
-   logical function in_doubt(problem, step, run, leg, change, timers)
+   logical function in_doubt(problem, step, run, leg, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at the place
       type(leg_t), intent(in) :: leg
       type(change_t), intent(in) :: change
-      type(timers_t), intent(inout) :: timers
       type(error_bars_t), allocatable :: bars
       real(wp) :: fall(size(change%tests)), way
       integer, allocatable :: next(:)
@@ -334,7 +324,7 @@ contains
       fall = leg%before%value - leg%after%value
       next = coming_next(change%tests, change%which, fall, likely * change%bars%load%bar / way)
       do k = 1, size(next)
-         call bars_at_point(problem, step, run, change%place, change%heading, 'C+', .false., next(k), bars, timers)
+         call bars_at_point(problem, step, run, change%place, change%heading, 'C+', .false., next(k), bars)
          if (.not. allocated(bars)) return
          if (.not. (bars%load%told .and. bars%load%bounded)) cycle
          in_doubt = change%tests(next(k))%value * way <= (change%bars%load%bar + bars%load%bar) * fall(next(k))
@@ -343,15 +333,14 @@ contains
    end function in_doubt
 
    !> A shorter increment may tell.
-   subroutine go_less_far(problem, step, run, test, result, timers)
+   subroutine go_less_far(problem, step, run, test, result)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! stuck where it has become too short
       type(span_test_t), intent(in) :: test      !! whose zero was not found
       integer, intent(out) :: result
-      type(timers_t), intent(inout) :: timers
       result = go_nearer
-      call linearise(problem, run%state, run%state, run%system, timers)
+      call linearise(problem, run%state, run%state, run%system)
       run%control%increment = 0.5_wp * run%control%increment
       if (abs(run%control%increment) < smallest(step, run%control)) &
          & run%stuck = 'where '//trim(test_words(test%kind))//' was not found'

@@ -17,7 +17,6 @@ module span_dips
    use path_continuity, only: heading_t
    use path_run, only: run_t
    use step_control, only: smallest
-   use timing, only: timers_t
    implicit none
    private
    public :: look_between, note_slopes, least_of_cubic
@@ -31,14 +30,13 @@ module span_dips
 contains
 
    !> Looks whether a test fails within an increment at whose end it holds again, by the slopes at both ends: a shorter one tells.
-   subroutine look_between(problem, step, run, leg, which, shorter, timers)
+   subroutine look_between(problem, step, run, leg, which, shorter)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system is factored at its end, or where it stands where that is shorter
       type(leg_t), intent(in) :: leg
       integer, intent(in) :: which               !! the test that is zero at its end; 0: none is
       logical, intent(out) :: shorter
-      type(timers_t), intent(inout) :: timers
       real(wp) :: slope(size(leg%after) + problem%candidates%n), both(size(slope), 2), length
       shorter = .false.
       slope = slopes_at(problem, run, leg%to, leg%ahead, leg%after, leg%scale)
@@ -55,7 +53,7 @@ contains
       run%slopes%rough = run%slopes%rough .or. run%slopes%closer > most_closer
       shorter = shorter .and. .not. run%slopes%rough .and. 0.5_wp * abs(run%control%increment) >= smallest(step, run%control)
       if (shorter) then
-         call linearise(problem, run%state, run%state, run%system, timers)
+         call linearise(problem, run%state, run%state, run%system)
          run%control%increment = 0.5_wp * run%control%increment
       else
          run%slopes%ahead = slope

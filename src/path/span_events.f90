@@ -14,7 +14,6 @@ module span_events
    use lying_ahead, only: turns, reach_of
    use vanishing_span, only: locate_vanishing, locate_lost_line, is_gone, closes
    use path_run, only: run_t
-   use timing, only: timers_t
    implicit none
    private
    public :: find_change
@@ -22,26 +21,24 @@ module span_events
 contains
 
    !> The first change on an increment, or just beyond its end, what kind it is, and what is known of it with the next set only.
-   subroutine find_change(problem, step, run, leg, change, timers)
+   subroutine find_change(problem, step, run, leg, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run           !! its system is factored at the place where one is located
       type(leg_t), intent(inout) :: leg           !! shorter on return where one is found that others come after
       type(change_t), intent(out) :: change
-      type(timers_t), intent(inout) :: timers
-      call find_first(problem, step, run, leg, change, timers)
-      if (change%kind == change_by_rule) call look_beyond(problem, step, run, leg, change, timers)
+      call find_first(problem, step, run, leg, change)
+      if (change%kind == change_by_rule) call look_beyond(problem, step, run, leg, change)
    end subroutine find_change
 
    !> The first change, and its place: where another test fails at the place of one, that comes before, on the way there. A free
    !> span that vanishes comes first: such tests as fail at the same place do so because of it.
-   subroutine find_first(problem, step, run, leg, change, timers)
+   subroutine find_first(problem, step, run, leg, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run           !! its system is factored at the place where one is located
       type(leg_t), intent(inout) :: leg           !! shorter on return where one is found that others come after
       type(change_t), intent(out) :: change
-      type(timers_t), intent(inout) :: timers
       type(leg_t) :: near
       integer :: round
       logical :: fails
@@ -53,14 +50,14 @@ contains
       near = leg
       fails = any_crosses(leg%before, leg%after)
       do round = 0, size(leg%after)
-         call find_vanishing(problem, run, near, fails, change, timers)
+         call find_vanishing(problem, run, near, fails, change)
          if (any(change%kind == [change_vanishing, change_missed])) return
          if (fails) then
             call tell_places_apart(problem, leg)
             change%which = steepest(leg)
-            call locate(problem, step, run, leg, change, timers)
+            call locate(problem, step, run, leg, change)
          else if (round == 0 .and. .not. turns(run, leg)) then
-            call look_ahead(problem, run, leg, change, timers)
+            call look_ahead(problem, run, leg, change)
             if (change%kind == change_none) return
          else
             return
@@ -96,26 +93,25 @@ contains
 
    !> A free span that vanishes on the way to the end of an increment, or just beyond, where no increment may get; and a line that
    !> shrinks onto a support.
-   subroutine find_vanishing(problem, run, leg, fails, change, timers)
+   subroutine find_vanishing(problem, run, leg, fails, change)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
       type(leg_t), intent(in) :: leg
       logical, intent(in) :: fails                !! another test does at its end, and may come first
       type(change_t), intent(inout) :: change     !! as it was where none is found
-      type(timers_t), intent(inout) :: timers
       type(next_t) :: next
       integer :: k
       logical :: found, wave
       do k = 1, size(leg%after)
          if (leg%after(k)%kind == test_length .and. leg%after(k)%value < 0.0_wp) then
-            call locate_lost_line(problem, run, leg, k, next, found, timers)
+            call locate_lost_line(problem, run, leg, k, next, found)
             if (found) exit
          end if
          if (leg%after(k)%kind /= test_vanishing) cycle
          ! Of a gap that is gone rounding is left.
          if (leg%after(k)%value > reach_of(leg) * (leg%before(k)%value - leg%after(k)%value) .and. .not. &
             & (is_gone(problem, leg%after(k)) .and. closes(leg, k))) cycle
-         call locate_vanishing(problem, run, leg, k, fails, next, found, wave, timers)
+         call locate_vanishing(problem, run, leg, k, fails, next, found, wave)
          if (found) exit
          if (wave .and. abs(leg%after(k)%value) <= test_slack(test_gap)) call withdraw_flat_point(change)
       end do
@@ -134,12 +130,11 @@ contains
    end subroutine withdraw_flat_point
 
    !> A point contact that is about to become as curved as its obstacle: no increment may get there.
-   subroutine look_ahead(problem, run, leg, change, timers)
+   subroutine look_ahead(problem, run, leg, change)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       type(leg_t), intent(in) :: leg
       type(change_t), intent(inout) :: change
-      type(timers_t), intent(inout) :: timers
       integer :: k
       logical :: found
       do k = 1, size(leg%after)
@@ -152,7 +147,7 @@ contains
             if (after%value <= 0.0_wp .or. after%value > reach_of(leg) * (before%value - after%value)) cycle
          end associate
          change%which = k
-         call locate_flat_point(problem, run, leg, change, found, timers)
+         call locate_flat_point(problem, run, leg, change, found)
          if (found) exit
       end do
       if (change%kind == change_by_rule) then

@@ -18,7 +18,6 @@ module span_location
    use increment_points, only: division_t, new_division, point_within
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    use corrector, only: increment_t
-   use timing, only: timers_t
    implicit none
    private
    public :: locate, locate_flat_point
@@ -26,13 +25,12 @@ module span_location
 contains
 
    !> The zero of the test change%which between both ends.
-   subroutine locate(problem, step, run, leg, change, timers)
+   subroutine locate(problem, step, run, leg, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run           !! its system ends up factored at the place
       type(leg_t), intent(in) :: leg
       type(change_t), intent(inout) :: change     !! by a rule, or missed
-      type(timers_t), intent(inout) :: timers
       real(wp) :: tolerance
       logical :: found
       associate (before => leg%before(change%which), after => leg%after(change%which))
@@ -41,7 +39,7 @@ contains
          tolerance = 0.5_wp * step%locate_tolerance * max(before%value, -after%value)
          if (before%value <= tolerance) then
             ! What has just begun, and grows, has its zero further on: nearer than the end is its sign.
-            if (before%value >= -tolerance .and. grows(problem, run, leg, change%which, tolerance, timers)) then
+            if (before%value >= -tolerance .and. grows(problem, run, leg, change%which, tolerance)) then
                change%kind = change_missed
                return
             end if
@@ -54,26 +52,25 @@ contains
          found = .false.
          if (after%kind == test_curvature) then
             if (problem%candidates%rolls(after%candidate) .and. .not. turns(run, leg)) &
-               & call locate_flat_point(problem, run, leg, change, found, timers)
+               & call locate_flat_point(problem, run, leg, change, found)
          end if
-         if (.not. found) call locate_by_parts(problem, step, run, leg, tolerance, change, found, timers)
+         if (.not. found) call locate_by_parts(problem, step, run, leg, tolerance, change, found)
          if (.not. found) change%kind = change_missed
       end associate
    end subroutine locate
 
    !> True for a test that its slope where the run stands takes up on an increment, by more than a tolerance.
-   logical function grows(problem, run, leg, which, tolerance, timers)
+   logical function grows(problem, run, leg, which, tolerance)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run           !! its system ends up factored where it stands
       type(leg_t), intent(in) :: leg
       integer, intent(in) :: which                !! index into the tests
       real(wp), intent(in) :: tolerance
-      type(timers_t), intent(inout) :: timers
       type(span_test_t), allocatable :: here(:), ahead(:)
       type(state_t) :: beside(2)
       real(wp) :: step
       grows = .false.
-      call linearise(problem, run%state, run%state, run%system, timers)
+      call linearise(problem, run%state, run%state, run%system)
       if (.not. run%system%ok) return
       call states_along(problem, run%system, run%state, run%heading%load, beside(1), beside(2), step)
       here = run_span_tests(problem, beside(1), leg%scale, which)
@@ -83,19 +80,18 @@ contains
    end function grows
 
    !> Where a point is as curved as its obstacle, by Newton's method: on the increment, or beyond its end where it is not yet there.
-   subroutine locate_flat_point(problem, run, leg, change, found, timers)
+   subroutine locate_flat_point(problem, run, leg, change, found)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       type(leg_t), intent(in) :: leg
       type(change_t), intent(inout) :: change     !! as it was but for its test where it is not found
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
       type(state_t) :: place
       associate (before => leg%before(change%which)%value, after => leg%after(change%which)%value)
          place = run%state
          if (before > -after) place = leg%to
          associate (candidate => leg%after(change%which)%candidate)
-            call find_flat_point(problem, run, candidate, flat_too(problem, leg, change%which), place, found, timers)
+            call find_flat_point(problem, run, candidate, flat_too(problem, leg, change%which), place, found)
             ! At a breakpoint that is to the first order of how far it has rolled: nothing is told where a line begins.
             if (found .and. .not. problem%candidates%moves(candidate)) found = would_press(problem, place, candidate, &
                & 0.0_wp)
@@ -108,7 +104,7 @@ contains
                & leads_to(problem, run%state, run%heading, run%fresh, place)
          end if
          if (.not. found) return
-         call linearise(problem, place, run%state, run%system, timers)
+         call linearise(problem, place, run%state, run%system)
          ! Of the eigenvalues one may be zero there; where more have changed their sign other events lie on the way.
          found = after <= 0.0_wp .or. abs(run%system%negative_pivots - leg%pivots) <= 1
          if (.not. found) return
@@ -134,7 +130,7 @@ contains
    end function flat_too
 
    !> Where a test is zero, by points of the increment.
-   subroutine locate_by_parts(problem, step, run, leg, tolerance, change, found, timers)
+   subroutine locate_by_parts(problem, step, run, leg, tolerance, change, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
@@ -142,7 +138,6 @@ contains
       real(wp), intent(in) :: tolerance           !! of the test's value
       type(change_t), intent(inout) :: change
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
       type(division_t) :: division
       type(bracket_t) :: bracket
       real(wp) :: f, fraction
@@ -151,8 +146,7 @@ contains
       bracket = new_bracket(leg%before(change%which)%value - tolerance, leg%after(change%which)%value - tolerance)
       found = .false.
       do while (next_guess(bracket, epsilon(f), fraction))
-         call point_within(problem, run, leg%to, leg%ahead, division, fraction, .false., .true., change%place, change%report, &
-            & timers)
+         call point_within(problem, run, leg%to, leg%ahead, division, fraction, .false., .true., change%place, change%report)
          if (.not. change%report%converged) return
          change%heading = arrival(problem, run, change%place)
          change%tests = run_span_tests(problem, change%place, leg%scale)

@@ -25,7 +25,7 @@ module span_mesh
    use path_run, only: run_t, copy_run, footing_t, forget_mesh, rest_of_mesh
    use corrector, only: increment_t, correct
    use mesh_request, only: stays_within
-   use timing, only: timers_t, count_up, counter_remeshed
+   use timing, only: count_up, counter_remeshed
    implicit none
    private
    public :: prepare_mesh, renew_mesh, refine_mesh, coarsen_mesh, step_back, ask_for_twice, mesh_for_touches
@@ -45,10 +45,9 @@ contains
 
    !> Another mesh at the point where the run stands: finer for spans that have grown, with nodes where the kinks of foundations
    !> lie.
-   subroutine renew_mesh(problem, run, timers)
+   subroutine renew_mesh(problem, run)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
-      type(timers_t), intent(inout) :: timers
       logical :: done
       type(cut_t), allocatable :: cut(:)
       if (any(problem%layout%stretch%placed)) problem%demand = lasting_demand(problem, run%state)
@@ -57,12 +56,12 @@ contains
       if (marked(problem, run%state, cut)) then
          if (.not. outgrown(problem, run%state, cut)) return
       end if
-      call stand_on(new_span_problem(problem, present_touches(problem, run%state), run%state, cut), problem, run, done, timers)
+      call stand_on(new_span_problem(problem, present_touches(problem, run%state), run%state, cut), problem, run, done)
    end subroutine renew_mesh
 
    !> The mesh that the run's last trial asked for: at the point where it stands, from which the increment is to be made anew, or
    !> else at the trial itself.
-   subroutine refine_mesh(problem, run, trial, settled, taken, done, timers)
+   subroutine refine_mesh(problem, run, trial, settled, taken, done)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
       type(state_t), intent(inout) :: trial
@@ -70,7 +69,6 @@ contains
       logical, intent(out) :: taken                  !! the trial is in equilibrium on the new mesh, and the system factored there
       logical, intent(out) :: done                   !! false: no equilibrium was found on it, nothing has changed. The mesh may be
       !! that which the point had before it became coarser
-      type(timers_t), intent(inout) :: timers
       type(problem_t) :: asked, here
       type(footing_t), allocatable :: finer
       type(cut_t), allocatable :: cut(:)
@@ -85,11 +83,11 @@ contains
       here%demand = taken_along(problem, run%state, asked%demand)
       cut = find_cuts(problem, trial)
       ! Without a load nothing says where contact will end.
-      if (settled .and. run%fresh) call remesh_trial(asked, problem, run, trial, .false., taken, timers)
+      if (settled .and. run%fresh) call remesh_trial(asked, problem, run, trial, .false., taken)
       if (.not. taken .and. (problem%has_spans() .or. run%from_point .or. marked(problem, trial, cut))) call stand_here()
       ! Where contact has just been told by nodes, or by elements on foundations, the run does not stand on a point of these spans.
       if (.not. (taken .or. done)) run%before = present_demand(problem, run%state)
-      if (.not. (taken .or. done)) call remesh_trial(asked, problem, run, trial, run%has_events, taken, timers)
+      if (.not. (taken .or. done)) call remesh_trial(asked, problem, run, trial, run%has_events, taken)
       ! Newton's method may not settle on one mesh and does on another, which may be finer than was asked for.
       if (.not. (taken .or. done)) then
          do k = 1, size(here%demand)
@@ -97,21 +95,21 @@ contains
          end do
          call stand_here()
       end if
-      if (.not. (taken .or. done)) call remesh_trial(asked, problem, run, trial, .false., taken, timers)
+      if (.not. (taken .or. done)) call remesh_trial(asked, problem, run, trial, .false., taken)
       done = done .or. taken
       if (.not. done .and. allocated(finer)) then
          ! The mesh was made coarser than leads on.
-         call step_back(finer, problem, run, timers)
+         call step_back(finer, problem, run)
          done = .true.
       end if
-      if (done) call count_up(timers, counter_remeshed)
+      if (done) call count_up(counter_remeshed)
 
    contains
 
       !> The run's point on the mesh that is asked for.
       subroutine stand_here()
          call stand_on(new_span_problem(here, present_touches(problem, run%state), run%state, find_cuts(problem, run%state)), &
-            & problem, run, done, timers)
+            & problem, run, done)
       end subroutine stand_here
    end subroutine refine_mesh
 
@@ -134,14 +132,13 @@ contains
    end function taken_along
 
    !> The trial on another mesh, and the run's point, as it is, with it.
-   subroutine remesh_trial(asked, problem, run, trial, both, taken, timers)
+   subroutine remesh_trial(asked, problem, run, trial, both, taken)
       type(problem_t), intent(in) :: asked           !! the problem with another demand
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
       type(state_t), intent(inout) :: trial
       logical, intent(in) :: both                    !! the run's point is to be in equilibrium on it, too
       logical, intent(out) :: taken                  !! false: no equilibrium was found on it, nothing has changed
-      type(timers_t), intent(inout) :: timers
       type(problem_t) :: before
       type(run_t) :: unmoved
       type(state_t) :: untaken
@@ -159,7 +156,7 @@ contains
       fresh = run%fresh
       run%fresh = .false.
       call stand_on(new_span_problem(asked, present_touches(problem, trial), trial, find_cuts(problem, trial)), problem, run, &
-         & taken, timers)
+         & taken)
       run%fresh = fresh
       trial = run%state
       run%state = start
@@ -171,23 +168,22 @@ contains
       run%heading%u = carried_field(before, start, heading%u, problem, run%state)
       if (fresh) return
       ! Shorter increments may have to start there, and events may lie there.
-      call linearise(problem, run%state, run%state, run%system, timers)
-      call rebalance(problem, run, settled, timers)
+      call linearise(problem, run%state, run%state, run%system)
+      call rebalance(problem, run, settled)
       taken = settled .or. .not. both
       if (.not. taken) then
          call copy_problem(before, problem)
          call copy_run(unmoved, run)
          trial = untaken
       end if
-      call linearise(problem, trial, trial, run%system, timers)
+      call linearise(problem, trial, trial, run%system)
    end subroutine remesh_trial
 
    !> The coarser mesh that the run's last point would have done with, if it has fewer elements and an equilibrium there. Whether
    !> it is good enough the next trial tells.
-   subroutine coarsen_mesh(problem, run, timers)
+   subroutine coarsen_mesh(problem, run)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
-      type(timers_t), intent(inout) :: timers
       type(problem_t) :: asked
       type(footing_t), allocatable :: before
       logical :: done
@@ -201,23 +197,22 @@ contains
          return
       end if
       before = footing_t(problem, run%state, run%heading, run%probe)
-      call stand_on(asked, problem, run, done, timers)
+      call stand_on(asked, problem, run, done)
       if (.not. done) return
       ! What turns the load errs by all that it changes by.
       if (run%heading%load * before%heading%load < 0.0_wp) then
-         call step_back(before, problem, run, timers)
+         call step_back(before, problem, run)
          return
       end if
       call move_alloc(before, run%footing)
-      call count_up(timers, counter_remeshed)
+      call count_up(counter_remeshed)
    end subroutine coarsen_mesh
 
    !> The run as it stood before its mesh became coarser. It stays as fine for a while.
-   subroutine step_back(finer, problem, run, timers)
+   subroutine step_back(finer, problem, run)
       type(footing_t), intent(in) :: finer
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
-      type(timers_t), intent(inout) :: timers
       call copy_problem(finer%problem, problem)
       run%state = finer%state
       run%heading = finer%heading
@@ -225,7 +220,7 @@ contains
       call forget_mesh(run)
       run%kept_meshes = rest_of_mesh
       run%system = new_system(problem)
-      call linearise(problem, run%state, run%state, run%system, timers)
+      call linearise(problem, run%state, run%state, run%system)
    end subroutine step_back
 
    !> Asks for twice as many elements everywhere.
@@ -243,30 +238,28 @@ contains
    end subroutine ask_for_twice
 
    !> The run's point on another mesh with the same touches; nothing changes where no equilibrium is found on it.
-   subroutine stand_on(next, problem, run, done, timers)
+   subroutine stand_on(next, problem, run, done)
       type(problem_t), intent(in) :: next
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
       logical, intent(out) :: done
-      type(timers_t), intent(inout) :: timers
       type(problem_t) :: kept
       type(run_t) :: before
       call copy_problem(problem, kept)
       call copy_run(run, before)
-      call move_to_mesh(next, problem, run, timers)
-      call rebalance(problem, run, done, timers)
+      call move_to_mesh(next, problem, run)
+      call rebalance(problem, run, done)
       if (done) return
       call copy_problem(kept, problem)
       call copy_run(before, run)
-      call linearise(problem, run%state, run%state, run%system, timers)
+      call linearise(problem, run%state, run%state, run%system)
    end subroutine stand_on
 
    !> The run's point in equilibrium on the mesh where it has been brought; its system is factored there, on return too.
-   subroutine rebalance(problem, run, done, timers)
+   subroutine rebalance(problem, run, done)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run              !! unchanged but for its system where nothing is done
       logical, intent(out) :: done
-      type(timers_t), intent(inout) :: timers
       type(state_t) :: better
       type(control_t) :: hold
       type(increment_t) :: report
@@ -324,39 +317,37 @@ contains
          ! A change by all of the size counts as one by all of the displacement.
          if (fastest > 0) then
             if (rate * abs(hold%tangent_load) * sqrt(metric(problem, run%state%u, run%state%u)) > problem%size) &
-               & call stay_in_place(problem, run, fastest, better, done, timers)
+               & call stay_in_place(problem, run, fastest, better, done)
          end if
          if (done) return
          better = run%state
-         call correct(problem, run%state, hold, .true., better, run%system, report, timers)
+         call correct(problem, run%state, hold, .true., better, run%system, report)
          done = run%system%ok .and. report%converged
          if (done) return
          better = run%state
-         call turn_flattest(problem, run, hold, better, done, timers)
+         call turn_flattest(problem, run, hold, better, done)
          behind_flat = done
-         if (done) call linearise(problem, better, better, run%system, timers)
+         if (done) call linearise(problem, better, better, run%system)
       end subroutine bring_to_balance
    end subroutine rebalance
 
    !> The run on the mesh of another set of touches.
-   subroutine mesh_for_touches(problem, run, touch, timers)
+   subroutine mesh_for_touches(problem, run, touch)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
       type(touch_t), intent(in) :: touch(:)
-      type(timers_t), intent(inout) :: timers
-      call move_to_mesh(new_span_problem(problem, touch), problem, run, timers)
+      call move_to_mesh(new_span_problem(problem, touch), problem, run)
    end subroutine mesh_for_touches
 
    !> The run on the mesh of another problem.
-   subroutine move_to_mesh(next, problem, run, timers)
+   subroutine move_to_mesh(next, problem, run)
       type(problem_t), intent(in) :: next
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run
-      type(timers_t), intent(inout) :: timers
       call carry_over(problem, next, run%state, run%heading%u)
       call forget_mesh(run)
       call copy_problem(next, problem)
       run%system = new_system(problem)
-      call linearise(problem, run%state, run%state, run%system, timers)
+      call linearise(problem, run%state, run%state, run%system)
    end subroutine move_to_mesh
 end module span_mesh

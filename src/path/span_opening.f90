@@ -29,7 +29,6 @@ module span_opening
    use breakpoint_forces, only: breakpoint_force, breakpoint_couple
    use lifted_node, only: inside_line, lifted_beside
    use next_spans, only: next_t, new_next, settle, holds
-   use timing, only: timers_t
    implicit none
    private
    public :: open_line
@@ -41,7 +40,7 @@ contains
 
    !> The equilibrium with the span open at a state whose line is pulled somewhere. Not found where the zone is too long for the
    !> laws, or what opens leaves nothing of the line.
-   subroutine open_line(problem, place, beyond, test, scale, number, next, found, timers)
+   subroutine open_line(problem, place, beyond, test, scale, number, next, found)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: place           !! of `problem`, in equilibrium, where the test is zero
       type(state_t), intent(in) :: beyond          !! the same a little further on
@@ -50,7 +49,6 @@ contains
       integer, intent(in) :: number                !! of the first contact that parts from it
       type(next_t), intent(out) :: next            !! at the load factor of `beyond`
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
       type(touch_t), allocatable :: touch(:)
       if (test%kind == test_force .or. test%kind == test_couple) then
          call lifted_touches(problem, beyond, test%candidate, test%kind == test_couple, touch)
@@ -61,7 +59,7 @@ contains
       found = allocated(touch)
       if (.not. found) return
       next = new_next(problem, beyond, touch)
-      call settle(next, found, timers)
+      call settle(next, found)
       if (found) found = holds(next)
    end subroutine open_line
 

@@ -22,7 +22,6 @@ module span_set
    use path_run, only: run_t, copy_run, heading_of
    use corrector, only: increment_t, correct
    use touchdown_points, only: point_force
-   use timing, only: timers_t
    implicit none
    private
    public :: change_set, begin_touches, touched_at
@@ -30,7 +29,7 @@ module span_set
 contains
 
    !> Goes on with the set that a test's rule tells, in the sense in which what is new grows.
-   subroutine change_set(problem, run, test, begins, answer, reach, grows, timers)
+   subroutine change_set(problem, run, test, begins, answer, reach, grows)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run          !! at the place where the test is zero; stuck where there is no way on
       type(span_test_t), intent(in) :: test      !! there
@@ -38,7 +37,6 @@ contains
       type(answer_t), intent(in) :: answer       !! to it
       real(wp), intent(in) :: reach              !! along the path, that the equilibrium with the new set may be away
       logical, intent(out) :: grows              !! false: what has lain down was not found with a length
-      type(timers_t), intent(inout) :: timers
       type(problem_t) :: next
       type(run_t) :: on
       type(touch_t) :: old, now(size(problem%touch))
@@ -52,7 +50,7 @@ contains
       end if
       call copy_problem(problem, next)
       call copy_run(run, on)
-      call stand_with(next, on, test, begins, answer, old, reach, ok, grows, leaves, timers)
+      call stand_with(next, on, test, begins, answer, old, reach, ok, grows, leaves)
       if (.not. ok) then
          run%stuck = 'no way on from where '//trim(test_words(test%kind))
          return
@@ -68,7 +66,7 @@ contains
    end subroutine change_set
 
    !> The run with the touches of an answer, in equilibrium.
-   subroutine stand_with(problem, run, test, begins, answer, old, reach, ok, grows, leaves, timers)
+   subroutine stand_with(problem, run, test, begins, answer, old, reach, ok, grows, leaves)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run          !! at the place where the test is zero on entry
       type(span_test_t), intent(in) :: test
@@ -79,27 +77,26 @@ contains
       logical, intent(out) :: ok                 !! false: there is none
       logical, intent(out) :: grows              !! false: a line was not found with a length
       logical, intent(out) :: leaves             !! a line has become a point, and the run has left it
-      type(timers_t), intent(inout) :: timers
       grows = .true.
       leaves = .false.
       if (test%kind == test_gap) then
-         call begin_touches(problem, run, begins, ok, timers)
+         call begin_touches(problem, run, begins, ok)
       else
          run%touches = max(run%touches, maxval(answer%touch%number))
-         call mesh_for_touches(problem, run, answer%touch, timers)
+         call mesh_for_touches(problem, run, answer%touch)
          ok = run%system%ok
       end if
-      if (ok .and. parts(answer)) call begin_span(problem, run, answer%between, ok, timers)
+      if (ok .and. parts(answer)) call begin_span(problem, run, answer%between, ok)
       if (.not. ok) return
       if (size(answer%crosses, 2) > 0) then
-         call begin_span(problem, run, answer%crosses(:, 1), ok, timers, answer%crosses(:, 2:))
+         call begin_span(problem, run, answer%crosses(:, 1), ok, answer%crosses(:, 2:))
       else if (any(test%kind == [test_length, test_crossing])) then
-         call come_to_rest(problem, run, candidate_of(problem, old%number), reach, leaves, timers)
+         call come_to_rest(problem, run, candidate_of(problem, old%number), reach, leaves)
       else if (test%kind == test_curvature .and. .not. parts(answer)) then
-         call begin_span(problem, run, answer%between, grows, timers)
+         call begin_span(problem, run, answer%between, grows)
          if (grows) return
-         call rest_held(problem, run, answer%between, timers)
-         call spread_ahead(problem, run, answer%between, grows, timers)
+         call rest_held(problem, run, answer%between)
+         call spread_ahead(problem, run, answer%between, grows)
       end if
    end subroutine stand_with
 
@@ -156,12 +153,11 @@ contains
 
    !> The run with a touch more at each place where the gap of a free span is zero, at the load at which the last of them has no
    !> force.
-   subroutine begin_touches(problem, run, begins, ok, timers)
+   subroutine begin_touches(problem, run, begins, ok)
       type(problem_t), intent(inout) :: problem
       type(run_t), intent(inout) :: run          !! at that place; the last touch gets its last number
       type(span_test_t), intent(in) :: begins(:)
       logical, intent(out) :: ok                 !! false: the state is not that one
-      type(timers_t), intent(inout) :: timers
       integer, parameter :: most = 8             ! without a force nothing holds the point where it is: it would go astray
       type(touch_t) :: new(size(begins))
       type(control_t) :: control
@@ -174,7 +170,7 @@ contains
          new(k) = touch_t(number=run%touches, contact=begins(k)%contact, stretch=begins(k)%stretch, &
             & at=spread(beginning_place(problem, begins(k)), 1, 2))
       end do
-      call mesh_for_touches(problem, run, [present_touches(problem, run%state), new], timers)
+      call mesh_for_touches(problem, run, [present_touches(problem, run%state), new])
       ok = run%system%ok
       if (.not. ok) return
       c = candidate_of(problem, run%touches)
@@ -188,7 +184,7 @@ contains
       control%whole = run%state%load_factor
       do try = 1, most
          base = run%state
-         call correct(problem, base, control, .true., run%state, run%system, report, timers)
+         call correct(problem, base, control, .true., run%state, run%system, report)
          ok = report%converged
          if (.not. ok) exit
          rate = reaction_rate(problem, run%system, c)
@@ -200,7 +196,7 @@ contains
       ok = ok .and. abs(control%increment) <= sqrt(epsilon(rate)) * abs(run%state%load_factor)
       if (ok) return
       run%state = first
-      call linearise(problem, run%state, run%state, run%system, timers)
+      call linearise(problem, run%state, run%state, run%system)
    end subroutine begin_touches
 
    !> Where along its stretch a touch begins: at a breakpoint that it may roll away from where it is as near as that.

@@ -17,7 +17,6 @@ module span_start
    use rod_layout, only: stretch_element
    use rod_geometry, only: geometry_t, new_geometry
    use obstacle_geometry, only: obstacle_gap
-   use timing, only: timers_t
    implicit none
    private
    public :: prepare_spans, begin_spans
@@ -195,12 +194,11 @@ contains
    end function touch_at_end
 
    !> The first point of a path on which something touches from the start; the run goes from contact at nodes to contact spans.
-   subroutine begin_spans(problem, run, trial, report, timers)
+   subroutine begin_spans(problem, run, trial, report)
       type(problem_t), intent(inout) :: problem  !! sampled on entry, of contact spans where the path begins
       type(run_t), intent(inout) :: run          !! at its start
       type(state_t), intent(out) :: trial
       type(increment_t), intent(out) :: report
-      type(timers_t), intent(inout) :: timers
       type(next_t) :: next
       type(run_t) :: on
       character(:), allocatable :: why
@@ -210,20 +208,20 @@ contains
       small = .false.
       do try = 1, most_parts
          call copy_run(run, on)
-         call find_spans_ahead(problem, run, problem, on, next, first, found, report, why, timers)
+         call find_spans_ahead(problem, run, problem, on, next, first, found, report, why)
          if (.not. found) then
             ! Further on than the first increment nodes have been asked; perhaps it went too far.
             if (small .or. .not. allocated(why)) exit
             small = .true.
             run%control%increment = small_part * run%control%increment
-            call linearise(problem, run%state, run%state, run%system, timers)
+            call linearise(problem, run%state, run%state, run%system)
             cycle
          end if
-         if (abs(next%state%load_factor - first) > 0.0_wp) call go_back(first, next, timers)
+         if (abs(next%state%load_factor - first) > 0.0_wp) call go_back(first, next)
          if (.not. gains_contact(next)) exit
          ! Where contact begins is looked for from a point before it.
          run%control%increment = 0.5_wp * run%control%increment
-         call linearise(problem, run%state, run%state, run%system, timers)
+         call linearise(problem, run%state, run%state, run%system)
       end do
       if (try <= most_parts) run%control%increment = on%control%increment
       if (.not. found) then

@@ -10,7 +10,6 @@ module standing_touch
    use tangent_step, only: states_along
    use held_touchdown, only: solve_held
    use held_openings, only: held_steps
-   use timing, only: timers_t
    implicit none
    private
    public :: find_fastest, stay_in_place
@@ -37,15 +36,14 @@ contains
    end subroutine find_fastest
 
    !> Equilibrium with a touchdown point where it is.
-   subroutine stay_in_place(problem, run, fastest, state, found, timers)
+   subroutine stay_in_place(problem, run, fastest, state, found)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run          !! its system is factored at the state where that is found
       integer, intent(in) :: fastest             !! candidate
       type(state_t), intent(inout) :: state      !! a guess on entry
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
-      call solve_held(problem, [fastest, 0], run%system, .false., held_steps(problem, run), state, found, timers)
-      if (found) call linearise(problem, state, state, run%system, timers)
+      call solve_held(problem, [fastest, 0], run%system, .false., held_steps(problem, run), state, found)
+      if (found) call linearise(problem, state, state, run%system)
       found = found .and. run%system%ok
    end subroutine stay_in_place
 end module standing_touch

@@ -8,7 +8,6 @@ module step_search
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t, assemble
-   use timing, only: timers_t
    implicit none
    private
    public :: shorten_step, step_work
@@ -16,7 +15,7 @@ module step_search
 contains
 
    !> Moves the state back along its last step, if the work along the step changes its sign on the way.
-   subroutine shorten_step(problem, origin, from, x, work_at_start, state, system, timers)
+   subroutine shorten_step(problem, origin, from, x, work_at_start, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: origin        !! last converged point
       type(state_t), intent(in) :: from          !! before the step, on the same nodes as the state after it
@@ -24,7 +23,6 @@ contains
       real(wp), intent(in) :: work_at_start      !! step_work before it
       type(state_t), intent(inout) :: state      !! after the step; after a part of it on return
       type(system_t), intent(inout) :: system    !! assembled at `state` on entry and on return
-      type(timers_t), intent(inout) :: timers
       integer, parameter :: max_tries = 40
       real(wp), parameter :: enough = 0.1_wp     !! of the work at the start may be left
       real(wp), parameter :: torn = 0.1_wp       !! defect of an element whose forces mean nothing
@@ -63,7 +61,7 @@ contains
             part = min(max(part, low + 0.1_wp * (high - low)), high - 0.1_wp * (high - low))
          end if
          state = between(part)
-         call assemble(problem, state, origin, system, timers)
+         call assemble(problem, state, origin, system)
       end do
 
    contains

@@ -21,7 +21,6 @@ module stiff_start
    use path_run, only: run_t, forget_mesh
    use corrector, only: increment_t, take_increment, correct
    use tangent_rounding, only: path_stiffness
-   use timing, only: timers_t
    use force_law, only: segment_slope
    implicit none
    private
@@ -58,11 +57,10 @@ contains
 
    !> The system at the stress-free start, which tells what holds the structure: where elements are too long to follow their
    !> foundations, their tangent is nothing but rounding, and that on softer ones tells it.
-   subroutine check_start(problem, system, stiffness, rounding, timers)
+   subroutine check_start(problem, system, stiffness, rounding)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(inout) :: system      !! factored at the start; its pivots are those of the one that tells
       real(wp), intent(out) :: stiffness, rounding !! see path_stiffness
-      type(timers_t), intent(inout) :: timers
       type(problem_t) :: soft
       type(state_t) :: start
       type(system_t) :: other
@@ -74,20 +72,19 @@ contains
          soft = new_span_problem(softened(problem, problem, followed_part(problem)), none)
          start = new_state(soft)
          other = new_system(soft)
-         call linearise(soft, start, start, other, timers)
+         call linearise(soft, start, start, other)
          call path_stiffness(soft, start, other, stiffness, rounding)
          system%negative_pivots = other%negative_pivots
       end if
    end subroutine check_start
 
    !> The increment that the control asks for, from a start that lies on such foundations.
-   subroutine take_stiff_start(problem, run, trial, report, taken, timers)
+   subroutine take_stiff_start(problem, run, trial, report, taken)
       type(problem_t), intent(inout) :: problem    !! on return on the mesh of the trial
       type(run_t), intent(inout) :: run            !! its state, too; the system is factored at the trial
       type(state_t), intent(inout) :: trial
       type(increment_t), intent(out) :: report
       logical, intent(out) :: taken                !! false: none was found, and nothing has changed
-      type(timers_t), intent(inout) :: timers
       type(rung_t) :: here, sound, next
       type(state_t) :: start
       type(system_t) :: system
@@ -106,8 +103,8 @@ contains
          here%problem = new_span_problem(softened(here%problem, problem, here%part), none)
          start = new_state(here%problem)
          system = new_system(here%problem)
-         call linearise(here%problem, start, start, system, timers)
-         call take_increment(here%problem, start, run%control, here%state, system, report, timers)
+         call linearise(here%problem, start, start, system)
+         call take_increment(here%problem, start, run%control, here%state, system, report)
          if (report%converged) exit
          here%part = here%part / first_growth
       end do
@@ -129,7 +126,7 @@ contains
          tries = tries + 1
          next%problem = new_span_problem(softened(here%problem, problem, next%part), &
             & present_touches(here%problem, here%state), here%state, cut)
-         call stand_there(run%control, here, next, system, report, timers)
+         call stand_there(run%control, here, next, system, report)
          if (report%converged) then
             call copy_rung(next, here)
          else
@@ -148,18 +145,17 @@ contains
       call copy_problem(here%problem, problem)
       trial = here%state
       run%system = new_system(problem)
-      call linearise(problem, trial, trial, run%system, timers)
+      call linearise(problem, trial, trial, run%system)
       taken = run%system%ok
    end subroutine take_stiff_start
 
    !> The state of a rung on the mesh and the stiffness of the next one.
-   subroutine stand_there(control, here, next, system, report, timers)
+   subroutine stand_there(control, here, next, system, report)
       type(control_t), intent(in) :: control
       type(rung_t), intent(in) :: here
       type(rung_t), intent(inout) :: next          !! its problem and part are known
       type(system_t), intent(out) :: system
       type(increment_t), intent(out) :: report
-      type(timers_t), intent(inout) :: timers
       type(control_t) :: hold
       type(state_t) :: guess
       hold = control
@@ -168,7 +164,7 @@ contains
       call tell_segments(next%problem, next%state, carried=.true.)
       guess = next%state
       system = new_system(next%problem)
-      call correct(next%problem, guess, hold, .true., next%state, system, report, timers)
+      call correct(next%problem, guess, hold, .true., next%state, system, report)
    end subroutine stand_there
 
    !> Where contact ends when a foundation has become stiffer, from beams on elastic foundations: beside an end all lengths are

@@ -29,7 +29,6 @@ module vanishing_span
    use path_control, only: path_length
    use path_continuity, only: largest_distance
    use path_run, only: run_t, copy_run
-   use timing, only: timers_t
    implicit none
    private
    public :: locate_vanishing, locate_lost_line, is_gone, closes
@@ -43,7 +42,7 @@ contains
    !>   all of it lies down (lie_down); not the last bit before a breakpoint that contact goes on past, which passes it
    !>   a wave between two points: one of them goes into the clamp that the other is (go_into_clamp)
    !>   a wave between two points that become one (become_one)
-   subroutine locate_vanishing(problem, run, leg, which, fails, next, found, wave, timers)
+   subroutine locate_vanishing(problem, run, leg, which, fails, next, found, wave)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
       type(leg_t), intent(in) :: leg
@@ -52,22 +51,21 @@ contains
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
       logical, intent(out) :: wave               !! what does not lie down is one between two points
-      type(timers_t), intent(inout) :: timers
       wave = .false.
-      call find_arrival(problem, leg, leg%after(which), next, found, timers)
+      call find_arrival(problem, leg, leg%after(which), next, found)
       if (found) found = holds_within_reach(problem, run, leg, fails, next)
       if (.not. found) then
          if (is_passage(problem, leg%after(which))) return
-         call lie_down(problem, run, leg, which, next, found, timers)
+         call lie_down(problem, run, leg, which, next, found)
          if (found) found = holds_within_reach(problem, run, leg, fails, next)
       end if
       if (.not. found) wave = is_wave(problem, leg%to, leg%after(which))
       ! As long as there is a gap between them, and both push, they are two.
       if (wave .and. .not. turns(run, leg)) then
          if (any(clamped_ends(problem, leg%to, leg%after(which)))) then
-            call go_into_clamp(problem, run, leg, which, next, found, timers)
+            call go_into_clamp(problem, run, leg, which, next, found)
          else
-            call become_one(problem, run, leg, which, next, found, timers)
+            call become_one(problem, run, leg, which, next, found)
          end if
          if (found) found = leads_to_next(problem, run, next, leg%ahead%load)
          if (found) found = holds_within_reach(problem, run, leg, fails, next)
@@ -78,15 +76,14 @@ contains
 
    !> The set without a line that has shrunk onto the support at its end, and its equilibrium where it begins to hold, if the path
    !> leads there.
-   subroutine locate_lost_line(problem, run, leg, which, next, found, timers)
+   subroutine locate_lost_line(problem, run, leg, which, next, found)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
       type(leg_t), intent(in) :: leg
       integer, intent(in) :: which               !! the test of its length
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
-      call lose_line(problem, run, leg, which, next, found, timers)
+      call lose_line(problem, run, leg, which, next, found)
       if (found) found = leads_to_next(problem, run, next, leg%ahead%load)
       if (found) found = holds_within_reach(problem, run, leg, another_fails(leg%after, which), next)
    end subroutine locate_lost_line
@@ -137,14 +134,13 @@ contains
    end function behind_turn
 
    !> The line in which a free span lies down, and its equilibrium where it begins to press.
-   subroutine lie_down(problem, run, leg, which, next, lies, timers)
+   subroutine lie_down(problem, run, leg, which, next, lies)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
       type(leg_t), intent(in) :: leg
       integer, intent(in) :: which               !! the test of the span
       type(next_t), intent(out) :: next
       logical, intent(out) :: lies
-      type(timers_t), intent(inout) :: timers
       type(span_test_t), allocatable :: tests(:)
       type(touch_t), allocatable :: lying(:)
       real(wp) :: left, come
@@ -160,11 +156,11 @@ contains
       across = gone_across(problem, leg, which)
       if (gone .and. across > 0) lying = laid_down(lying, leg%after(across)%beside, leg%after(across)%ends)
       next = new_next(problem, leg%to, lying)
-      call find_begin(run, leg, gone, next, lies, timers)
+      call find_begin(run, leg, gone, next, lies)
       if (.not. lies) return
       tests = tests_of(next)
       held = findloc(tests%kind == test_force .and. tests%value < -test_slack(test_force), .true., 1)
-      if (held > 0) call find_begin(run, leg, .false., next, lies, timers, held)
+      if (held > 0) call find_begin(run, leg, .false., next, lies, held)
       if (.not. lies) return
       if (gone) return
       ! A straight obstacle presses a straight line at no load: then only a gap that is gone tells. Else not some other equilibrium:
@@ -264,14 +260,13 @@ contains
    end function is_wave
 
    !> The equilibrium at which the two points beside a span are one.
-   subroutine become_one(problem, run, leg, which, next, found, timers)
+   subroutine become_one(problem, run, leg, which, next, found)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
       type(leg_t), intent(in) :: leg
       integer, intent(in) :: which               !! the test of the span, a wave
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
       type(run_t) :: on
       integer :: k
       associate (beside => leg%after(which)%beside)
@@ -280,10 +275,10 @@ contains
       end associate
       call copy_run(run, on)
       on%system = next%system
-      call find_flat_point(next%problem, on, next%problem%touch(k)%candidate(1), [integer ::], next%state, found, timers)
+      call find_flat_point(next%problem, on, next%problem%touch(k)%candidate(1), [integer ::], next%state, found)
       if (.not. found) return
       next%system = on%system
-      call linearise(next%problem, next%state, next%state, next%system, timers)
+      call linearise(next%problem, next%state, next%state, next%system)
       found = next%system%ok
    end subroutine become_one
 end module vanishing_span

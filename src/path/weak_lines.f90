@@ -20,7 +20,6 @@ module weak_lines
    use state_transfer, only: carried
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
-   use timing, only: timers_t
    implicit none
    private
    public :: release_lines, count_released, let_turn, line_opening
@@ -98,13 +97,12 @@ contains
    end subroutine release_lines
 
    !> Negative pivots of the tangent without lines that carry no force.
-   subroutine count_released(problem, state, system, pivots, any_weak, timers)
+   subroutine count_released(problem, state, system, pivots, any_weak)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled and factored at `state`
       integer, intent(out) :: pivots            !! without any such line: those of the system
       logical, intent(out) :: any_weak
-      type(timers_t), intent(inout) :: timers
       type(problem_t) :: free
       type(state_t) :: released
       type(system_t) :: other
@@ -112,7 +110,7 @@ contains
       call release_lines(problem, state, system, free, released, any_weak)
       if (.not. any_weak) return
       other = new_system(free)
-      call linearise(free, released, released, other, timers)
+      call linearise(free, released, released, other)
       if (other%ok) pivots = other%negative_pivots
    end subroutine count_released
 

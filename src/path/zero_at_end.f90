@@ -10,7 +10,6 @@ module zero_at_end
    use path_events, only: event_bifurcation
    use sightings, only: sighting_t, note_balance
    use path_run, only: run_t
-   use timing, only: timers_t
    implicit none
    private
    public :: take_beginning, take_nearer_end
@@ -20,17 +19,16 @@ contains
    !> The last point. There it is where a line of contact has just become a point: what holds the point's rotation is without
    !> bounds where it is as curved as the obstacle, Newton's method does not get near, and by how much the line was shorter than
    !> none no eigenvalue tells.
-   subroutine take_beginning(problem, step, run, sighting, timers)
+   subroutine take_beginning(problem, step, run, sighting)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
       type(sighting_t), intent(inout) :: sighting !! place, heading, fraction; located where it is there
-      type(timers_t), intent(inout) :: timers
       logical :: balanced
       sighting%place = run%state
       sighting%heading = run%heading
       sighting%fraction = 0.0_wp
-      call linearise(problem, run%state, run%state, run%system, timers)
+      call linearise(problem, run%state, run%state, run%system)
       call note_balance(step, run%system, sighting%report, balanced)
       sighting%located = run%since_change%shrunk .and. balanced
       sighting%event%jumps = sighting%located .and. sighting%event%kind == event_bifurcation
@@ -38,14 +36,13 @@ contains
 
    !> A limit point. Where an increment is so short that rounding lets no point within it be told, the load beyond its higher end,
    !> or below its lower one, is at most where the tangents at both ends meet.
-   subroutine take_nearer_end(problem, step, run, trial, ahead, sighting, timers)
+   subroutine take_nearer_end(problem, step, run, trial, ahead, sighting)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
       type(heading_t), intent(in) :: ahead        !! tangent there
       type(sighting_t), intent(inout) :: sighting !! place, heading, fraction; located where that is near enough
-      type(timers_t), intent(inout) :: timers
       real(wp) :: left, rates(2)
       if (run%state%load_factor * sighting%event%before > trial%load_factor * sighting%event%before) then
          sighting%place = run%state
@@ -60,7 +57,7 @@ contains
       left = (product(rates) * path_length(problem, run%state, trial) - abs(sighting%heading%load) * abs(trial%load_factor - &
          & run%state%load_factor)) / sum(rates)
       if (left > step%locate_tolerance * abs(sighting%place%load_factor)) return
-      call linearise(problem, sighting%place, sighting%place, run%system, timers)
+      call linearise(problem, sighting%place, sighting%place, run%system)
       call note_balance(step, run%system, sighting%report, sighting%located)
       sighting%event%pivots = run%system%negative_pivots
    end subroutine take_nearer_end

@@ -14,7 +14,6 @@ module zero_search
    use tangent_modes, only: modes_t
    use path_run, only: run_t, heading_of, probe_at
    use bracketing, only: bracket_t, next_guess, take_value
-   use timing, only: timers_t
    implicit none
    private
    public :: zero_search_t, find_zero, swerve_per_force
@@ -38,7 +37,7 @@ module zero_search
 contains
 
    !> Where the function has its zero, and the state there: between samples around it, or by closing in on it.
-   subroutine find_zero(problem, step, run, trial, ahead, division, search, sighting, found, timers)
+   subroutine find_zero(problem, step, run, trial, ahead, division, search, sighting, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run          !! its system ends up at some point of the increment
@@ -48,16 +47,15 @@ contains
       type(zero_search_t), intent(inout) :: search !! its bracket is given
       type(sighting_t), intent(inout) :: sighting !! place, heading, fraction, as good as the search has them
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
-      call narrow_bracket(problem, run, trial, ahead, division, search, sighting, found, timers)
-      if (found) call interpolate_zero(problem, run, trial, ahead, division, search, sighting, found, timers)
+      call narrow_bracket(problem, run, trial, ahead, division, search, sighting, found)
+      if (found) call interpolate_zero(problem, run, trial, ahead, division, search, sighting, found)
       if (.not. found .and. sighting%event%kind /= event_bifurcation) &
-         & call close_in(problem, step, run, trial, ahead, division, search, sighting, found, timers)
+         & call close_in(problem, step, run, trial, ahead, division, search, sighting, found)
    end subroutine find_zero
 
    !> To within the reach of the samples. Where Newton's method finds nothing several eigenvalues may be zero: samples around the
    !> guess tell.
-   subroutine narrow_bracket(problem, run, trial, ahead, division, search, sighting, found, timers)
+   subroutine narrow_bracket(problem, run, trial, ahead, division, search, sighting, found)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
@@ -66,10 +64,9 @@ contains
       type(zero_search_t), intent(inout) :: search
       type(sighting_t), intent(inout) :: sighting
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
       found = .true.
       do while (next_guess(search%bracket, reach, search%centre))
-         call look_at(problem, run, trial, ahead, division, search%centre, search, sighting, timers)
+         call look_at(problem, run, trial, ahead, division, search%centre, search, sighting)
          found = search%known .or. .not. sighting%report%converged
          if (.not. search%known .or. abs(search%value_here) <= reach * search%bracket%scale) return
          call take_value(search%bracket, search%centre, search%value_here)
@@ -77,7 +74,7 @@ contains
    end subroutine narrow_bracket
 
    !> The zero of the cubic through samples around it.
-   subroutine interpolate_zero(problem, run, trial, ahead, division, search, sighting, found, timers)
+   subroutine interpolate_zero(problem, run, trial, ahead, division, search, sighting, found)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
@@ -86,13 +83,12 @@ contains
       type(zero_search_t), intent(inout) :: search
       type(sighting_t), intent(inout) :: sighting
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
       type(state_t) :: sample(n_samples)
       real(wp) :: guess
       integer :: try
       do try = 1, max_centres
          guess = search%centre
-         call take_samples(problem, run, trial, ahead, division, search, sighting, sample, found, timers)
+         call take_samples(problem, run, trial, ahead, division, search, sighting, sample, found)
          if (.not. found) return
          found = .not. jumps(search%value)
          if (.not. found) then
@@ -115,7 +111,7 @@ contains
    end subroutine interpolate_zero
 
    !> States of the path around the search's centre, and the function there.
-   subroutine take_samples(problem, run, trial, ahead, division, search, sighting, sample, found, timers)
+   subroutine take_samples(problem, run, trial, ahead, division, search, sighting, sample, found)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
@@ -125,12 +121,11 @@ contains
       type(sighting_t), intent(inout) :: sighting
       type(state_t), intent(inout) :: sample(n_samples)
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
       type(modes_t) :: modes(n_samples)
       integer :: k
       search%at = sample_places(search%centre)
       do k = 1, n_samples
-         call look_at(problem, run, trial, ahead, division, search%at(k), search, sighting, timers)
+         call look_at(problem, run, trial, ahead, division, search%at(k), search, sighting)
          search%value(k) = search%value_here
          sample(k) = search%here
          found = search%known
@@ -150,7 +145,7 @@ contains
    end function sample_places
 
    !> Where a foundation takes hold the function may bend so much within the reach of the samples that they take it for a jump.
-   subroutine close_in(problem, step, run, trial, ahead, division, search, sighting, found, timers)
+   subroutine close_in(problem, step, run, trial, ahead, division, search, sighting, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(run_t), intent(inout) :: run
@@ -160,10 +155,9 @@ contains
       type(zero_search_t), intent(inout) :: search
       type(sighting_t), intent(inout) :: sighting
       logical, intent(out) :: found
-      type(timers_t), intent(inout) :: timers
       found = .false.
       do while (next_guess(search%bracket, epsilon(1.0_wp), search%centre))
-         call look_at(problem, run, trial, ahead, division, search%centre, search, sighting, timers)
+         call look_at(problem, run, trial, ahead, division, search%centre, search, sighting)
          sighting%place = search%here
          if (.not. search%known) return
          found = abs(search%value_here) <= step%locate_tolerance * search%bracket%scale
@@ -176,7 +170,7 @@ contains
    end subroutine close_in
 
    !> A point of the increment and the function there; not known where there is none, or its contact set is another one.
-   subroutine look_at(problem, run, trial, ahead, division, fraction, search, sighting, timers)
+   subroutine look_at(problem, run, trial, ahead, division, fraction, search, sighting)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run          !! its system is factored there on return
       type(state_t), intent(in) :: trial
@@ -185,14 +179,13 @@ contains
       real(wp), value :: fraction               !! 0 to 1; may be one of the search's
       type(zero_search_t), intent(inout) :: search
       type(sighting_t), intent(inout) :: sighting !! its report is that on the point
-      type(timers_t), intent(inout) :: timers
       search%value_here = 0.0_wp
-      call point_within(problem, run, trial, ahead, division, fraction, .false., .false., search%here, sighting%report, timers)
+      call point_within(problem, run, trial, ahead, division, fraction, .false., .false., search%here, sighting%report)
       search%known = sighting%report%converged
       if (search%known) search%known = all(search%here%active .eqv. trial%active)
       if (.not. search%known) return
       if (sighting%event%kind == event_bifurcation) then
-         search%value_here = zero_eigenvalue(problem, run, sighting%event, search%here, timers, search%modes)
+         search%value_here = zero_eigenvalue(problem, run, sighting%event, search%here, search%modes)
       else
          search%value_here = event_value(problem, sighting%event, search%here, probe_at(problem, run, search%here, &
             & heading_of(problem, run, search%here)))
