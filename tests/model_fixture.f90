@@ -3,7 +3,8 @@
 !> Unless a test changes it: EA = 100, EI = 1, shear-rigid, no support, no load, no obstacle, one step.
 module model_fixture
    use kinds, only: wp
-   use model, only: model_t, curve_t, imperfection_t, family_ge, family_ul2, shape_sine, obstacle_circle, new_load
+   use model, only: model_t, curve_t, imperfection_t, family_ge, family_ul2, shape_sine, new_load
+   use obstacle_types, only: obstacle_circle
    use problem, only: problem_t
    use rod_layout, only: layout_t
    use remeshed_model, only: division_t

@@ -3,7 +3,8 @@
 module contact_touch
    use kinds, only: wp
    use text, only: to_text
-   use model, only: model_t, contact_t, ground_independent
+   use model, only: model_t, contact_t
+   use obstacle_types, only: ground_independent
    use element_families, only: conforms
    use rod_layout, only: layout_t, new_layout
    implicit none

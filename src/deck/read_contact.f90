@@ -2,7 +2,8 @@
 module read_contact
    use kinds, only: wp
    use text, only: to_text, rounded
-   use model, only: model_t, contact_t, ground_independent, obstacle_line, obstacle_circle, obstacle_arc
+   use model, only: model_t, contact_t
+   use obstacle_types, only: ground_independent, obstacle_line, obstacle_circle, obstacle_arc
    use element_families, only: collocates
    use contact_touch, only: choose_spans
    use obstacle_geometry, only: obstacle_gap

@@ -19,7 +19,7 @@
 !> here, as in ge_element: N never comes from EA times a difference of coordinates.
 module conforming_element
    use kinds, only: wp
-   use model, only: obstacle_t
+   use obstacle_types, only: obstacle_t
    use gauss_tableau, only: tableau_t, max_stages, stage_basis
    use small_dense, only: solve_small
    use ge_element, only: ge_stiffness_t, ge_load_t

@@ -4,7 +4,8 @@
 module result_tables
    use kinds, only: wp, i8, degree
    use timing, only: timing_seconds, timing_calls, counted, n_phases, phase_name, n_counters, counter_name
-   use model, only: model_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, ground_half_space, &
+   use model, only: model_t
+   use obstacle_types, only: obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, ground_half_space, &
       & ground_pasternak
    use obstacle_curve, only: curve_samples
    use obstacle_geometry, only: obstacle_gap

@@ -1,7 +1,7 @@
 !> Gap function of the obstacles: value, gradient and curvature at a point.
 module obstacle_geometry
    use kinds, only: wp, degree
-   use model, only: obstacle_t, obstacle_line, obstacle_circle, obstacle_arc
+   use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle, obstacle_arc
    use obstacle_curve, only: foot_t, nearest_point
    implicit none
    private

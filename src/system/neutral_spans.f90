@@ -8,7 +8,7 @@
 !> one more negative eigenvalue than what the clamped one has besides its null vector.
 module neutral_spans
    use kinds, only: wp
-   use model, only: obstacle_line
+   use obstacle_types, only: obstacle_line
    use problem, only: problem_t
    implicit none
    private

@@ -2,7 +2,7 @@
 !> is demanded of a mesh that the program makes.
 module span_division
    use kinds, only: wp
-   use model, only: obstacle_line
+   use obstacle_types, only: obstacle_line
    use problem, only: problem_t
    use rod_layout, only: stretch_element
    use rod_state, only: state_t

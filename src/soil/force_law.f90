@@ -4,7 +4,8 @@
 !> other sign but for the first, which goes through zero.
 module force_law
    use kinds, only: wp
-   use model, only: model_t, obstacle_t, law_t
+   use model, only: model_t, law_t
+   use obstacle_types, only: obstacle_t
    implicit none
    private
    public :: foundation_reaction, law_segment, segment_slope, carries, segment_open, segment_unknown

@@ -7,7 +7,7 @@
 module contact_regions
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
-   use model, only: obstacle_line, obstacle_circle, ground_half_space
+   use obstacle_types, only: obstacle_line, obstacle_circle, ground_half_space
    use problem, only: problem_t
    use rod_state, only: state_t, candidate_position, candidate_offset, element_load
    use ge_element, only: ge_load_t

@@ -8,7 +8,7 @@
 !> left: beyond it there is no such curve.
 module obstacle_track
    use kinds, only: wp, pi
-   use model, only: obstacle_t, obstacle_line, obstacle_circle
+   use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle
    use obstacle_curve, only: foot_t, nearest_point, shape_arc, shape_quintic, arc_length, turned_angle, polynomial_at, &
       & first_derivatives
    implicit none

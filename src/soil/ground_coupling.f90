@@ -4,7 +4,8 @@
 !> the settlement: eq. (18) of the paper with a full T, symmetric and positive definite.
 module ground_coupling
    use kinds, only: wp
-   use model, only: model_t, ground_half_space
+   use model, only: model_t
+   use obstacle_types, only: ground_half_space
    use candidates, only: candidates_t
    use rod_geometry, only: geometry_t
    use surface_patches, only: patches_t, new_patches, along_surface, couples

@@ -11,7 +11,7 @@
 !> is as curved before the clamp as after it, whatever its form is elsewhere, and comes flat on both sides at once.
 module rolling_rods
    use kinds, only: wp, pi
-   use model, only: obstacle_line
+   use obstacle_types, only: obstacle_line
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use system_type, only: system_t

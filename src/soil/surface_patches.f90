@@ -5,7 +5,8 @@
 !> to the middle of the element after.
 module surface_patches
    use kinds, only: wp
-   use model, only: model_t, obstacle_t, ground_independent
+   use model, only: model_t
+   use obstacle_types, only: obstacle_t, ground_independent
    use candidates, only: candidates_t
    use rod_geometry, only: geometry_t
    use obstacle_geometry, only: obstacle_gap
