@@ -10,12 +10,12 @@ module buckling_errors
    use problem, only: problem_t
    use rod_state, only: state_t
    use path_control, only: control_t
-   use path_continuity, only: heading_t
+   use path_continuity, only: path_tangent_t
    use linear_buckling, only: buckle
    use error_bar, only: new_error_bar
    use accuracy_limits, only: why_not_told
-   use finer_problem, only: finer_problem_t
-   use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point
+   use enriched_problem, only: enriched_problem_t
+   use enriched_path, only: enriched_path_t, enriched_point_t, new_finer_path, start_point, next_point
    use path_record, only: buckling_t
    use timing, only: timing_start, timing_stop, phase_accuracy
    implicit none
@@ -29,11 +29,11 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged, about which it buckles
       type(buckling_t), intent(inout) :: buckling
-      type(finer_problem_t), target :: better
-      type(finer_path_t) :: path
-      type(finer_point_t) :: point
+      type(enriched_problem_t), target :: better
+      type(enriched_path_t) :: path
+      type(enriched_point_t) :: point
       type(control_t) :: control
-      type(heading_t) :: heading
+      type(path_tangent_t) :: heading
       type(buckling_t) :: finer
       type(error_t), allocatable :: error
       real(wp) :: correction, rounding

@@ -7,10 +7,10 @@ module located_zero
    use rod_state, only: state_t
    use linear_system, only: system_t
    use element_products, only: element_deformation
-   use path_events, only: event_t, new_probe, event_value, event_bifurcation
+   use path_events, only: event_t, new_test_values, event_value, event_bifurcation
    use test_kinds, only: span_test_t, test_length
    use span_tests, only: run_span_tests
-   use contact_touch, only: shortest
+   use contact_spans, only: shortest
    use ground_events, only: ground_event_place, ground_event_gap
    use ground_segments, only: told_gap
    use element_gap, only: element_gap_t, gap_value, gap_look
@@ -72,7 +72,7 @@ contains
       else if (zero%event%kind == event_bifurcation) then
          if (allocated(zero%modes)) value = eigenvalue_of(problem, zero%modes, state, system)
       else
-         value = event_value(problem, zero%event, state, new_probe(problem, state, system, load_rate))
+         value = event_value(problem, zero%event, state, new_test_values(problem, state, system, load_rate))
       end if
    end function zero_value
 

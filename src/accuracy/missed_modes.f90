@@ -13,9 +13,9 @@ module missed_modes
    use conforming_span, only: excess_curvature
    use mesh_adequacy, only: compression
    use tangent_modes, only: modes_t, lowest_modes, apply_tangent
-   use weak_lines, only: release_lines
-   use finer_problem, only: new_finer_problem, new_finer_state
-   use finer_path, only: finer_path_t, finer_point_t
+   use force_free_contact, only: remove_force_free_lines
+   use enriched_problem, only: new_finer_problem, new_finer_state
+   use enriched_path, only: enriched_path_t, enriched_point_t
    use located_zero, only: zero_t, mode_rounding
    implicit none
    private
@@ -31,8 +31,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! factored there
-      type(finer_path_t), intent(in) :: path
-      type(finer_point_t), intent(in) :: point   !! the same point of it
+      type(enriched_path_t), intent(in) :: path
+      type(enriched_point_t), intent(in) :: point   !! the same point of it
       integer, intent(in) :: allowed             !! differences that an event at the point explains
       difference = 0
       if (size(problem%hinge) > 0) return
@@ -46,8 +46,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! factored there
-      type(finer_path_t), intent(in) :: path
-      type(finer_point_t), intent(in) :: point   !! the same point of it
+      type(enriched_path_t), intent(in) :: path
+      type(enriched_point_t), intent(in) :: point   !! the same point of it
       type(modes_t) :: modes
       type(error_t), allocatable :: error
       type(zero_t) :: zero
@@ -112,7 +112,7 @@ contains
       type(system_t) :: loose, linear
       logical :: any_weak
       difference = 0
-      call release_lines(problem, state, system, free, released, any_weak)
+      call remove_force_free_lines(problem, state, system, free, released, any_weak)
       if (.not. any_weak) return
       loose = new_system(free)
       call linearise(free, released, released, loose)

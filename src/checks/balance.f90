@@ -6,7 +6,7 @@ module balance
    use rod_state, only: state_t, node_position, candidate_gap, candidate_opening, &
       & is_stress_free
    use contact_set, only: gap_tolerance
-   use contact_touch, only: line_share
+   use contact_spans, only: line_share
    use force_law, only: foundation_reaction
    use tied_nodes, only: turned_arm
    use node_loads, only: node_push_t, dead_node_load, node_pushes

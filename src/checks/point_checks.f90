@@ -67,7 +67,7 @@ contains
       !> point before, or beside bending.
       subroutine check_rounding()
          real(wp) :: stiffness, rounding, scale
-         ! Nothing hangs on the tangent of such a start, see stiff_start.
+         ! Nothing hangs on the tangent of such a start, see stiffness_homotopy.
          if (is_stress_free(state) .and. followed_part(problem) < 1.0_wp) return
          call path_stiffness(problem, state, system, stiffness, rounding)
          scale = max(stiffness, accuracy%stiffness, bending_stiffness(problem))

@@ -6,7 +6,7 @@ module lifted_little
    use conforming_span, only: conforming_forces
    use breakpoint_forces, only: breakpoint_couple, left_over
    use lifted_node, only: inside_line, lifted_beside, lifted_at_mirror, stays_down
-   use contact_touch, only: line_share
+   use contact_spans, only: line_share
    implicit none
    private
    public :: lifting_couple, lifts_little

@@ -15,7 +15,7 @@
 module lifted_node
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
-   use contact_touch, only: line_share
+   use contact_spans, only: line_share
    use rod_state, only: state_t
    use conforming_span, only: conforming_forces, node_track, track_sense
    use breakpoint_forces, only: breakpoint_force, breakpoint_couple, left_over

@@ -7,7 +7,7 @@ module line_pressure
       & track_joints, ge_end
    use obstacle_track, only: track_t, jump_between
    use ge_element, only: ge_load_t
-   use contact_touch, only: touch_t
+   use contact_spans, only: contact_span_t
    use state_transfer, only: find_point
    use golden_section, only: golden_section_t
    implicit none
@@ -29,7 +29,7 @@ contains
    function sample_line(problem, state, line) result(pressure)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(touch_t), intent(in) :: line            !! as it is now
+      type(contact_span_t), intent(in) :: line            !! as it is now
       type(pressure_t) :: pressure
       real(wp), allocatable :: at(:), density(:)
       real(wp) :: place
@@ -69,7 +69,7 @@ contains
    real(wp) function least_between(problem, state, line, first, last) result(place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(touch_t), intent(in) :: line
+      type(contact_span_t), intent(in) :: line
       real(wp), intent(in) :: first, last
       type(golden_section_t) :: search
       call search%begin(first, last, sections)
@@ -82,7 +82,7 @@ contains
    real(wp) function density_at(problem, state, line, at) result(density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(touch_t), intent(in) :: line            !! as it is now
+      type(contact_span_t), intent(in) :: line            !! as it is now
       real(wp), intent(in) :: at
       real(wp) :: local(3), place(2), angle, tau
       integer :: e
@@ -99,7 +99,7 @@ contains
    subroutine least_pressure(problem, state, line, least, where, side)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(touch_t), intent(in) :: line            !! as it is now
+      type(contact_span_t), intent(in) :: line            !! as it is now
       real(wp), intent(out) :: least               !! -huge(least): its track bends at once, where no rod can follow
       real(wp), intent(out) :: where               !! along the stretch
       integer, intent(out) :: side                 !! -1: at its first end, 0: inside, 1: at its last

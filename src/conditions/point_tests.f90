@@ -7,7 +7,7 @@ module point_tests
    use conforming_span, only: rolled_t, rolled, excess_curvature, node_track, track_sense, track_rotation
    use touchdown_points, only: point_force
    use breakpoint_forces, only: breakpoint_force, at_breakpoint, left_over
-   use contact_touch, only: line_share
+   use contact_spans, only: line_share
    use lifted_little, only: lifting_couple, lifts_little
    use test_kinds, only: span_test_t, test_force, test_curvature, test_slope, test_leaving, test_couple
    implicit none

@@ -1,9 +1,10 @@
 !> What must hold for a set of contact spans to be the right one: test functions, smooth along a path on which the set stays,
 !> positive while it holds. Their zeros are where contact begins, ends, spreads or splits.
 !>
-!>   state -> tests -> the first that vanishes on an increment (span_events) -> where (span_location, vanishing_span, span_beyond)
-!>   -> recorded (span_changes) -> the next set (span_rules, touch_edits) -> its mesh (span_mesh) -> the way on (span_set,
-!>   span_arrival)
+!> state -> tests -> the first that vanishes on an increment (span_events) -> where (span_location, vanishing_span,
+!> predicted_contact_set)
+!>   -> recorded (span_changes) -> the next set (span_rules, contact_set_edits) -> its mesh (span_mesh) -> the way on (span_set,
+!>   entering_contact_set)
 module span_tests
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -11,8 +12,8 @@ module span_tests
    use free_span, only: free_span_t, free_spans, span_ends
    use free_span_gap, only: least_gap
    use line_pressure, only: least_pressure
-   use contact_touch, only: touch_t, shortest
-   use touch_candidates, only: present_touches
+   use contact_spans, only: contact_span_t, shortest
+   use span_candidates, only: present_contact_spans
    use test_kinds, only: span_test_t, any_fails, test_slack, well_below, test_gap, test_curvature, test_pressure, test_length, &
       & test_vanishing, test_crossing
    use point_tests, only: tests_of_points
@@ -124,11 +125,11 @@ contains
       type(state_t), intent(in) :: state
       type(span_test_t), allocatable :: tests(:)
       type(span_test_t) :: test
-      type(touch_t), allocatable :: now(:)
+      type(contact_span_t), allocatable :: now(:)
       type(free_span_t), allocatable :: span(:)
       integer :: k, side
       allocate (tests(0))
-      now = present_touches(problem, state)
+      now = present_contact_spans(problem, state)
       do k = 1, size(now)
          if (now(k)%line) call add(span_test_t(kind=test_length, touch=k, stretch=now(k)%stretch, at=0.5_wp * sum(now(k)%at)), &
             & now(k)%at)
@@ -159,10 +160,10 @@ contains
       logical, intent(in) :: valued         !! false: pressures are not looked at, values are 0
       type(span_test_t), allocatable :: tests(:)
       type(span_test_t) :: test
-      type(touch_t), allocatable :: now(:)
+      type(contact_span_t), allocatable :: now(:)
       integer :: k, side
       allocate (tests(0))
-      now = present_touches(problem, state)
+      now = present_contact_spans(problem, state)
       do k = 1, size(problem%touch)
          if (.not. problem%touch(k)%line) cycle
          test = span_test_t(kind=test_pressure, touch=k)

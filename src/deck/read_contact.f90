@@ -5,7 +5,7 @@ module read_contact
    use model, only: model_t, contact_t
    use obstacle_types, only: ground_independent, obstacle_line, obstacle_circle, obstacle_arc
    use element_families, only: collocates
-   use contact_touch, only: choose_spans
+   use contact_spans, only: choose_spans
    use obstacle_geometry, only: obstacle_gap
    use obstacle_curve, only: sharpest_turn
    use initial_overlap, only: overlap_of_nodes, overlap_between, deepest_start

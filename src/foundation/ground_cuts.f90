@@ -8,7 +8,7 @@ module ground_cuts
    use ground_segments, only: has_kinks, element_cuts, crosses_at, segment_at
    use ground_marks, only: is_live
    use remeshed_model, only: division_t
-   use mesh_demand, only: demand_t, between, equal_shares
+   use mesh_density, only: mesh_density_t, between, equal_shares
    use force_law, only: segment_unknown
    implicit none
    private
@@ -186,7 +186,7 @@ contains
    !> end with a layer of length l, in which all falls as exp(-x / (sqrt(2) l)), an element of s stages errs by its length to the
    !> power 2 s + 1 times that: with a first length l the lengths that err alike grow as exp(x / ((2 s + 1) sqrt(2) l)).
    pure function graded(demand, from, to, n, layer, stages) result(at)
-      type(demand_t), intent(in) :: demand
+      type(mesh_density_t), intent(in) :: demand
       real(wp), intent(in) :: from, to
       integer, intent(in) :: n, stages
       real(wp), intent(in) :: layer(2)               !! at both ends, 0: none

@@ -7,9 +7,9 @@ module span_division
    use rod_layout, only: stretch_element
    use rod_state, only: state_t
    use remeshed_model, only: division_t
-   use mesh_demand, only: demand_t, between, equal_shares, even_out
-   use contact_touch, only: touch_t, sort_touches
-   use touch_candidates, only: present_touches
+   use mesh_density, only: mesh_density_t, between, equal_shares, even_out
+   use contact_spans, only: contact_span_t, sort_contact_spans
+   use span_candidates, only: present_contact_spans
    use ground_mark, only: cut_t
    use ground_cuts, only: graded
    implicit none
@@ -31,7 +31,7 @@ contains
    !> Coordinates of the nodes along a stretch: equal parts of every span, or shares of what is wanted there.
    function span_nodes(base, touch, cut, stretch, state) result(at)
       type(problem_t), intent(in) :: base
-      type(touch_t), intent(in) :: touch(:)          !! sorted
+      type(contact_span_t), intent(in) :: touch(:)          !! sorted
       type(cut_t), intent(in) :: cut(:)              !! sorted
       integer, intent(in) :: stretch
       type(state_t), intent(in), optional :: state
@@ -102,7 +102,7 @@ contains
          integer, intent(in) :: contact              ! of a line, 0: a free span
          real(wp) :: wanted
          integer :: n, least, i, stages
-         type(demand_t) :: deck
+         type(mesh_density_t) :: deck
          if (.not. to > from) return
          stages = base%deck%mesh%stages(base%layout%stretch(stretch)%element(1))
          if (base%layout%stretch(stretch)%placed) then
@@ -187,7 +187,7 @@ contains
    !> Nodes that stand close enough to tell what touches, before any contact span is known.
    function sampled_division(base, touch) result(division)
       type(problem_t), intent(in) :: base            !! of the deck
-      type(touch_t), intent(in), optional :: touch(:) !! places at which a node stands, too
+      type(contact_span_t), intent(in), optional :: touch(:) !! places at which a node stands, too
       type(division_t) :: division(size(base%layout%stretch))
       real(wp) :: length, share
       integer :: k, n, i
@@ -215,12 +215,12 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(cut_t), intent(in), optional :: cuts(:)   !! sorted, where the kinks of foundations are
-      type(touch_t), allocatable :: touch(:)
+      type(contact_span_t), allocatable :: touch(:)
       type(cut_t), allocatable :: cut(:)
       real(wp), allocatable :: at(:), now(:), ends(:)
       integer :: k, i
-      touch = present_touches(problem, state)
-      call sort_touches(touch)
+      touch = present_contact_spans(problem, state)
+      call sort_contact_spans(touch)
       allocate (cut(0))
       if (present(cuts)) cut = cuts
       outgrown = .false.
@@ -275,7 +275,7 @@ contains
    function present_demand(problem, state) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(demand_t) :: demand(size(problem%layout%stretch))
+      type(mesh_density_t) :: demand(size(problem%layout%stretch))
       integer :: k, i, n
       do k = 1, size(demand)
          n = problem%element_last(k) - problem%element_first(k) + 1
@@ -294,7 +294,7 @@ contains
    function lasting_demand(problem, state) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(demand_t) :: demand(size(problem%layout%stretch))
+      type(mesh_density_t) :: demand(size(problem%layout%stretch))
       logical, allocatable :: begins(:)              ! nodes, of spans
       integer :: k, m, n
       demand = present_demand(problem, state)
@@ -319,7 +319,7 @@ contains
    function looking_demand(problem, longer) result(demand)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: longer                 !! than they should be, a factor
-      type(demand_t) :: demand(size(problem%layout%stretch))
+      type(mesh_density_t) :: demand(size(problem%layout%stretch))
       real(wp) :: most
       integer :: k
       demand = problem%demand

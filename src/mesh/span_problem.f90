@@ -5,8 +5,8 @@ module span_problem
    use problem, only: problem_t, copy_problem, remeshed_problem, mesh_sampled, mesh_of_marks, mesh_of_spans
    use rod_state, only: state_t
    use remeshed_model, only: division_t
-   use contact_touch, only: touch_t, covers, sort_touches
-   use touch_candidates, only: add_touch_candidates
+   use contact_spans, only: contact_span_t, covers, sort_contact_spans
+   use span_candidates, only: add_touch_candidates
    use span_division, only: span_nodes, sampled_division
    use ground_mark, only: cut_t
    use ground_cuts, only: add_marks
@@ -23,11 +23,11 @@ contains
    !> The problem with a set of touches; loads, step and all that goes before are those of `base`.
    function new_span_problem(base, touches, state, cuts) result(problem)
       type(problem_t), intent(in) :: base            !! of the same deck, on any mesh
-      type(touch_t), intent(in) :: touches(:)
+      type(contact_span_t), intent(in) :: touches(:)
       type(state_t), intent(in), optional :: state   !! of `base`: no span that goes on gets fewer elements than it has
       type(cut_t), intent(in), optional :: cuts(:)   !! sorted: where the laws of foundations have their corners
       type(problem_t) :: problem
-      type(touch_t) :: touch(size(touches))
+      type(contact_span_t) :: touch(size(touches))
       type(division_t) :: division(size(base%layout%stretch))
       type(cut_t), allocatable :: cut(:)
       integer :: k
@@ -40,7 +40,7 @@ contains
             where (touch(k)%at >= (1.0_wp - at_breakpoint) * length) touch(k)%at = length
          end associate
       end do
-      call sort_touches(touch)
+      call sort_contact_spans(touch)
       do k = 1, size(division)
          division(k)%at = span_nodes(base, touch, cut, k, state)
       end do
@@ -52,7 +52,7 @@ contains
       type(problem_t), intent(in) :: base            !! on any mesh
       type(problem_t), intent(in) :: like            !! with spans
       type(problem_t) :: problem
-      type(touch_t) :: touch(size(like%touch))
+      type(contact_span_t) :: touch(size(like%touch))
       type(division_t) :: division(size(like%layout%stretch))
       type(cut_t) :: cut(size(like%mark))
       integer :: k, i
@@ -85,7 +85,7 @@ contains
    !> The problem with a set of touches on a mesh that has nodes at their ends.
    subroutine lay_spans(base, touch, cut, division, problem)
       type(problem_t), intent(in) :: base
-      type(touch_t), intent(in) :: touch(:)          !! sorted
+      type(contact_span_t), intent(in) :: touch(:)          !! sorted
       type(cut_t), intent(in) :: cut(:)              !! sorted
       type(division_t), intent(in) :: division(:)    !! (stretches)
       type(problem_t), intent(out) :: problem
@@ -102,7 +102,7 @@ contains
    !> The problem before any contact span is known: a mesh fine enough to tell by its nodes what touches.
    function new_sampled_problem(base, touch) result(problem)
       type(problem_t), intent(in) :: base            !! of the deck
-      type(touch_t), intent(in), optional :: touch(:) !! places at which a node stands, too
+      type(contact_span_t), intent(in), optional :: touch(:) !! places at which a node stands, too
       type(problem_t) :: problem
       problem = remeshed_problem(with_spans(base, .false.), sampled_division(base, touch))
       problem%mesh_kind = mesh_sampled

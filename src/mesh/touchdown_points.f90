@@ -12,7 +12,7 @@ module touchdown_points
    use conforming_span, only: conforming_forces, track_rotation, track_sense, node_track, excess_curvature, excess_rate, rod_angle
    use breakpoint_forces, only: at_breakpoint, breakpoint_force
    use state_transfer, only: carry_to, move_nodes
-   use touch_candidates, only: touch_place
+   use span_candidates, only: touch_place
    use ground_marks, only: mark_step
    use ground_following, only: keep_to_ground, keep_layers
    implicit none

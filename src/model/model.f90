@@ -135,7 +135,7 @@ module model
       real(wp) :: gap = 0.0_wp                  !! added to the geometric gap (half depth: negative)
       logical :: along = .false.                !! rigid: points and lines anywhere along the rod, by contact spans
       logical :: distributed = .false.          !! foundation: reactions act all along the elements, not at the nodes
-      logical :: spans = .false.                !! contact points and lines anywhere along the rods (contact_touch)
+      logical :: spans = .false.                !! contact points and lines anywhere along the rods (contact_spans)
       character(:), allocatable :: needs        !! what it lacks to act along the rod, where it acts at nodes although the deck has
       !! not asked for that; not allocated: nothing
    end type contact_t

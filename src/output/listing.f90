@@ -14,7 +14,7 @@ module listing
    use run_summary, only: write_accuracy, write_cost
    use text, only: plural
    use error_bar, only: error_bar_t
-   use told_error, only: bar_text, corrected_text, unbounded_text
+   use error_text, only: bar_text, corrected_text, unbounded_text
    implicit none
    private
    public :: listing_t, listing_open, listing_close

@@ -14,7 +14,7 @@ module result_tables
    use candidates, only: candidates_t, new_candidates
    use model_words, only: side_name, kind_name, points_name
    use path_record, only: branch_start_t, buckling_t
-   use told_error, only: stored_bar, stored_correction, bar_description, corrected_description
+   use error_text, only: stored_bar, stored_correction, bar_description, corrected_description
    use run_accuracy, only: accuracy_t, worst_t
    use columns, only: whole
    use hdf5_file, only: hdf5_file_t, hdf5_group

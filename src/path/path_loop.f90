@@ -13,18 +13,18 @@ module path_loop
    use support_check, only: unheld_part
    use bar_check, only: indeterminate_bar
    use corrector, only: increment_t
-   use path_run, only: run_t
-   use landmarks, only: landmarks_t
+   use path_state, only: path_state_t
+   use critical_points, only: critical_points_t
    use first_contact, only: presume_contact
    use span_mesh, only: prepare_mesh, ask_for_twice, refine_mesh
    use step_control, only: start_control
-   use path_events, only: new_probe
+   use path_events, only: new_test_values
    use point_recording, only: record
    use path_outcome, only: outcome_t, note_trouble
    use linear_buckling, only: buckle
    use buckling_errors, only: add_buckling_bars
    use error_report, only: note_buckling_bars
-   use stiff_start, only: check_start
+   use stiffness_homotopy, only: check_start
    use tangent_modes, only: bending_stiffness
    use tangent_rounding, only: rounding_cure
    use path_follower, only: follow_points
@@ -45,8 +45,8 @@ contains
       type(problem_t), intent(inout) :: problem
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(out) :: outcome
-      type(run_t) :: run
-      type(landmarks_t), target :: found
+      type(path_state_t) :: run
+      type(critical_points_t), target :: found
       type(increment_t) :: nothing
       type(step_t) :: step
       type(buckling_t) :: buckled(size(problem%model%step))
@@ -77,7 +77,7 @@ contains
          call start_control(problem, step, run)
          if (allocated(found%list)) deallocate (found%list)
          allocate (found%list(0))
-         run%landmarks => found
+         run%critical_points => found
          run%home => found
          run%left_at = run%arc_length
          call follow_points(problem, step, run, recorder, outcome)
@@ -88,7 +88,7 @@ contains
          if (allocated(outcome%why)) exit steps
          call freeze_loads(problem, run%state)
       end do steps
-      outcome%dead_end = allocated(outcome%why) .and. outcome%deck_line == 0 .and. .not. (outcome%turns .or. outcome%home .or. &
+      outcome%stop_reasons = allocated(outcome%why) .and. outcome%deck_line == 0 .and. .not. (outcome%turns .or. outcome%home .or. &
          & outcome%used_up)
       outcome%sampled = problem%is_sampled()
       outcome%complete = .not. (allocated(outcome%why) .or. allocated(outcome%trouble))
@@ -102,7 +102,7 @@ contains
    !> Linearises at the start of a step and checks that something holds the structure.
    subroutine begin_step(problem, run, outcome)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(outcome_t), intent(inout) :: outcome
       character(*), parameter :: unheld = 'supports and touching obstacles do not hold the structure'
       character(:), allocatable :: part
@@ -145,7 +145,7 @@ contains
          if (starts_fresh(problem) .and. step%n_modes == 0 .and. step%method == method_displacement) &
             & call presume_contact(problem, step%monitor, step%increment, run%state, run%system)
       end associate
-      run%probe = new_probe(problem, run%state, run%system, 0.0_wp)
+      run%probe = new_test_values(problem, run%state, run%system, 0.0_wp)
       ! What touches between nodes is as unknown to its tangent.
       run%fresh = starts_fresh(problem) .and. (any(run%state%active) .or. any(run%state%grounded) .or. problem%is_sampled())
    end subroutine begin_step
@@ -162,7 +162,7 @@ contains
       type(model_t), intent(in) :: perfect           !! the deck's
       type(buckling_t), intent(in) :: buckled(:)     !! (steps) modes found so far
       type(problem_t), intent(inout) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(outcome_t), intent(inout) :: outcome
       type(problem_t) :: fresh
       type(model_t) :: bent
@@ -226,7 +226,7 @@ contains
    !> A buckling step.
    subroutine find_modes(problem, run, buckling, recorder, outcome)
       type(problem_t), intent(inout) :: problem      !! its mesh is refined as the modes want it
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(buckling_t), intent(out) :: buckling
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome

@@ -99,7 +99,7 @@ module rod_element
          class(rod_element_t), intent(in) :: self
          type(problem_t), intent(in) :: problem
          type(state_t), intent(in) :: state       !! converged
-         type(problem_t), intent(in) :: finer     !! see finer_problem
+         type(problem_t), intent(in) :: finer     !! see enriched_problem
          integer, intent(in) :: e
          real(wp) :: z(finer%z_size(e))
       end function unknowns

@@ -7,7 +7,7 @@ module problem
    use model, only: model_t, load_t, new_load, complete_joints
    use element_families, only: collocates
    use rod_layout, only: layout_t, new_layout
-   use mesh_demand, only: demand_t, new_demands
+   use mesh_density, only: mesh_density_t, new_demands
    use remeshed_model, only: division_t, new_remeshed_model
    use numbering, only: numbering_t, new_numbering
    use tie_pattern, only: tie_pattern_t, new_tie_pattern, coupled_pairs
@@ -17,7 +17,7 @@ module problem
    use rod_geometry, only: geometry_t, new_geometry
    use reference_curve, only: curve_length
    use candidates, only: candidates_t, new_candidates
-   use contact_touch, only: touch_t
+   use contact_spans, only: contact_span_t
    use obstacle_geometry, only: obstacle_gap
    use ground, only: ground_t, new_ground
    use ground_mark, only: mark_t
@@ -37,7 +37,7 @@ module problem
       type(model_t) :: model                             !! on the working mesh
       type(model_t) :: deck                              !! on the deck's
       type(layout_t) :: layout                           !! of the deck
-      type(demand_t), allocatable :: demand(:)           !! (stretches) elements that the next mesh gets
+      type(mesh_density_t), allocatable :: demand(:)           !! (stretches) elements that the next mesh gets
       logical :: deck_mesh = .true.                      !! the working mesh is the deck's, node by node
       integer, allocatable :: stretch(:)                 !! (elements) that it is part of
       real(wp), allocatable :: origin(:)                 !! (elements) coordinate along the stretch less the nominal one
@@ -61,7 +61,7 @@ module problem
       !! of a contact
       logical, allocatable :: covered(:, :)              !! (stretches, contacts) where spans may be: all along or not at all
       integer :: mesh_kind = mesh_fixed
-      type(touch_t), allocatable :: touch(:)             !! and what touches, in order along the rods, where it was when this mesh
+      type(contact_span_t), allocatable :: touch(:) !! and what touches, in order along the rods, where it was when this mesh
       !! was made
       integer, allocatable :: conforms(:)                !! (elements) on the track of an obstacle: candidate at the first node,
       !! 0: free

@@ -128,7 +128,7 @@ contains
    end function standing
 
    !> Length of the line on one side of such a node; where the rod is not flat there, less than zero by what rolling would have to
-   !> come nearer. 0 where lines without pressure are let go (weak_lines): the rod is flat there all the same.
+   !> come nearer. 0 where lines without pressure are let go (force_free_contact): the rod is flat there all the same.
    real(wp) function lying(problem, state, node, side) result(length)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

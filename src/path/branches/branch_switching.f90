@@ -15,10 +15,10 @@ module branch_switching
    use test_kinds, only: span_test_t, test_slack, test_gap
    use span_tests, only: run_span_tests
    use path_control, only: control_t, metric, path_length, is_arc_length
-   use path_continuity, only: heading_at
-   use path_events, only: new_probe
-   use path_run, only: run_t
-   use landmarks, only: landmark_t
+   use path_continuity, only: path_tangent_at
+   use path_events, only: new_test_values
+   use path_state, only: path_state_t
+   use critical_points, only: critical_point_t
    use corrector, only: increment_t, correct
    use monitors, only: monitor_values
    implicit none
@@ -34,11 +34,11 @@ contains
    subroutine switch_branch(problem, step, landmark, mode, side, distance, run, report)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(landmark_t), intent(in) :: landmark  !! the bifurcation
+      type(critical_point_t), intent(in) :: landmark  !! the bifurcation
       integer, intent(in) :: mode               !! which null vector, at most the landmark's multiplicity
       integer, intent(in) :: side               !! 1 along it, -1 against it (sign convention of tangent_modes)
       real(wp), intent(in) :: distance          !! arc length to try first
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(increment_t), intent(out) :: report  !! converged tells whether it worked
       type(modes_t) :: modes
       type(error_t), allocatable :: error
@@ -101,11 +101,11 @@ contains
       away = trial%u - (run%state%u - drift * hold%tangent)
       run%last_length = sqrt(metric(problem, away, away))
       run%last_load = trial%load_factor - run%state%load_factor
-      run%heading = heading_at(problem, run%system, away, run%last_load)
+      run%heading = path_tangent_at(problem, run%system, away, run%last_load)
       run%arc_length = landmark%arc_length + run%last_length
       call set_increment()
       run%state = trial
-      run%probe = new_probe(problem, run%state, run%system, run%heading%load)
+      run%probe = new_test_values(problem, run%state, run%system, run%heading%load)
 
    contains
 

@@ -8,8 +8,8 @@ module branches
    use linear_system, only: new_system
    use bordered_system, only: linearise
    use path_control, only: is_arc_length
-   use path_run, only: run_t
-   use landmarks, only: landmarks_t
+   use path_state, only: path_state_t
+   use critical_points, only: critical_points_t
    use point_recording, only: record
    use path_outcome, only: outcome_t, note_trouble
    use path_follower, only: follow_points
@@ -27,12 +27,12 @@ contains
    !> Follows all branches of a step. What cannot be found is noted in outcome%trouble; the others are followed still.
    subroutine follow_branches(step, own, numbered, recorder, outcome)
       type(step_t), intent(in) :: step
-      type(landmarks_t), intent(in), target :: own   !! of the step's own path
+      type(critical_points_t), intent(in), target :: own   !! of the step's own path
       integer, intent(inout) :: numbered             !! branches in the results so far
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome      !! why: only when the results cannot be written
-      type(landmarks_t), target :: found(size(step%branch))
-      type(landmarks_t), pointer :: left
+      type(critical_points_t), target :: found(size(step%branch))
+      type(critical_points_t), pointer :: left
       type(branch_start_t) :: start
       type(error_t), allocatable :: error
       integer :: number_in_file(0:size(step%branch)), b, first
@@ -61,14 +61,14 @@ contains
    subroutine follow_branch(step, branch, home, start, number, found, recorder, outcome)
       type(step_t), intent(in) :: step
       type(branch_t), intent(in) :: branch
-      type(landmarks_t), intent(in), target :: home  !! of the path that it leaves
+      type(critical_points_t), intent(in), target :: home  !! of the path that it leaves
       type(branch_start_t), intent(inout) :: start
       integer, intent(in) :: number                  !! in the results
-      type(landmarks_t), intent(inout), target :: found !! of the branch
+      type(critical_points_t), intent(inout), target :: found !! of the branch
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(problem_t) :: problem
-      type(run_t) :: run
+      type(path_state_t) :: run
       type(step_t) :: as_branch
       type(increment_t) :: report, nothing
       type(error_t), allocatable :: error
@@ -116,7 +116,7 @@ contains
       as_branch%max_points = branch%max_points
       run%system = new_system(problem)
       run%branch = number
-      run%landmarks => found
+      run%critical_points => found
       run%state = home%list(at)%state
       if (size(problem%touch) > 0) run%touches = maxval(problem%touch%number)
       run%arc_length = home%list(at)%arc_length

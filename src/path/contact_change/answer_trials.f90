@@ -3,17 +3,17 @@
 module answer_trials
    use kinds, only: wp
    use problem, only: problem_t, copy_problem
-   use contact_touch, only: shortest, first_length
+   use contact_spans, only: shortest, first_length
    use touchdown_points, only: point_force
    use test_kinds, only: test_slack, test_curvature, test_force, test_length, test_crossing
    use span_tests, only: spans_hold
    use span_answer, only: answer_t
    use span_rules, only: answer_to
    use span_set, only: change_set
-   use change_kinds, only: leg_t, change_t
-   use lying_ahead, only: reach_of
+   use contact_change_types, only: step_interval_t, change_t
+   use reachability, only: reach_of
    use path_control, only: path_length
-   use path_run, only: run_t, copy_run
+   use path_state, only: path_state_t, copy_path_state
    implicit none
    private
    public :: take_answer
@@ -23,12 +23,12 @@ contains
    !> The run with the set of an answer.
    subroutine take_answer(problem, run, leg, change, answer, next, on, holds)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run             !! at the change's place
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(in) :: run             !! at the change's place
+      type(step_interval_t), intent(in) :: leg
       type(change_t), intent(in) :: change       !! by a rule
       type(answer_t), intent(in) :: answer
       type(problem_t), intent(out) :: next
-      type(run_t), intent(out) :: on
+      type(path_state_t), intent(out) :: on
       logical, intent(out) :: holds              !! false: a point divides into none that push
       holds = .true.
       if (change%tests(change%which)%kind == test_curvature .and. answer%between(1) /= answer%between(2)) then
@@ -41,15 +41,15 @@ contains
    !> One set, from where the run stands.
    subroutine try(problem, run, leg, change, answer, next, on, grows)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(in) :: run
+      type(step_interval_t), intent(in) :: leg
       type(change_t), intent(in) :: change
       type(answer_t), intent(in) :: answer
       type(problem_t), intent(inout) :: next
-      type(run_t), intent(inout) :: on
+      type(path_state_t), intent(inout) :: on
       logical, intent(out) :: grows              !! as change_set has it
       call copy_problem(problem, next)
-      call copy_run(run, on)
+      call copy_path_state(run, on)
       call change_set(next, on, change%tests(change%which), change%begins, answer, least_reach(problem, leg, change%which), grows)
    end subroutine try
 
@@ -57,12 +57,12 @@ contains
    !> a mirror that the mesh does not know, there is none with that alone: both at once.
    subroutine take_larger(problem, run, leg, change, answer, next, on)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(in) :: run
+      type(step_interval_t), intent(in) :: leg
       type(change_t), intent(in) :: change
       type(answer_t), intent(in) :: answer
       type(problem_t), intent(inout) :: next
-      type(run_t), intent(inout) :: on
+      type(path_state_t), intent(inout) :: on
       type(answer_t) :: larger
       integer :: more, lines
       logical :: grows
@@ -86,12 +86,12 @@ contains
    !> points that are near would have to pull, and others further apart do not.
    subroutine take_divided(problem, run, leg, change, answer, next, on, holds)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(in) :: run
+      type(step_interval_t), intent(in) :: leg
       type(change_t), intent(in) :: change
       type(answer_t), intent(in) :: answer       !! with points as near as any begin
       type(problem_t), intent(inout) :: next
-      type(run_t), intent(inout) :: on
+      type(path_state_t), intent(inout) :: on
       logical, intent(out) :: holds              !! false: none of them, taken are those that are as near as any
       integer, parameter :: most = 4             ! doublings of their distance: what is told is not that deep
       type(answer_t) :: wider
@@ -113,7 +113,7 @@ contains
    !> True for points that the rod pushes, or that are none.
    logical function pushes(problem, run, opened)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
+      type(path_state_t), intent(in) :: run
       integer, intent(in) :: opened(2)           !! numbers of touches
       integer :: c
       pushes = .true.
@@ -128,7 +128,7 @@ contains
    !> far as the increment's chord tells, and as far as paths are followed as straight. 0: the test is another one.
    real(wp) function least_reach(problem, leg, which) result(reach)
       type(problem_t), intent(in) :: problem
-      type(leg_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: leg
       integer, intent(in) :: which               !! index into the tests
       reach = 0.0_wp
       if (all(leg%after(which)%kind /= [test_length, test_crossing])) return

@@ -8,23 +8,23 @@ module span_changes
    use bordered_system, only: linearise
    use span_regions, only: find_span_regions
    use test_kinds, only: span_test_t, any_crosses, test_words, test_curvature
-   use lying_ahead, only: turns
-   use change_kinds, only: leg_t, change_t, new_leg, change_none, change_missed, change_by_rule, &
+   use reachability, only: turns
+   use contact_change_types, only: step_interval_t, change_t, new_leg, change_none, change_missed, change_by_rule, &
       & change_opening, change_vanishing, place_within, place_here, place_ahead
    use next_spans, only: next_t
    use span_events, only: find_change
-   use span_dips, only: look_between
+   use minima_of_tests, only: look_between
    use span_answer, only: answer_t
    use span_rules, only: answer_to, coming_next
    use answer_trials, only: take_answer
-   use span_arrival, only: go_to_next, come_nearer
+   use entering_contact_set, only: go_to_next, come_nearer
    use span_mesh, only: ask_for_twice
    use contact_in_doubt, only: ask_nodes
-   use path_continuity, only: heading_t
-   use path_events, only: event_t, new_probe, value_events, event_stop
-   use path_run, only: run_t, copy_run
+   use path_continuity, only: path_tangent_t
+   use path_events, only: event_t, new_test_values, value_events, event_stop
+   use path_state, only: path_state_t, copy_path_state
    use path_acceptance, only: arrival_t, accept
-   use accuracy_asked, only: wants_another
+   use remeshing, only: wants_another
    use path_outcome, only: outcome_t
    use step_control, only: smallest
    use path_record, only: recorder_t
@@ -51,16 +51,16 @@ contains
    subroutine pass_change(problem, step, run, trial, ahead, stuck, tries, recorder, result, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run          !! its system is factored at the trial where the set holds, else where it stands
+      type(path_state_t), intent(inout) :: run !! its system is factored at the trial where the set holds, else where it stands
       type(state_t), intent(in) :: trial
-      type(heading_t), intent(in) :: ahead       !! tangent there
+      type(path_tangent_t), intent(in) :: ahead       !! tangent there
       logical, intent(in) :: stuck               !! no increment converges: the trial is the run's state, what may be ahead of it?
       integer, intent(in) :: tries               !! as arrival_t has it
       class(recorder_t), intent(inout) :: recorder
       integer, intent(out) :: result             !! set_holds, set_changed, ...
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
-      type(leg_t) :: leg
+      type(step_interval_t) :: leg
       type(change_t) :: change
       finished = .false.
       leg = new_leg(problem, run, trial, ahead, stuck)
@@ -85,8 +85,8 @@ contains
    subroutine keep_set(problem, step, run, leg, result)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(inout) :: run
+      type(step_interval_t), intent(in) :: leg
       integer, intent(out) :: result
       logical :: shorter
       shorter = .false.
@@ -100,8 +100,8 @@ contains
    subroutine pass_vanishing(problem, step, run, leg, change, recorder, result, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(inout) :: run
+      type(step_interval_t), intent(in) :: leg
       type(change_t), intent(inout) :: change
       class(recorder_t), intent(inout) :: recorder
       integer, intent(out) :: result
@@ -120,7 +120,7 @@ contains
 
    !> True for a set that begins behind the end of a leg over which the old one holds.
    pure logical function lies_beyond(leg, next)
-      type(leg_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: leg
       type(next_t), intent(in) :: next
       associate (here => leg%to%load_factor)
          lies_beyond = .not. (leg%stuck .or. any_crosses(leg%before, leg%after)) .and. (next%state%load_factor - here) * &
@@ -131,10 +131,11 @@ contains
    !> True where the step ends between the run and where the next set begins.
    logical function ends_before(step, run, next)
       type(step_t), intent(in) :: step
-      type(run_t), intent(in) :: run
+      type(path_state_t), intent(in) :: run
       type(next_t), intent(in) :: next
       type(event_t), allocatable :: events(:)
-      call value_events(next%problem, step, run%probe, new_probe(next%problem, next%state, next%system, next%rate), run%state, &
+      call value_events(next%problem, step, run%probe, new_test_values(next%problem, next%state, next%system, next%rate), &
+         & run%state, &
          & next%state, events)
       ends_before = any(events%kind == event_stop)
    end function ends_before
@@ -143,18 +144,18 @@ contains
    subroutine pass_by_rule(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(inout) :: run
+      type(step_interval_t), intent(in) :: leg
       integer, intent(in) :: tries
       type(change_t), intent(inout) :: change
       class(recorder_t), intent(inout) :: recorder
       integer, intent(out) :: result
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
-      type(leg_t) :: near
+      type(step_interval_t) :: near
       type(answer_t) :: answer
       type(problem_t) :: next
-      type(run_t) :: on
+      type(path_state_t) :: on
       logical :: shorter, holds, asked
       finished = .false.
       if (change%where == place_within .and. .not. leg%stuck) then
@@ -186,8 +187,8 @@ contains
    subroutine pass_opening(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(inout) :: run
+      type(step_interval_t), intent(in) :: leg
       integer, intent(in) :: tries
       type(change_t), intent(inout) :: change
       class(recorder_t), intent(inout) :: recorder
@@ -207,9 +208,9 @@ contains
    subroutine go_on(problem, step, run, next, on, recorder, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run          !! at the change's place
+      type(path_state_t), intent(inout) :: run          !! at the change's place
       type(problem_t), intent(in) :: next
-      type(run_t), intent(in) :: on              !! where the next set is known
+      type(path_state_t), intent(in) :: on              !! where the next set is known
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
@@ -220,7 +221,7 @@ contains
       if (.not. allocated(on%stuck)) call value_events(next, step, run%probe, on%probe, on%state, on%state, events)
       if (size(events) == 0) then
          call copy_problem(next, problem)
-         call copy_run(on, run)
+         call copy_path_state(on, run)
          return
       end if
       call copy_problem(next, ahead%problem)
@@ -235,7 +236,7 @@ contains
    subroutine pass_doubt(problem, step, run, reach, recorder, changed, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run          !! its system is factored where it stands
+      type(path_state_t), intent(inout) :: run          !! its system is factored where it stands
       real(wp), intent(in) :: reach              !! of the increment that failed
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: changed            !! false: nodes do not find one
@@ -255,8 +256,8 @@ contains
    subroutine record_change(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(inout) :: run
+      type(step_interval_t), intent(in) :: leg
       integer, intent(in) :: tries               !! as arrival_t has it
       type(change_t), intent(inout) :: change
       class(recorder_t), intent(inout) :: recorder
@@ -310,8 +311,8 @@ contains
    logical function in_doubt(problem, step, run, leg, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run          !! its system is factored at the place
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the place
+      type(step_interval_t), intent(in) :: leg
       type(change_t), intent(in) :: change
       type(error_bars_t), allocatable :: bars
       real(wp) :: fall(size(change%tests)), way
@@ -336,7 +337,7 @@ contains
    subroutine go_less_far(problem, step, run, test, result)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run          !! stuck where it has become too short
+      type(path_state_t), intent(inout) :: run          !! stuck where it has become too short
       type(span_test_t), intent(in) :: test      !! whose zero was not found
       integer, intent(out) :: result
       result = go_nearer

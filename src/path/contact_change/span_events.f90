@@ -6,14 +6,15 @@ module span_events
    use free_span_gap, only: gap_at
    use test_kinds, only: any_crosses, crosses, another_fails, test_slack, test_gap, test_curvature, test_vanishing, test_slope, &
       & test_length
-   use change_kinds, only: leg_t, change_t, change_none, change_missed, change_by_rule, change_vanishing, place_here, &
+   use contact_change_types, only: step_interval_t, change_t, change_none, change_missed, change_by_rule, change_vanishing, &
+      & place_here, &
       & place_ahead
    use next_spans, only: next_t, copy_next
    use span_location, only: locate, locate_flat_point
-   use span_beyond, only: look_beyond
-   use lying_ahead, only: turns, reach_of
+   use predicted_contact_set, only: look_beyond
+   use reachability, only: turns, reach_of
    use vanishing_span, only: locate_vanishing, locate_lost_line, is_gone, closes
-   use path_run, only: run_t
+   use path_state, only: path_state_t
    implicit none
    private
    public :: find_change
@@ -24,8 +25,8 @@ contains
    subroutine find_change(problem, step, run, leg, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run           !! its system is factored at the place where one is located
-      type(leg_t), intent(inout) :: leg           !! shorter on return where one is found that others come after
+      type(path_state_t), intent(inout) :: run           !! its system is factored at the place where one is located
+      type(step_interval_t), intent(inout) :: leg           !! shorter on return where one is found that others come after
       type(change_t), intent(out) :: change
       call find_first(problem, step, run, leg, change)
       if (change%kind == change_by_rule) call look_beyond(problem, step, run, leg, change)
@@ -36,10 +37,10 @@ contains
    subroutine find_first(problem, step, run, leg, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run           !! its system is factored at the place where one is located
-      type(leg_t), intent(inout) :: leg           !! shorter on return where one is found that others come after
+      type(path_state_t), intent(inout) :: run           !! its system is factored at the place where one is located
+      type(step_interval_t), intent(inout) :: leg           !! shorter on return where one is found that others come after
       type(change_t), intent(out) :: change
-      type(leg_t) :: near
+      type(step_interval_t) :: near
       integer :: round
       logical :: fails
       associate (since => run%since_change)
@@ -78,8 +79,8 @@ contains
    !> the rod still turns in, from a slope just below zero. What a line has shrunk to, and a point that has come to a breakpoint,
    !> are as curved as the obstacle at first; on another mesh, or as long as a span is left, they may be a little more.
    pure subroutine excuse_arriving_points(leg, arrives, rises)
-      type(leg_t), intent(inout) :: leg
-      logical, intent(in) :: arrives, rises       !! see run_t
+      type(step_interval_t), intent(inout) :: leg
+      logical, intent(in) :: arrives, rises       !! see path_state_t
       integer :: k
       do k = 1, size(leg%after)
          associate (before => leg%before(k), after => leg%after(k))
@@ -95,8 +96,8 @@ contains
    !> shrinks onto a support.
    subroutine find_vanishing(problem, run, leg, fails, change)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(in) :: run
+      type(step_interval_t), intent(in) :: leg
       logical, intent(in) :: fails                !! another test does at its end, and may come first
       type(change_t), intent(inout) :: change     !! as it was where none is found
       type(next_t) :: next
@@ -132,8 +133,8 @@ contains
    !> A point contact that is about to become as curved as its obstacle: no increment may get there.
    subroutine look_ahead(problem, run, leg, change)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(inout) :: run
+      type(step_interval_t), intent(in) :: leg
       type(change_t), intent(inout) :: change
       integer :: k
       logical :: found
@@ -159,7 +160,7 @@ contains
    !> leaves the obstacle nothing begins, and what counts is the gap at the place where it comes down.
    subroutine tell_places_apart(problem, leg)
       type(problem_t), intent(in) :: problem
-      type(leg_t), intent(inout) :: leg
+      type(step_interval_t), intent(inout) :: leg
       integer :: k
       do k = 1, size(leg%after)
          associate (before => leg%before(k), after => leg%after(k))
@@ -172,7 +173,7 @@ contains
 
    !> Of the tests that fail on a leg the one that a straight line between its ends has at zero first. 0: none fails.
    pure integer function steepest(leg) result(first)
-      type(leg_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: leg
       real(wp) :: at, least
       integer :: k
       first = 0

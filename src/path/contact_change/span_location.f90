@@ -7,14 +7,14 @@ module span_location
    use bordered_system, only: linearise
    use test_kinds, only: span_test_t, test_curvature
    use span_tests, only: run_span_tests
-   use change_kinds, only: leg_t, change_t, change_by_rule, change_missed, place_within, place_here, &
+   use contact_change_types, only: step_interval_t, change_t, change_by_rule, change_missed, place_within, place_here, &
       & place_ahead
    use flat_points, only: find_flat_point
    use tangent_step, only: states_along
    use flat_point_rule, only: would_press
-   use lying_ahead, only: turns, leads_to, arrival
+   use reachability, only: turns, leads_to, arrival
    use path_control, only: path_length
-   use path_run, only: run_t
+   use path_state, only: path_state_t
    use increment_points, only: division_t, new_division, point_within
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    use corrector, only: increment_t
@@ -28,8 +28,8 @@ contains
    subroutine locate(problem, step, run, leg, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run           !! its system ends up factored at the place
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(inout) :: run           !! its system ends up factored at the place
+      type(step_interval_t), intent(in) :: leg
       type(change_t), intent(inout) :: change     !! by a rule, or missed
       real(wp) :: tolerance
       logical :: found
@@ -62,8 +62,8 @@ contains
    !> True for a test that its slope where the run stands takes up on an increment, by more than a tolerance.
    logical function grows(problem, run, leg, which, tolerance)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run           !! its system ends up factored where it stands
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(inout) :: run           !! its system ends up factored where it stands
+      type(step_interval_t), intent(in) :: leg
       integer, intent(in) :: which                !! index into the tests
       real(wp), intent(in) :: tolerance
       type(span_test_t), allocatable :: here(:), ahead(:)
@@ -82,8 +82,8 @@ contains
    !> Where a point is as curved as its obstacle, by Newton's method: on the increment, or beyond its end where it is not yet there.
    subroutine locate_flat_point(problem, run, leg, change, found)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(inout) :: run
+      type(step_interval_t), intent(in) :: leg
       type(change_t), intent(inout) :: change     !! as it was but for its test where it is not found
       logical, intent(out) :: found
       type(state_t) :: place
@@ -120,7 +120,7 @@ contains
    !> Other points that are less curved than their obstacle at the end of a leg, before breakpoints hold them.
    pure function flat_too(problem, leg, which) result(candidate)
       type(problem_t), intent(in) :: problem
-      type(leg_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: leg
       integer, intent(in) :: which                !! index of the test of the one that is looked at
       integer, allocatable :: candidate(:)
       integer :: k
@@ -133,8 +133,8 @@ contains
    subroutine locate_by_parts(problem, step, run, leg, tolerance, change, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(inout) :: run
+      type(step_interval_t), intent(in) :: leg
       real(wp), intent(in) :: tolerance           !! of the test's value
       type(change_t), intent(inout) :: change
       logical, intent(out) :: found

@@ -6,23 +6,23 @@ module span_mesh
    use rod_state, only: state_t, is_stress_free
    use linear_system, only: new_system
    use bordered_system, only: linearise
-   use contact_touch, only: touch_t
+   use contact_spans, only: contact_span_t
    use span_start, only: prepare_spans
    use span_problem, only: new_span_problem
    use span_division, only: present_demand, lasting_demand, outgrown
-   use touch_candidates, only: present_touches
+   use span_candidates, only: present_contact_spans
    use mesh_change, only: carry_over
-   use mesh_demand, only: demand_t
+   use mesh_density, only: mesh_density_t
    use ground_mark, only: cut_t
    use ground_cuts, only: find_cuts, marked
    use ground_segments, only: tell_segments
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t, is_arc_length, metric
-   use standing_touch, only: find_fastest, stay_in_place
+   use resting_contact, only: find_fastest, stay_in_place
    use flat_points, only: turn_flattest
-   use path_continuity, only: heading_t, heading_at, normal_plane, angle_between, largest_turn
-   use path_events, only: probe_t, new_probe
-   use path_run, only: run_t, copy_run, footing_t, forget_mesh, rest_of_mesh
+   use path_continuity, only: path_tangent_t, path_tangent_at, normal_plane, angle_between, largest_turn
+   use path_events, only: test_values_t, new_test_values
+   use path_state, only: path_state_t, copy_path_state, checkpoint_t, forget_mesh, rest_of_mesh
    use corrector, only: increment_t, correct
    use mesh_request, only: stays_within
    use timing, only: count_up, counter_remeshed
@@ -35,7 +35,7 @@ contains
    !> The problem that a path begins with, on its first mesh.
    subroutine prepare_mesh(problem)
       type(problem_t), intent(inout) :: problem      !! of the deck
-      type(touch_t) :: none(0)
+      type(contact_span_t) :: none(0)
       if (any(problem%deck%contact%along)) then
          call prepare_spans(problem)
       else if (any(problem%layout%stretch%placed)) then
@@ -47,7 +47,7 @@ contains
    !> lie.
    subroutine renew_mesh(problem, run)
       type(problem_t), intent(inout) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       logical :: done
       type(cut_t), allocatable :: cut(:)
       if (any(problem%layout%stretch%placed)) problem%demand = lasting_demand(problem, run%state)
@@ -56,21 +56,21 @@ contains
       if (marked(problem, run%state, cut)) then
          if (.not. outgrown(problem, run%state, cut)) return
       end if
-      call stand_on(new_span_problem(problem, present_touches(problem, run%state), run%state, cut), problem, run, done)
+      call stand_on(new_span_problem(problem, present_contact_spans(problem, run%state), run%state, cut), problem, run, done)
    end subroutine renew_mesh
 
    !> The mesh that the run's last trial asked for: at the point where it stands, from which the increment is to be made anew, or
    !> else at the trial itself.
    subroutine refine_mesh(problem, run, trial, settled, taken, done)
       type(problem_t), intent(inout) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(state_t), intent(inout) :: trial
       logical, intent(in) :: settled                 !! the trial is in equilibrium
       logical, intent(out) :: taken                  !! the trial is in equilibrium on the new mesh, and the system factored there
       logical, intent(out) :: done                   !! false: no equilibrium was found on it, nothing has changed. The mesh may be
       !! that which the point had before it became coarser
       type(problem_t) :: asked, here
-      type(footing_t), allocatable :: finer
+      type(checkpoint_t), allocatable :: finer
       type(cut_t), allocatable :: cut(:)
       integer :: k
       taken = .false.
@@ -108,7 +108,8 @@ contains
 
       !> The run's point on the mesh that is asked for.
       subroutine stand_here()
-         call stand_on(new_span_problem(here, present_touches(problem, run%state), run%state, find_cuts(problem, run%state)), &
+         call stand_on(new_span_problem(here, present_contact_spans(problem, run%state), run%state, find_cuts(problem, &
+            & run%state)), &
             & problem, run, done)
       end subroutine stand_here
    end subroutine refine_mesh
@@ -118,8 +119,8 @@ contains
    function taken_along(problem, state, demand) result(here)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(demand_t), intent(in) :: demand(:)        !! of pieces that are the elements of the problem, or others
-      type(demand_t) :: here(size(demand))
+      type(mesh_density_t), intent(in) :: demand(:)        !! of pieces that are the elements of the problem, or others
+      type(mesh_density_t) :: here(size(demand))
       integer :: k
       here = present_demand(problem, state)
       do k = 1, size(demand)
@@ -135,19 +136,19 @@ contains
    subroutine remesh_trial(asked, problem, run, trial, both, taken)
       type(problem_t), intent(in) :: asked           !! the problem with another demand
       type(problem_t), intent(inout) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(state_t), intent(inout) :: trial
       logical, intent(in) :: both                    !! the run's point is to be in equilibrium on it, too
       logical, intent(out) :: taken                  !! false: no equilibrium was found on it, nothing has changed
       type(problem_t) :: before
-      type(run_t) :: unmoved
+      type(path_state_t) :: unmoved
       type(state_t) :: untaken
       type(state_t) :: start
-      type(heading_t) :: heading
-      type(probe_t) :: probe
+      type(path_tangent_t) :: heading
+      type(test_values_t) :: probe
       logical :: fresh, settled
       call copy_problem(problem, before)
-      call copy_run(run, unmoved)
+      call copy_path_state(run, unmoved)
       untaken = trial
       start = run%state
       heading = run%heading
@@ -155,7 +156,8 @@ contains
       run%state = trial
       fresh = run%fresh
       run%fresh = .false.
-      call stand_on(new_span_problem(asked, present_touches(problem, trial), trial, find_cuts(problem, trial)), problem, run, &
+      call stand_on(new_span_problem(asked, present_contact_spans(problem, trial), trial, find_cuts(problem, trial)), problem, &
+         & run, &
          & taken)
       run%fresh = fresh
       trial = run%state
@@ -173,7 +175,7 @@ contains
       taken = settled .or. .not. both
       if (.not. taken) then
          call copy_problem(before, problem)
-         call copy_run(unmoved, run)
+         call copy_path_state(unmoved, run)
          trial = untaken
       end if
       call linearise(problem, trial, trial, run%system)
@@ -183,20 +185,20 @@ contains
    !> it is good enough the next trial tells.
    subroutine coarsen_mesh(problem, run)
       type(problem_t), intent(inout) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(problem_t) :: asked
-      type(footing_t), allocatable :: before
+      type(checkpoint_t), allocatable :: before
       logical :: done
       call copy_problem(problem, asked)
       asked%demand = run%spare
       deallocate (run%spare)
-      asked = new_span_problem(asked, present_touches(problem, run%state), run%state, find_cuts(problem, run%state))
+      asked = new_span_problem(asked, present_contact_spans(problem, run%state), run%state, find_cuts(problem, run%state))
       if (asked%model%mesh%n_elements >= problem%model%mesh%n_elements) then
          ! Spans have their least.
          run%kept_meshes = rest_of_mesh
          return
       end if
-      before = footing_t(problem, run%state, run%heading, run%probe)
+      before = checkpoint_t(problem, run%state, run%heading, run%probe)
       call stand_on(asked, problem, run, done)
       if (.not. done) return
       ! What turns the load errs by all that it changes by.
@@ -210,9 +212,9 @@ contains
 
    !> The run as it stood before its mesh became coarser. It stays as fine for a while.
    subroutine step_back(finer, problem, run)
-      type(footing_t), intent(in) :: finer
+      type(checkpoint_t), intent(in) :: finer
       type(problem_t), intent(inout) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       call copy_problem(finer%problem, problem)
       run%state = finer%state
       run%heading = finer%heading
@@ -226,7 +228,7 @@ contains
    !> Asks for twice as many elements everywhere.
    subroutine ask_for_twice(problem, run, asked)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       logical, intent(out) :: asked                  !! false: the program makes no meshes here
       integer :: k
       asked = any(problem%layout%stretch%placed) .and. .not. problem%is_sampled()
@@ -241,30 +243,30 @@ contains
    subroutine stand_on(next, problem, run, done)
       type(problem_t), intent(in) :: next
       type(problem_t), intent(inout) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       logical, intent(out) :: done
       type(problem_t) :: kept
-      type(run_t) :: before
+      type(path_state_t) :: before
       call copy_problem(problem, kept)
-      call copy_run(run, before)
+      call copy_path_state(run, before)
       call move_to_mesh(next, problem, run)
       call rebalance(problem, run, done)
       if (done) return
       call copy_problem(kept, problem)
-      call copy_run(before, run)
+      call copy_path_state(before, run)
       call linearise(problem, run%state, run%state, run%system)
    end subroutine stand_on
 
    !> The run's point in equilibrium on the mesh where it has been brought; its system is factored there, on return too.
    subroutine rebalance(problem, run, done)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run              !! unchanged but for its system where nothing is done
+      type(path_state_t), intent(inout) :: run              !! unchanged but for its system where nothing is done
       logical, intent(out) :: done
       type(state_t) :: better
       type(control_t) :: hold
       type(increment_t) :: report
-      type(probe_t) :: probe
-      type(heading_t) :: ahead
+      type(test_values_t) :: probe
+      type(path_tangent_t) :: ahead
       logical :: behind_flat
       done = run%system%ok
       behind_flat = .false.
@@ -278,12 +280,12 @@ contains
          ! No mesh that anything was found on errs by more than all that has moved: that is another equilibrium.
          if (done) done = stays_within(problem, run%state, better, run%motion)
       end if
-      if (done) ahead = heading_at(problem, run%system, run%heading%u, run%heading%load)
+      if (done) ahead = path_tangent_at(problem, run%system, run%heading%u, run%heading%load)
       ! Where a coarse mesh has made so much else of the displacements that they do not tell the sense, the load does: it turns
       ! where the stability changes.
       if (done .and. run%system%negative_pivots == run%probe%negative_pivots .and. ahead%load * run%heading%load < 0.0_wp) then
          if (angle_between(problem, run%heading%u, ahead%u) > largest_turn) &
-            & ahead = heading_at(problem, run%system, 0.0_wp * run%heading%u, run%heading%load)
+            & ahead = path_tangent_at(problem, run%system, 0.0_wp * run%heading%u, run%heading%load)
       end if
       ! Nor does one turn the path and its stability at once.
       if (done .and. .not. run%fresh .and. run%system%negative_pivots /= run%probe%negative_pivots) &
@@ -292,7 +294,7 @@ contains
       run%behind_flat = behind_flat
       run%state = better
       run%heading = ahead
-      probe = new_probe(problem, run%state, run%system, run%heading%load)
+      probe = new_test_values(problem, run%state, run%system, run%heading%load)
       ! What lines without pressure tell does not hang on the mesh.
       probe%weak = run%probe%weak
       probe%free_pivots = run%probe%free_pivots
@@ -334,8 +336,8 @@ contains
    !> The run on the mesh of another set of touches.
    subroutine mesh_for_touches(problem, run, touch)
       type(problem_t), intent(inout) :: problem
-      type(run_t), intent(inout) :: run
-      type(touch_t), intent(in) :: touch(:)
+      type(path_state_t), intent(inout) :: run
+      type(contact_span_t), intent(in) :: touch(:)
       call move_to_mesh(new_span_problem(problem, touch), problem, run)
    end subroutine mesh_for_touches
 
@@ -343,7 +345,7 @@ contains
    subroutine move_to_mesh(next, problem, run)
       type(problem_t), intent(in) :: next
       type(problem_t), intent(inout) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       call carry_over(problem, next, run%state, run%heading%u)
       call forget_mesh(run)
       call copy_problem(next, problem)

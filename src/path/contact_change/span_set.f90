@@ -6,8 +6,8 @@ module span_set
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use contact_response, only: reaction_rate
-   use contact_touch, only: touch_t, shortest
-   use touch_candidates, only: present_touches, touch_place, rolls_at
+   use contact_spans, only: contact_span_t, shortest
+   use span_candidates, only: present_contact_spans, touch_place, rolls_at
    use free_span_gap, only: gap_at
    use test_kinds, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, test_crossing, test_slope
    use span_answer, only: answer_t
@@ -17,9 +17,9 @@ module span_set
    use shrunk_line, only: come_to_rest
    use flat_points, only: curving_rate
    use path_control, only: control_t, is_arc_length
-   use path_continuity, only: heading_at
-   use path_events, only: new_probe
-   use path_run, only: run_t, copy_run, heading_of
+   use path_continuity, only: path_tangent_at
+   use path_events, only: new_test_values
+   use path_state, only: path_state_t, copy_path_state, path_tangent_of
    use corrector, only: increment_t, correct
    use touchdown_points, only: point_force
    implicit none
@@ -31,17 +31,17 @@ contains
    !> Goes on with the set that a test's rule tells, in the sense in which what is new grows.
    subroutine change_set(problem, run, test, begins, answer, reach, grows)
       type(problem_t), intent(inout) :: problem
-      type(run_t), intent(inout) :: run          !! at the place where the test is zero; stuck where there is no way on
+      type(path_state_t), intent(inout) :: run          !! at the place where the test is zero; stuck where there is no way on
       type(span_test_t), intent(in) :: test      !! there
       type(span_test_t), intent(in) :: begins(:) !! gaps that are closed there, its own last; where it is no gap none
       type(answer_t), intent(in) :: answer       !! to it
       real(wp), intent(in) :: reach              !! along the path, that the equilibrium with the new set may be away
       logical, intent(out) :: grows              !! false: what has lain down was not found with a length
       type(problem_t) :: next
-      type(run_t) :: on
-      type(touch_t) :: old, now(size(problem%touch))
+      type(path_state_t) :: on
+      type(contact_span_t) :: old, now(size(problem%touch))
       logical :: ok, leaves
-      now = present_touches(problem, run%state)
+      now = present_contact_spans(problem, run%state)
       if (test%touch > 0) old = now(test%touch)
       if (allocated(answer%no_rule)) then
          grows = .true.
@@ -49,30 +49,30 @@ contains
          return
       end if
       call copy_problem(problem, next)
-      call copy_run(run, on)
+      call copy_path_state(run, on)
       call stand_with(next, on, test, begins, answer, old, reach, ok, grows, leaves)
       if (.not. ok) then
          run%stuck = 'no way on from where '//trim(test_words(test%kind))
          return
       end if
       call take_sense(next, on, test, answer, old, leaves)
-      on%probe = new_probe(next, on%state, on%system, on%heading%load)
+      on%probe = new_test_values(next, on%state, on%system, on%heading%load)
       ! A point that a line has shrunk to may leave a span neutral there; the line's pivots are definite.
       on%since_change%shrunk = test%kind == test_length
       if (on%since_change%shrunk) on%probe%negative_pivots = run%probe%negative_pivots
       on%since_change%arrives = any(test%kind == [test_length, test_crossing])
       call copy_problem(next, problem)
-      call copy_run(on, run)
+      call copy_path_state(on, run)
    end subroutine change_set
 
    !> The run with the touches of an answer, in equilibrium.
    subroutine stand_with(problem, run, test, begins, answer, old, reach, ok, grows, leaves)
       type(problem_t), intent(inout) :: problem
-      type(run_t), intent(inout) :: run          !! at the place where the test is zero on entry
+      type(path_state_t), intent(inout) :: run          !! at the place where the test is zero on entry
       type(span_test_t), intent(in) :: test
       type(span_test_t), intent(in) :: begins(:)
       type(answer_t), intent(in) :: answer
-      type(touch_t), intent(in) :: old           !! that of the test
+      type(contact_span_t), intent(in) :: old           !! that of the test
       real(wp), intent(in) :: reach
       logical, intent(out) :: ok                 !! false: there is none
       logical, intent(out) :: grows              !! false: a line was not found with a length
@@ -103,10 +103,10 @@ contains
    !> The sense of the path in which what is new grows.
    subroutine take_sense(problem, run, test, answer, old, leaves)
       type(problem_t), intent(in) :: problem     !! with the touches of the answer
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(span_test_t), intent(in) :: test      !! that was zero
       type(answer_t), intent(in) :: answer
-      type(touch_t), intent(in) :: old           !! that of the test, as it was
+      type(contact_span_t), intent(in) :: old           !! that of the test, as it was
       logical, intent(in) :: leaves              !! as stand_with has it
       real(wp) :: rate
       select case (test%kind)
@@ -130,9 +130,9 @@ contains
          if (leaves) then
             call head_for(problem, run, curving_rate(problem, run, candidate_of(problem, old%number)))
          else if (is_arc_length(run%control%method)) then
-            run%heading = heading_at(problem, run%system, run%heading%u, run%heading%load)
+            run%heading = path_tangent_at(problem, run%system, run%heading%u, run%heading%load)
          else
-            run%heading = heading_of(problem, run, run%state)
+            run%heading = path_tangent_of(problem, run, run%state)
          end if
       end select
    end subroutine take_sense
@@ -146,20 +146,20 @@ contains
    !> The run in the sense in which something grows.
    subroutine head_for(problem, run, rate)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run          !! its system factored
+      type(path_state_t), intent(inout) :: run          !! its system factored
       real(wp), intent(in) :: rate               !! of that, per unit of load factor
-      run%heading = heading_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
+      run%heading = path_tangent_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
    end subroutine head_for
 
    !> The run with a touch more at each place where the gap of a free span is zero, at the load at which the last of them has no
    !> force.
    subroutine begin_touches(problem, run, begins, ok)
       type(problem_t), intent(inout) :: problem
-      type(run_t), intent(inout) :: run          !! at that place; the last touch gets its last number
+      type(path_state_t), intent(inout) :: run          !! at that place; the last touch gets its last number
       type(span_test_t), intent(in) :: begins(:)
       logical, intent(out) :: ok                 !! false: the state is not that one
       integer, parameter :: most = 8             ! without a force nothing holds the point where it is: it would go astray
-      type(touch_t) :: new(size(begins))
+      type(contact_span_t) :: new(size(begins))
       type(control_t) :: control
       type(increment_t) :: report
       type(state_t) :: base, first
@@ -167,10 +167,10 @@ contains
       integer :: c, try, k
       do k = 1, size(begins)
          run%touches = run%touches + 1
-         new(k) = touch_t(number=run%touches, contact=begins(k)%contact, stretch=begins(k)%stretch, &
+         new(k) = contact_span_t(number=run%touches, contact=begins(k)%contact, stretch=begins(k)%stretch, &
             & at=spread(beginning_place(problem, begins(k)), 1, 2))
       end do
-      call mesh_for_touches(problem, run, [present_touches(problem, run%state), new])
+      call mesh_for_touches(problem, run, [present_contact_spans(problem, run%state), new])
       ok = run%system%ok
       if (.not. ok) return
       c = candidate_of(problem, run%touches)
@@ -229,7 +229,7 @@ contains
    !> Closed gaps, each at the place of the touch that has begun there (begin_touches).
    pure function touched_at(problem, run, begins) result(there)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
+      type(path_state_t), intent(in) :: run
       type(span_test_t), intent(in) :: begins(:)
       type(span_test_t) :: there(size(begins))
       integer :: k, c
@@ -243,8 +243,8 @@ contains
    !> How the gap at a contact that was lost grows along the path, per unit of load factor.
    real(wp) function opening_rate(problem, run, lost) result(rate)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run             !! its system factored
-      type(touch_t), intent(in) :: lost
+      type(path_state_t), intent(in) :: run             !! its system factored
+      type(contact_span_t), intent(in) :: lost
       type(state_t) :: ahead, here
       real(wp) :: step
       call states_along(problem, run%system, run%state, 1.0_wp, here, ahead, step)

@@ -11,24 +11,24 @@ module vanishing_span
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t
    use bordered_system, only: linearise
-   use contact_touch, only: touch_t, shortest, line_share
-   use touch_edits, only: laid_down, merged
+   use contact_spans, only: contact_span_t, shortest, line_share
+   use contact_set_edits, only: laid_down, merged
    use line_pressure, only: virtual_pressure
-   use touch_candidates, only: present_touches
+   use span_candidates, only: present_contact_spans
    use test_kinds, only: span_test_t, test_vanishing, test_force, test_slack, another_fails
    use past_breakpoints, only: beyond
    use line_arrival, only: find_arrival
    use span_regions, only: find_span_regions
-   use change_kinds, only: leg_t
+   use contact_change_types, only: step_interval_t
    use next_spans, only: next_t, new_next, tests_of
    use set_begins, only: find_begin
    use lost_at_support, only: clamped_ends, go_into_clamp, lose_line
-   use lying_ahead, only: turns, leads_to_next, reach_of
+   use reachability, only: turns, leads_to_next, reach_of
    use flat_points, only: find_flat_point
    use state_transfer, only: carried
    use path_control, only: path_length
    use path_continuity, only: largest_distance
-   use path_run, only: run_t, copy_run
+   use path_state, only: path_state_t, copy_path_state
    implicit none
    private
    public :: locate_vanishing, locate_lost_line, is_gone, closes
@@ -44,8 +44,8 @@ contains
    !>   a wave between two points that become one (become_one)
    subroutine locate_vanishing(problem, run, leg, which, fails, next, found, wave)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(in) :: run
+      type(step_interval_t), intent(in) :: leg
       integer, intent(in) :: which               !! the test of the span
       logical, intent(in) :: fails               !! another test does at the end of the leg, and may come first
       type(next_t), intent(out) :: next
@@ -78,8 +78,8 @@ contains
    !> leads there.
    subroutine locate_lost_line(problem, run, leg, which, next, found)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(in) :: run
+      type(step_interval_t), intent(in) :: leg
       integer, intent(in) :: which               !! the test of its length
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
@@ -91,8 +91,8 @@ contains
    !> True for an equilibrium that holds and lies as far ahead as something may be that is looked for.
    logical function holds_within_reach(problem, run, leg, fails, next) result(right)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(in) :: run
+      type(step_interval_t), intent(in) :: leg
       logical, intent(in) :: fails               !! another test does at the end of the leg, and may come first
       type(next_t), intent(in) :: next
       real(wp) :: away, whole
@@ -116,7 +116,7 @@ contains
    !> as far as its rate there says, as it would have on a parabola up to its vertex.
    logical function behind_turn(problem, leg, next, away, whole) result(behind)
       type(problem_t), intent(in) :: problem
-      type(leg_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: leg
       type(next_t), intent(in) :: next
       real(wp), intent(in) :: away               !! from the end of the leg
       real(wp), intent(in) :: whole              !! length of the leg
@@ -136,13 +136,13 @@ contains
    !> The line in which a free span lies down, and its equilibrium where it begins to press.
    subroutine lie_down(problem, run, leg, which, next, lies)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(in) :: run
+      type(step_interval_t), intent(in) :: leg
       integer, intent(in) :: which               !! the test of the span
       type(next_t), intent(out) :: next
       logical, intent(out) :: lies
       type(span_test_t), allocatable :: tests(:)
-      type(touch_t), allocatable :: lying(:)
+      type(contact_span_t), allocatable :: lying(:)
       real(wp) :: left, come
       integer :: across                          ! the other part of a span that goes on over a breakpoint
       integer :: held                            ! the force of a breakpoint that the obstacle would have to pull
@@ -151,7 +151,7 @@ contains
          left = test%value
          come = leg%before(which)%value
          gone = is_gone(problem, test)
-         lying = laid_down(present_touches(problem, leg%to), test%beside, test%ends)
+         lying = laid_down(present_contact_spans(problem, leg%to), test%beside, test%ends)
       end associate
       across = gone_across(problem, leg, which)
       if (gone .and. across > 0) lying = laid_down(lying, leg%after(across)%beside, leg%after(across)%ends)
@@ -177,7 +177,7 @@ contains
    !> The test of what goes on from a span over a breakpoint of the rod where nothing touches, and is gone like it. 0: none does.
    pure integer function gone_across(problem, leg, which) result(other)
       type(problem_t), intent(in) :: problem
-      type(leg_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: leg
       integer, intent(in) :: which               !! the test of the span
       associate (tests => leg%after)
          do other = 1, size(tests)
@@ -205,7 +205,7 @@ contains
 
    !> True for a span that has become shorter on the way.
    pure logical function closes(leg, which)
-      type(leg_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: leg
       integer, intent(in) :: which               !! its test
       closes = length(leg%after(which)) < length(leg%before(which))
 
@@ -262,18 +262,18 @@ contains
    !> The equilibrium at which the two points beside a span are one.
    subroutine become_one(problem, run, leg, which, next, found)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(in) :: run
+      type(step_interval_t), intent(in) :: leg
       integer, intent(in) :: which               !! the test of the span, a wave
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
-      type(run_t) :: on
+      type(path_state_t) :: on
       integer :: k
       associate (beside => leg%after(which)%beside)
-         next = new_next(problem, leg%to, merged(present_touches(problem, leg%to), beside(1), beside(2)))
+         next = new_next(problem, leg%to, merged(present_contact_spans(problem, leg%to), beside(1), beside(2)))
          k = findloc(next%problem%touch%number, problem%touch(beside(1))%number, 1)
       end associate
-      call copy_run(run, on)
+      call copy_path_state(run, on)
       on%system = next%system
       call find_flat_point(next%problem, on, next%problem%touch(k)%candidate(1), [integer ::], next%state, found)
       if (.not. found) return

@@ -11,7 +11,7 @@ module contact_corner
    use linear_system, only: system_t
    use bordered_system, only: linearise
    use path_control, only: control_t
-   use path_continuity, only: heading_t, heading_at
+   use path_continuity, only: path_tangent_t, path_tangent_at
    use corrector, only: increment_t, take_increment
    use contact_response, only: reaction_rate, gap_rate
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
@@ -88,7 +88,7 @@ contains
       integer, intent(in) :: corner(:)         !! candidates
       type(state_t), intent(inout) :: place    !! its contact set is changed
       type(system_t), intent(inout) :: system  !! factored at `place` on entry, there with the new set on return
-      type(heading_t), intent(inout) :: heading !! of the old path on entry, of the new one on return
+      type(path_tangent_t), intent(inout) :: heading !! of the old path on entry, of the new one on return
       logical, intent(out) :: ok
       real(wp) :: rate, none(3, size(place%u, 2))
       integer :: k
@@ -113,7 +113,7 @@ contains
       end do
       none = 0.0_wp
       ! Rates are per unit of load factor.
-      heading = heading_at(problem, system, none, sign(1.0_wp, rate))
+      heading = path_tangent_at(problem, system, none, sign(1.0_wp, rate))
    end subroutine leave_corner
 
    !> Reactions of active candidates, openings of the others: all positive while the set holds; candidates that cannot tell are

@@ -7,9 +7,9 @@ module corner_ahead
    use model, only: step_t, method_load, method_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
-   use path_continuity, only: heading_t, relate, same_path, length_to_corner
+   use path_continuity, only: path_tangent_t, relate, same_path, length_to_corner
    use path_control, only: path_length
-   use path_run, only: run_t
+   use path_state, only: path_state_t
    use step_control, only: smallest
    use monitor_rows, only: watched_displacement
    implicit none
@@ -29,9 +29,9 @@ contains
    !> Whether there is one between the run's point and a trial.
    subroutine look_for_corner(problem, run, trial, ahead, corner)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
+      type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: trial         !! converged, on the mesh of the run's point
-      type(heading_t), intent(in) :: ahead       !! tangent there
+      type(path_tangent_t), intent(in) :: ahead       !! tangent there
       type(corner_t), intent(inout) :: corner
       corner%before = corner%length
       corner%length = -1.0_wp
@@ -45,7 +45,7 @@ contains
    pure logical function is_near(problem, step, run, corner)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(in) :: run
+      type(path_state_t), intent(in) :: run
       type(corner_t), intent(in) :: corner
       is_near = corner%length >= 0.0_wp
       if (is_near) is_near = increment_for(problem, run, corner%length) < smallest(step, run%control)
@@ -56,7 +56,7 @@ contains
    pure real(wp) function part_before(problem, step, run, corner) result(part)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(in) :: run
+      type(path_state_t), intent(in) :: run
       type(corner_t), intent(in) :: corner
       real(wp) :: length, increment
       part = 0.5_wp
@@ -72,7 +72,7 @@ contains
    !> The increment, of what the control prescribes, that goes so far along the tangent at the run's point.
    pure real(wp) function increment_for(problem, run, length) result(increment)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
+      type(path_state_t), intent(in) :: run
       real(wp), intent(in) :: length             !! arc length
       type(state_t) :: there
       increment = length

@@ -7,13 +7,13 @@ module corner_turning
    use bordered_system, only: linearise
    use contact_corner, only: find_corner, leave_corner
    use contact_regions, only: find_regions
-   use path_continuity, only: heading_t
+   use path_continuity, only: path_tangent_t
    use path_control, only: is_arc_length
    use corrector, only: increment_t
-   use path_run, only: run_t, heading_of
-   use path_events, only: new_probe
+   use path_state, only: path_state_t, path_tangent_of
+   use path_events, only: new_test_values
    use path_acceptance, only: arrival_t, accept
-   use accuracy_asked, only: wants_another
+   use remeshing, only: wants_another
    use path_outcome, only: outcome_t
    use path_record, only: recorder_t
    implicit none
@@ -28,7 +28,7 @@ contains
    subroutine turn_corner(problem, step, run, meshes, recorder, turned, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run          !! its system is factored at the last point, on return too
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the last point, on return too
       integer, intent(in) :: meshes              !! that the corner has had for its errors' sake, see arrival_t; where it wants
       !! another one nothing has changed
       class(recorder_t), intent(inout) :: recorder
@@ -60,11 +60,11 @@ contains
       arrival%tries = meshes
       arrival%label = corner_label(problem, place, active)
       arrival%changing = active .neqv. place%active
-      call accept(problem, step, run, place, heading_of(problem, run, place), arrival, recorder, shorter, finished, outcome)
+      call accept(problem, step, run, place, path_tangent_of(problem, run, place), arrival, recorder, shorter, finished, outcome)
       if (finished .or. allocated(outcome%why) .or. wants_another(run)) return
       load = max(load, abs(run%last_load), least_load * abs(run%state%load_factor))
       call leave_corner(problem, corner, run%state, run%system, run%heading, turned)
-      run%probe = new_probe(problem, run%state, run%system, run%heading%load)
+      run%probe = new_test_values(problem, run%state, run%system, run%heading%load)
       if (.not. turned) then
          outcome%why = 'no way on from where the contact set changes'
       else if (is_arc_length(run%control%method)) then
@@ -93,10 +93,10 @@ contains
    !> Whether the path goes on against what the control prescribes.
    subroutine look_whether_back(problem, run, outcome)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run             !! at the corner, with its heading behind it
+      type(path_state_t), intent(in) :: run             !! at the corner, with its heading behind it
       type(outcome_t), intent(inout) :: outcome
-      type(heading_t) :: prescribed
-      prescribed = heading_of(problem, run, run%state)
+      type(path_tangent_t) :: prescribed
+      prescribed = path_tangent_of(problem, run, run%state)
       outcome%turns = run%heading%load * prescribed%load < 0.0_wp
       if (outcome%turns) outcome%why = 'the path turns back where the contact set changes: '// &
          & trim(merge('load control        ', 'displacement control', run%control%method == method_load))// &

@@ -8,9 +8,9 @@ module event_eigenvalue
    use bordered_system, only: linearise
    use path_samples, only: n_samples
    use path_events, only: event_t, event_release
-   use weak_lines, only: release_lines
+   use force_free_contact, only: remove_force_free_lines
    use tangent_modes, only: modes_t, lowest_modes, numbered_eigenvalue
-   use path_run, only: run_t
+   use path_state, only: path_state_t
    implicit none
    private
    public :: zero_eigenvalue, follow_through_zero
@@ -23,7 +23,7 @@ contains
    !> open.
    real(wp) function zero_eigenvalue(problem, run, event, state, found) result(mu)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(event_t), intent(in) :: event
       type(state_t), intent(in) :: state
       type(modes_t), intent(out), optional :: found !! all that were looked at
@@ -35,7 +35,7 @@ contains
       type(system_t) :: other
       logical :: any_weak
       if (event%kind == event_release) then
-         call release_lines(problem, state, run%system, free, at, any_weak)
+         call remove_force_free_lines(problem, state, run%system, free, at, any_weak)
          if (.not. any_weak) then
             call copy_problem(problem, free)
             at = state

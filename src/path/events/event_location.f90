@@ -7,16 +7,16 @@ module event_location
    use linear_system, only: system_t
    use bordered_system, only: linearise
    use path_control, only: path_length, is_arc_length, can_be_held, holding_value
-   use path_continuity, only: heading_t, lies_between, alike, largest_distance
+   use path_continuity, only: path_tangent_t, lies_between, alike, largest_distance
    use increment_points, only: division_t, new_division, point_within, chord_fraction
    use corrector, only: increment_t, correct
    use path_events, only: event_t, event_value, event_bifurcation, event_release, event_contact, event_limit, event_turning, &
       & event_value_reached, event_stop
-   use sightings, only: sighting_t, note_balance
+   use located_events, only: located_event_t, note_balance
    use smooth_zero, only: locate_smooth
    use zero_at_end, only: take_beginning
    use event_eigenvalue, only: zero_eigenvalue
-   use path_run, only: run_t, copy_run, heading_of, probe_at
+   use path_state, only: path_state_t, copy_path_state, path_tangent_of, test_values_at
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    use force_law, only: segment_open, segment_unknown
    implicit none
@@ -30,10 +30,10 @@ contains
    subroutine locate(problem, step, run, trial, ahead, sighting)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run            !! its system ends up at some point of the increment
+      type(path_state_t), intent(inout) :: run            !! its system ends up at some point of the increment
       type(state_t), intent(in) :: trial
-      type(heading_t), intent(in) :: ahead         !! tangent at the trial
-      type(sighting_t), intent(inout) :: sighting  !! its event is given
+      type(path_tangent_t), intent(in) :: ahead         !! tangent at the trial
+      type(located_event_t), intent(inout) :: sighting  !! its event is given
       type(division_t) :: division
       real(wp) :: before
       division = new_division(problem, run, trial, ahead, sighting%event%load_tells)
@@ -77,7 +77,7 @@ contains
    !> True where contact with a foundation began or ended, or the load turned, as the last point got another mesh: there it is, but
    !> for what the mesh errs by, which its bar tells.
    pure logical function passed_by_mesh(run, event) result(passed)
-      type(run_t), intent(in) :: run
+      type(path_state_t), intent(in) :: run
       type(event_t), intent(in) :: event           !! of the load: its rate before is that on the mesh before
       real(wp) :: there                            ! positive: on the side where contact is
       passed = event%kind == event_limit .and. event%before * run%heading%load < 0.0_wp
@@ -93,14 +93,14 @@ contains
    subroutine look_behind(problem, step, run, trial, ahead, division, sighting)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run            !! its system ends up at some point
+      type(path_state_t), intent(inout) :: run            !! its system ends up at some point
       type(state_t), intent(in) :: trial
-      type(heading_t), intent(in) :: ahead
+      type(path_tangent_t), intent(in) :: ahead
       type(division_t), intent(in) :: division     !! of the increment
-      type(sighting_t), intent(inout) :: sighting  !! as it was where it is not located
-      type(sighting_t) :: found
+      type(located_event_t), intent(inout) :: sighting  !! as it was where it is not located
+      type(located_event_t) :: found
       type(division_t) :: part
-      type(run_t) :: behind
+      type(path_state_t) :: behind
       type(state_t) :: place
       real(wp) :: fall, fraction
       fall = sighting%event%before - sighting%event%after
@@ -108,16 +108,16 @@ contains
       ! Twice as far, to have it between.
       fraction = 2.0_wp * sighting%event%before / fall
       if (-fraction * division%length > run%arc_length - run%left_at) return
-      call copy_run(run, behind)
+      call copy_path_state(run, behind)
       if (sighting%event%ground%contact > 0) call forget_opening(problem, sighting%event, behind%state)
       part = division
       call point_within(problem, behind, trial, ahead, part, fraction, .true., .false., place, found%report)
       behind%state = place
       if (.not. found%report%converged) return
-      behind%heading = heading_of(problem, run, place)
+      behind%heading = path_tangent_of(problem, run, place)
       found%event = sighting%event
       found%event%after = sighting%event%before
-      found%event%before = event_value(problem, found%event, place, probe_at(problem, behind, place, behind%heading))
+      found%event%before = event_value(problem, found%event, place, test_values_at(problem, behind, place, behind%heading))
       if (.not. found%event%before * found%event%after < 0.0_wp) return
       behind%control%increment = -fraction * run%control%increment
       part = new_division(problem, behind, run%state, run%heading, found%event%load_tells)
@@ -151,13 +151,13 @@ contains
    subroutine bracket_zero(problem, step, run, trial, ahead, division, sighting)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
-      type(heading_t), intent(in) :: ahead
+      type(path_tangent_t), intent(in) :: ahead
       type(division_t), intent(inout) :: division
-      type(sighting_t), intent(inout) :: sighting
+      type(located_event_t), intent(inout) :: sighting
       type(state_t) :: here, below, above
-      type(heading_t) :: heading, heading_above
+      type(path_tangent_t) :: heading, heading_above
       type(bracket_t) :: bracket
       real(wp) :: f, f_below, f_above, left
       logical :: held, low_moved, releases
@@ -205,12 +205,12 @@ contains
                end if
             end if
             if (.not. sighting%report%converged) exit search
-            heading = heading_of(problem, run, here)
+            heading = path_tangent_of(problem, run, here)
             event%pivots = run%system%negative_pivots
             if (releases) then
                f = zero_eigenvalue(problem, run, event, here)
             else
-               f = event_value(problem, event, here, probe_at(problem, run, here, heading))
+               f = event_value(problem, event, here, test_values_at(problem, run, here, heading))
             end if
             sighting%place = here
             sighting%heading = heading
@@ -239,19 +239,19 @@ contains
    !> method does not get there, the place stays; its bars have what is left.
    subroutine meet_value(problem, run, sighting)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run            !! its system ends up factored at the place
-      type(sighting_t), intent(inout) :: sighting  !! located
+      type(path_state_t), intent(inout) :: run            !! its system ends up factored at the place
+      type(located_event_t), intent(inout) :: sighting  !! located
       type(increment_t) :: report
       type(state_t) :: there
-      type(heading_t) :: heading
+      type(path_tangent_t) :: heading
       real(wp) :: left
       if (.not. can_be_held(problem, sighting%event%monitor)) return
       call linearise(problem, sighting%place, sighting%place, run%system)
-      left = event_value(problem, sighting%event, sighting%place, probe_at(problem, run, sighting%place, sighting%heading))
+      left = event_value(problem, sighting%event, sighting%place, test_values_at(problem, run, sighting%place, sighting%heading))
       there = sighting%place
       call correct(problem, sighting%place, holding_value(sighting%event%monitor, -left), .false., there, run%system, report)
       if (.not. report%converged) return
-      heading = heading_of(problem, run, there)
+      heading = path_tangent_of(problem, run, there)
       sighting%event%held = .true.
       sighting%place = there
       sighting%heading = heading
@@ -261,10 +261,10 @@ contains
    logical function is_what_it_says(problem, step, run, trial, ahead, sighting) result(right)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(in) :: run
+      type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: trial
-      type(heading_t), intent(in) :: ahead
-      type(sighting_t), intent(in) :: sighting
+      type(path_tangent_t), intent(in) :: ahead
+      type(located_event_t), intent(in) :: sighting
       real(wp) :: noise
       right = run%fresh .or. .not. alike(problem, run%state, sighting%place)
       if (.not. right) right = lies_between(problem, run%state, trial, run%heading, ahead, sighting%place)

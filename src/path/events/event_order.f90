@@ -3,12 +3,12 @@
 module event_order
    use kinds, only: wp
    use rod_state, only: state_t
-   use path_run, only: run_t
-   use path_events, only: probe_t, event_bifurcation, event_limit, event_contact
-   use sightings, only: sighting_t
+   use path_state, only: path_state_t
+   use path_events, only: test_values_t, event_bifurcation, event_limit, event_contact
+   use located_events, only: located_event_t
    implicit none
    private
-   public :: told_otherwise, one_sided, count_before, by_fraction, same_place
+   public :: duplicates_of, one_sided, count_before, by_fraction, same_place
 
    real(wp), parameter :: same_place = 1.0e-5_wp !! of an increment: located events nearer than that are one
 
@@ -18,11 +18,11 @@ contains
    !> a multiple bifurcation, jumps where the contact set changes on the way, and rounding at a point that is a bifurcation itself.
    !> And loads that turn back at once where a contact is gained or lost: that is what is told. Where the set stays up to the trial
    !> there are no jumps: a count that changes without an event is that of another path.
-   function told_otherwise(run, trial, changes, seen) result(told)
-      type(run_t), intent(in) :: run
+   function duplicates_of(run, trial, changes, seen) result(told)
+      type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: trial
       logical, intent(in) :: changes             !! the contact set is about to change at the trial
-      type(sighting_t), intent(in) :: seen(:)
+      type(located_event_t), intent(in) :: seen(:)
       logical :: told(size(seen))
       logical :: set_changes, jumps, contact_located, limit_told
       integer :: i, k
@@ -54,15 +54,15 @@ contains
             end do
          end if
       end do
-   end function told_otherwise
+   end function duplicates_of
 
    !> True for a limit point where the contact set stays and no eigenvalue is seen to change its sign there: another one does, too,
    !> and goes unseen.
    pure logical function one_sided(run, trial, probe, seen)
-      type(run_t), intent(in) :: run
+      type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: trial
-      type(probe_t), intent(in) :: probe
-      type(sighting_t), intent(in) :: seen(:)
+      type(test_values_t), intent(in) :: probe
+      type(located_event_t), intent(in) :: seen(:)
       integer :: i
       one_sided = run%probe%load_rate * probe%load_rate < 0.0_wp .and. all(run%state%active .eqv. trial%active) .and. &
          & modulo(probe%negative_pivots - run%probe%negative_pivots, 2) == 0
@@ -76,8 +76,8 @@ contains
    !> Negative pivots on the side of a place that the path comes from: where an eigenvalue is zero the factors have the sign of
    !> rounding.
    pure integer function count_before(run, seen, told, fraction) result(pivots)
-      type(run_t), intent(in) :: run
-      type(sighting_t), intent(in) :: seen(:)
+      type(path_state_t), intent(in) :: run
+      type(located_event_t), intent(in) :: seen(:)
       logical, intent(in) :: told(:)
       real(wp), intent(in) :: fraction           !! of the increment: the place, as of those seen
       integer :: i

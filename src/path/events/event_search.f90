@@ -6,12 +6,12 @@ module event_search
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: linearise
-   use weak_lines, only: count_released
-   use path_continuity, only: heading_t
-   use path_run, only: run_t, copy_run, probe_at
-   use homecoming, only: see_home
-   use path_events, only: probe_t, event_t, detect_events, value_events, event_limit
-   use sightings, only: sighting_t
+   use force_free_contact, only: count_released
+   use path_continuity, only: path_tangent_t
+   use path_state, only: path_state_t, copy_path_state, test_values_at
+   use branch_closure, only: check_parent_path
+   use path_events, only: test_values_t, event_t, detect_events, value_events, event_limit
+   use located_events, only: located_event_t
    use event_location, only: locate
    use error_bar, only: error_bars_t
    implicit none
@@ -20,8 +20,8 @@ module event_search
 
    !> What is known of a trial, and of the way there, before anything is recorded.
    type :: findings_t
-      type(probe_t) :: probe                   !! at the trial
-      type(sighting_t), allocatable :: seen(:)
+      type(test_values_t) :: probe                   !! at the trial
+      type(located_event_t), allocatable :: seen(:)
       logical :: comes_home = .false.          !! one of them is where its branch comes back to the path that it left
       logical, allocatable :: told(:)          !! (seen) by another one, or nothing to tell
       type(system_t), allocatable :: at_trial  !! the run's system there, which looking at events changes; not allocated where there
@@ -37,20 +37,20 @@ contains
    subroutine find_events(problem, step, run, trial, ahead, findings)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run          !! its system is factored at the trial on entry, anywhere on return
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the trial on entry, anywhere on return
       type(state_t), intent(in) :: trial
-      type(heading_t), intent(in) :: ahead       !! tangent there
+      type(path_tangent_t), intent(in) :: ahead       !! tangent there
       type(findings_t), intent(out) :: findings  !! what of it is not known yet is as it begins
       type(event_t), allocatable :: events(:)
-      type(sighting_t), allocatable :: home
-      findings%probe = probe_at(problem, run, trial, ahead)
+      type(located_event_t), allocatable :: home
+      findings%probe = test_values_at(problem, run, trial, ahead)
       call count_released(problem, trial, run%system, findings%probe%free_pivots, findings%probe%weak)
       if (run%fresh) then
          run%probe%load_rate = findings%probe%load_rate
          run%probe%monitor_rate = findings%probe%monitor_rate
       end if
       call detect_events(problem, step, run%probe, findings%probe, run%state, trial, events)
-      call see_home(problem, run, trial, ahead, events, home)
+      call check_parent_path(problem, run, trial, ahead, events, home)
       findings%comes_home = allocated(home)
       if (size(events) > 0 .or. findings%comes_home) findings%at_trial = run%system
       allocate (findings%seen(0))
@@ -65,15 +65,15 @@ contains
    subroutine find_hidden_values(problem, step, run, trial, ahead, findings)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
-      type(heading_t), intent(in) :: ahead
+      type(path_tangent_t), intent(in) :: ahead
       type(findings_t), intent(inout) :: findings
       type(event_t), allocatable :: events(:)
       type(state_t) :: place
-      type(heading_t) :: heading
-      type(probe_t) :: top
-      type(run_t) :: beyond
+      type(path_tangent_t) :: heading
+      type(test_values_t) :: top
+      type(path_state_t) :: beyond
       real(wp) :: part
       integer :: limit, n
       limit = limit_among(findings)
@@ -82,14 +82,14 @@ contains
       heading = findings%seen(limit)%heading
       part = findings%seen(limit)%fraction
       call linearise(problem, place, place, run%system)
-      top = probe_at(problem, run, place, heading)
+      top = test_values_at(problem, run, place, heading)
       call value_events(problem, step, run%probe, top, run%state, place, events)
       if (size(events) == 0) return
       call drop_known(run%probe, findings%probe, events)
       n = size(findings%seen)
       call look(problem, step, run, place, heading, events, findings%seen)
       findings%seen(n + 1:)%fraction = part * findings%seen(n + 1:)%fraction
-      call copy_run(run, beyond)
+      call copy_path_state(run, beyond)
       beyond%state = place
       beyond%heading = heading
       beyond%probe = top
@@ -116,12 +116,12 @@ contains
    subroutine look(problem, step, from, to, heading, wanted, seen)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: from
+      type(path_state_t), intent(inout) :: from
       type(state_t), intent(in) :: to
-      type(heading_t), intent(in) :: heading
+      type(path_tangent_t), intent(in) :: heading
       type(event_t), intent(in) :: wanted(:)
-      type(sighting_t), allocatable, intent(inout) :: seen(:)
-      type(sighting_t), allocatable :: found(:)
+      type(located_event_t), allocatable, intent(inout) :: seen(:)
+      type(located_event_t), allocatable :: found(:)
       integer :: k
       allocate (found(size(wanted)))
       do k = 1, size(wanted)
@@ -134,7 +134,7 @@ contains
 
    !> Leaves those values that lie between both ends of the increment: these tell of them, too.
    subroutine drop_known(first, last, events)
-      type(probe_t), intent(in) :: first, last
+      type(test_values_t), intent(in) :: first, last
       type(event_t), allocatable, intent(inout) :: events(:)
       integer :: i
       events = pack(events, [(.not. is_between(first, last, events(i)), i=1, size(events))])
@@ -142,7 +142,7 @@ contains
 
    !> True for a value that the increment starts on one side of and ends on the other.
    pure logical function is_between(first, last, event)
-      type(probe_t), intent(in) :: first, last
+      type(test_values_t), intent(in) :: first, last
       type(event_t), intent(in) :: event
       associate (monitor => event%monitor, value => event%value)
          if (monitor == 0) then

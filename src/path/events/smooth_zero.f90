@@ -14,14 +14,14 @@ module smooth_zero
    use bordered_system, only: linearise
    use path_control, only: control_t, path_length
    use corrector, only: correct
-   use path_continuity, only: heading_t, normal_plane
+   use path_continuity, only: path_tangent_t, normal_plane
    use increment_points, only: division_t
    use path_events, only: event_bifurcation, event_limit
    use event_eigenvalue, only: zero_eigenvalue
    use zero_search, only: zero_search_t, find_zero, swerve_per_force
    use zero_at_end, only: take_beginning, take_nearer_end
-   use sightings, only: sighting_t, note_balance
-   use path_run, only: run_t
+   use located_events, only: located_event_t, note_balance
+   use path_state, only: path_state_t
    use bracketing, only: bracket_t, new_bracket
    implicit none
    private
@@ -33,11 +33,11 @@ contains
    subroutine locate_smooth(problem, step, run, trial, ahead, division, sighting)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
-      type(heading_t), intent(in) :: ahead
+      type(path_tangent_t), intent(in) :: ahead
       type(division_t), intent(inout) :: division
-      type(sighting_t), intent(inout) :: sighting  !! located, place, heading, fraction, and the scale of its event
+      type(located_event_t), intent(inout) :: sighting  !! located, place, heading, fraction, and the scale of its event
       type(zero_search_t) :: search
       logical :: told, found
       sighting%located = .false.
@@ -69,10 +69,10 @@ contains
    subroutine bracket_eigenvalue(problem, step, run, trial, bracket, sighting, told)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
       type(bracket_t), intent(out) :: bracket
-      type(sighting_t), intent(inout) :: sighting
+      type(located_event_t), intent(inout) :: sighting
       logical, intent(out) :: told               !! nothing is to be looked for within
       real(wp) :: f
       call linearise(problem, trial, trial, run%system)
@@ -93,8 +93,8 @@ contains
    subroutine bring_to_balance(problem, step, run, sighting, balanced)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run          !! its system is factored at the place on return
-      type(sighting_t), intent(inout) :: sighting !! its place
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the place on return
+      type(located_event_t), intent(inout) :: sighting !! its place
       logical, intent(out) :: balanced
       type(control_t) :: hold
       type(state_t) :: base
@@ -115,10 +115,10 @@ contains
    subroutine confirm_bifurcation(problem, step, run, trial, search, sighting)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run          !! its system is factored at the place
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the place
       type(state_t), intent(in) :: trial
       type(zero_search_t), intent(inout) :: search
-      type(sighting_t), intent(inout) :: sighting !! located, swerve
+      type(located_event_t), intent(inout) :: sighting !! located, swerve
       real(wp) :: f
       f = zero_eigenvalue(problem, run, sighting%event, sighting%place, search%modes)
       sighting%located = minval(abs(search%modes%mu)) <= sqrt(step%locate_tolerance) * search%bracket%scale

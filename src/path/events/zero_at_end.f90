@@ -6,10 +6,10 @@ module zero_at_end
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use path_control, only: path_length
-   use path_continuity, only: heading_t
+   use path_continuity, only: path_tangent_t
    use path_events, only: event_bifurcation
-   use sightings, only: sighting_t, note_balance
-   use path_run, only: run_t
+   use located_events, only: located_event_t, note_balance
+   use path_state, only: path_state_t
    implicit none
    private
    public :: take_beginning, take_nearer_end
@@ -22,8 +22,8 @@ contains
    subroutine take_beginning(problem, step, run, sighting)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
-      type(sighting_t), intent(inout) :: sighting !! place, heading, fraction; located where it is there
+      type(path_state_t), intent(inout) :: run
+      type(located_event_t), intent(inout) :: sighting !! place, heading, fraction; located where it is there
       logical :: balanced
       sighting%place = run%state
       sighting%heading = run%heading
@@ -39,10 +39,10 @@ contains
    subroutine take_nearer_end(problem, step, run, trial, ahead, sighting)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
-      type(heading_t), intent(in) :: ahead        !! tangent there
-      type(sighting_t), intent(inout) :: sighting !! place, heading, fraction; located where that is near enough
+      type(path_tangent_t), intent(in) :: ahead        !! tangent there
+      type(located_event_t), intent(inout) :: sighting !! place, heading, fraction; located where that is near enough
       real(wp) :: left, rates(2)
       if (run%state%load_factor * sighting%event%before > trial%load_factor * sighting%event%before) then
          sighting%place = run%state

@@ -5,14 +5,14 @@ module zero_search
    use problem, only: problem_t
    use rod_state, only: state_t
    use path_control, only: path_length
-   use path_continuity, only: heading_t
+   use path_continuity, only: path_tangent_t
    use path_samples, only: state_between, lagrange, zero_of_cubic, n_samples
    use increment_points, only: division_t, point_within
    use path_events, only: event_value, event_bifurcation
    use event_eigenvalue, only: zero_eigenvalue, follow_through_zero
-   use sightings, only: sighting_t
+   use located_events, only: located_event_t
    use tangent_modes, only: modes_t
-   use path_run, only: run_t, heading_of, probe_at
+   use path_state, only: path_state_t, path_tangent_of, test_values_at
    use bracketing, only: bracket_t, next_guess, take_value
    implicit none
    private
@@ -40,12 +40,12 @@ contains
    subroutine find_zero(problem, step, run, trial, ahead, division, search, sighting, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run          !! its system ends up at some point of the increment
+      type(path_state_t), intent(inout) :: run          !! its system ends up at some point of the increment
       type(state_t), intent(in) :: trial
-      type(heading_t), intent(in) :: ahead       !! tangent there
+      type(path_tangent_t), intent(in) :: ahead       !! tangent there
       type(division_t), intent(inout) :: division
       type(zero_search_t), intent(inout) :: search !! its bracket is given
-      type(sighting_t), intent(inout) :: sighting !! place, heading, fraction, as good as the search has them
+      type(located_event_t), intent(inout) :: sighting !! place, heading, fraction, as good as the search has them
       logical, intent(out) :: found
       call narrow_bracket(problem, run, trial, ahead, division, search, sighting, found)
       if (found) call interpolate_zero(problem, run, trial, ahead, division, search, sighting, found)
@@ -57,12 +57,12 @@ contains
    !> guess tell.
    subroutine narrow_bracket(problem, run, trial, ahead, division, search, sighting, found)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
-      type(heading_t), intent(in) :: ahead
+      type(path_tangent_t), intent(in) :: ahead
       type(division_t), intent(inout) :: division
       type(zero_search_t), intent(inout) :: search
-      type(sighting_t), intent(inout) :: sighting
+      type(located_event_t), intent(inout) :: sighting
       logical, intent(out) :: found
       found = .true.
       do while (next_guess(search%bracket, reach, search%centre))
@@ -76,12 +76,12 @@ contains
    !> The zero of the cubic through samples around it.
    subroutine interpolate_zero(problem, run, trial, ahead, division, search, sighting, found)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
-      type(heading_t), intent(in) :: ahead
+      type(path_tangent_t), intent(in) :: ahead
       type(division_t), intent(inout) :: division
       type(zero_search_t), intent(inout) :: search
-      type(sighting_t), intent(inout) :: sighting
+      type(located_event_t), intent(inout) :: sighting
       logical, intent(out) :: found
       type(state_t) :: sample(n_samples)
       real(wp) :: guess
@@ -113,12 +113,12 @@ contains
    !> States of the path around the search's centre, and the function there.
    subroutine take_samples(problem, run, trial, ahead, division, search, sighting, sample, found)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
-      type(heading_t), intent(in) :: ahead
+      type(path_tangent_t), intent(in) :: ahead
       type(division_t), intent(inout) :: division
       type(zero_search_t), intent(inout) :: search
-      type(sighting_t), intent(inout) :: sighting
+      type(located_event_t), intent(inout) :: sighting
       type(state_t), intent(inout) :: sample(n_samples)
       logical, intent(out) :: found
       type(modes_t) :: modes(n_samples)
@@ -148,12 +148,12 @@ contains
    subroutine close_in(problem, step, run, trial, ahead, division, search, sighting, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
-      type(heading_t), intent(in) :: ahead
+      type(path_tangent_t), intent(in) :: ahead
       type(division_t), intent(inout) :: division
       type(zero_search_t), intent(inout) :: search
-      type(sighting_t), intent(inout) :: sighting
+      type(located_event_t), intent(inout) :: sighting
       logical, intent(out) :: found
       found = .false.
       do while (next_guess(search%bracket, epsilon(1.0_wp), search%centre))
@@ -166,19 +166,19 @@ contains
       end do
       if (.not. found) return
       sighting%fraction = search%centre
-      sighting%heading = heading_of(problem, run, sighting%place)
+      sighting%heading = path_tangent_of(problem, run, sighting%place)
    end subroutine close_in
 
    !> A point of the increment and the function there; not known where there is none, or its contact set is another one.
    subroutine look_at(problem, run, trial, ahead, division, fraction, search, sighting)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run          !! its system is factored there on return
+      type(path_state_t), intent(inout) :: run          !! its system is factored there on return
       type(state_t), intent(in) :: trial
-      type(heading_t), intent(in) :: ahead
+      type(path_tangent_t), intent(in) :: ahead
       type(division_t), intent(inout) :: division
       real(wp), value :: fraction               !! 0 to 1; may be one of the search's
       type(zero_search_t), intent(inout) :: search
-      type(sighting_t), intent(inout) :: sighting !! its report is that on the point
+      type(located_event_t), intent(inout) :: sighting !! its report is that on the point
       search%value_here = 0.0_wp
       call point_within(problem, run, trial, ahead, division, fraction, .false., .false., search%here, sighting%report)
       search%known = sighting%report%converged
@@ -187,8 +187,8 @@ contains
       if (sighting%event%kind == event_bifurcation) then
          search%value_here = zero_eigenvalue(problem, run, sighting%event, search%here, search%modes)
       else
-         search%value_here = event_value(problem, sighting%event, search%here, probe_at(problem, run, search%here, &
-            & heading_of(problem, run, search%here)))
+         search%value_here = event_value(problem, sighting%event, search%here, test_values_at(problem, run, search%here, &
+            & path_tangent_of(problem, run, search%here)))
       end if
    end subroutine look_at
 

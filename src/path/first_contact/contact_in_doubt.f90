@@ -10,17 +10,17 @@ module contact_in_doubt
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: new_system
-   use contact_touch, only: touch_t
+   use contact_spans, only: contact_span_t
    use set_differences, only: differences_t, compare_sets
    use span_problem, only: new_sampled_problem
-   use touch_candidates, only: present_touches
+   use span_candidates, only: present_contact_spans
    use nodes_to_spans, only: find_spans_ahead
    use next_spans, only: next_t
    use set_begins, only: go_back
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t, is_arc_length, displacement_between, path_length
-   use path_continuity, only: heading_at
-   use path_run, only: run_t
+   use path_continuity, only: path_tangent_at
+   use path_state, only: path_state_t
    use corrector, only: increment_t, correct
    implicit none
    private
@@ -33,12 +33,12 @@ contains
    !> The next set of contact spans and its equilibrium ahead of where the run stands, as near as the set holds.
    subroutine ask_nodes(problem, run, reach, next, found)
       type(problem_t), intent(in) :: problem       !! of spans
-      type(run_t), intent(in) :: run               !! its system factored where it stands
+      type(path_state_t), intent(in) :: run               !! its system factored where it stands
       real(wp), intent(in) :: reach                !! of the increment that failed
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
       type(problem_t) :: nodes
-      type(run_t) :: on
+      type(path_state_t) :: on
       type(state_t) :: here, ahead
       type(control_t) :: control
       type(increment_t) :: report
@@ -47,7 +47,7 @@ contains
       real(wp) :: first, apart
       nodes = new_sampled_problem(problem)
       here = carried(problem, run%state, nodes)
-      here%active = at_touches(nodes, here, present_touches(problem, run%state))
+      here%active = at_touches(nodes, here, present_contact_spans(problem, run%state))
       onward = carried_field(problem, run%state, run%heading%u, nodes, here)
       control%method = method_load
       on%system = new_system(nodes)
@@ -61,7 +61,7 @@ contains
       call correct(nodes, here, control, .false., on%state, on%system, report)
       found = report%converged
       if (.not. found) return
-      on%heading = heading_at(nodes, on%system, onward, run%heading%load)
+      on%heading = path_tangent_at(nodes, on%system, onward, run%heading%load)
       on%control%method = merge(method_cylindrical, run%control%method, is_arc_length(run%control%method))
       on%control%monitor = run%control%monitor
       on%control%increment = sign(reach, run%control%increment)
@@ -73,7 +73,7 @@ contains
       if (.not. found) return
       here = next%state
       if (path_length(next%problem, here, ahead) <= 0.0_wp) here = carried(problem, run%state, next%problem)
-      next%heading = heading_at(next%problem, next%system, displacement_between(next%problem, here, ahead), &
+      next%heading = path_tangent_at(next%problem, next%system, displacement_between(next%problem, here, ahead), &
          & ahead%load_factor - here%load_factor)
       call tell_differences(problem, run, nodes, next)
    end subroutine ask_nodes
@@ -82,14 +82,15 @@ contains
    !> other sets between, so that where the next one begins to hold says nothing of the first change.
    subroutine tell_differences(problem, run, nodes, next)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
+      type(path_state_t), intent(in) :: run
       type(problem_t), intent(in) :: nodes         !! that have told
       type(next_t), intent(inout) :: next
       type(differences_t) :: differences
       integer :: begun, ended
-      call compare_sets(present_touches(problem, run%state), run%touches, nodes%layout%stretch%length / (nodes%element_last - &
+      call compare_sets(present_contact_spans(problem, run%state), run%touches, &
+         & nodes%layout%stretch%length / (nodes%element_last - &
          & nodes%element_first + 1), problem%chain_start, nodes%candidates%chain_length, &
-         & present_touches(next%problem, next%state), next%problem%touch, differences)
+         & present_contact_spans(next%problem, next%state), next%problem%touch, differences)
       begun = differences%gained + differences%merged
       ended = differences%lost + differences%divided
       if (begun > 0) next%label = 'C+'
@@ -102,7 +103,7 @@ contains
    !> True for an equilibrium as near as the path goes over that change of the load, and meshes differ: elsewhere lies another path.
    logical function is_near(problem, run, next, apart) result(near)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
+      type(path_state_t), intent(in) :: run
       type(next_t), intent(in) :: next
       real(wp), intent(in) :: apart                !! how far the run's equilibrium is from that of the same touches at nodes
       real(wp) :: rise, jump
@@ -115,7 +116,7 @@ contains
    function at_touches(nodes, state, touch) result(active)
       type(problem_t), intent(in) :: nodes
       type(state_t), intent(in) :: state
-      type(touch_t), intent(in) :: touch(:)
+      type(contact_span_t), intent(in) :: touch(:)
       logical :: active(nodes%candidates%n)
       real(wp) :: at(2)
       integer :: c, side, e, k

@@ -4,17 +4,17 @@ module nodes_to_spans
    use model, only: method_cylindrical
    use problem, only: problem_t
    use rod_state, only: state_t
-   use contact_touch, only: touch_t
-   use touch_edits, only: same_set, laid_down
-   use touch_candidates, only: present_touches
+   use contact_spans, only: contact_span_t
+   use contact_set_edits, only: same_set, laid_down
+   use span_candidates, only: present_contact_spans
    use test_kinds, only: span_test_t, test_slack, test_vanishing
-   use nodal_touches, only: touches_at_nodes
+   use node_contacts, only: touches_at_nodes
    use bordered_system, only: linearise
    use next_spans, only: next_t, copy_next, new_next, settle, tests_of, holds
-   use lying_ahead, only: leads_to_next
+   use reachability, only: leads_to_next
    use path_control, only: set_tangent
-   use path_continuity, only: heading_t, relation_t, relate, same_path, too_far
-   use path_run, only: run_t, heading_of
+   use path_continuity, only: path_tangent_t, relation_t, relate, same_path, too_far
+   use path_state, only: path_state_t, path_tangent_of
    use corrector, only: increment_t, take_increment
    implicit none
    private
@@ -28,9 +28,9 @@ contains
    !> Increments with contact at nodes, longer and longer, until what they say turns into points and lines that hold.
    subroutine find_spans_ahead(problem, run, nodes, on, next, first, found, report, why)
       type(problem_t), intent(in) :: problem     !! where the run stands
-      type(run_t), intent(in) :: run
+      type(path_state_t), intent(in) :: run
       type(problem_t), intent(in) :: nodes       !! sampled
-      type(run_t), intent(inout) :: on           !! the run with these, at the start of the last increment on return, its system
+      type(path_state_t), intent(inout) :: on !! the run with these, at the start of the last increment on return, its system
       !! factored anywhere
       type(next_t), intent(out) :: next          !! its touches have the numbers 1, 2, ...
       real(wp), intent(out) :: first             !! load factor that the first increment led to
@@ -38,7 +38,7 @@ contains
       type(increment_t), intent(out) :: report   !! of the last increment
       character(:), allocatable, intent(out) :: why !! not found: the reason; not allocated where no increment converged
       type(state_t) :: ahead
-      type(heading_t) :: onward
+      type(path_tangent_t) :: onward
       type(relation_t) :: relation
       integer :: try
       found = .false.
@@ -47,7 +47,7 @@ contains
          if (on%control%method == method_cylindrical) call set_tangent(nodes, on%system, on%heading%u, on%heading%load, on%control)
          call take_increment(nodes, on%state, on%control, ahead, on%system, report)
          if (report%converged) then
-            onward = heading_of(nodes, on, ahead)
+            onward = path_tangent_of(nodes, on, ahead)
             relation = relate(nodes, on%state, ahead, on%heading, onward, on%fresh)
             ! From a start there is nothing that directions could be wrong about.
             if (problem%is_sampled()) report%converged = same_path(relation) .and. .not. too_far(nodes, on%control, relation)
@@ -79,7 +79,7 @@ contains
       type(next_t), intent(out) :: next          !! its touches have the numbers 1, 2, ...
       logical, intent(out) :: found
       character(:), allocatable, intent(out) :: why !! not found: the reason
-      type(touch_t), allocatable :: touch(:), first(:)
+      type(contact_span_t), allocatable :: touch(:), first(:)
       integer :: wave, k, c
       found = .false.
       ! From what the nodes say to what they may mean.
@@ -106,7 +106,7 @@ contains
          do while (k <= size(tests))
             if (tests(k)%kind == test_vanishing .and. abs(tests(k)%value) <= test_slack(test_vanishing)) then
                call copy_next(next, kept)
-               touch = laid_down(present_touches(next%problem, next%state), tests(k)%beside, tests(k)%ends)
+               touch = laid_down(present_contact_spans(next%problem, next%state), tests(k)%beside, tests(k)%ends)
                call take_these()
                if (found) then
                   tests = tests_of(next)

@@ -4,16 +4,16 @@ module span_start
    use problem, only: problem_t, copy_problem, new_problem
    use bordered_system, only: linearise
    use rod_state, only: state_t, candidate_gap, may_react
-   use contact_touch, only: touch_t
+   use contact_spans, only: contact_span_t
    use span_problem, only: new_span_problem, new_sampled_problem, place_spans
-   use nodal_touches, only: along
-   use first_touches, only: find_first_touches, touching
+   use node_contacts, only: along
+   use initial_contacts, only: find_first_touches, touching
    use next_spans, only: next_t
-   use span_arrival, only: bound_for
+   use entering_contact_set, only: bound_for
    use nodes_to_spans, only: find_spans_ahead
    use set_begins, only: go_back
    use corrector, only: increment_t
-   use path_run, only: run_t, copy_run
+   use path_state, only: path_state_t, copy_path_state
    use rod_layout, only: stretch_element
    use rod_geometry, only: geometry_t, new_geometry
    use obstacle_geometry, only: obstacle_gap
@@ -31,7 +31,7 @@ contains
    !> out what does. Unchanged where the deck has no contact that spans describe.
    subroutine prepare_spans(problem)
       type(problem_t), intent(inout) :: problem      !! of the deck
-      type(touch_t), allocatable :: clamp(:), first(:)
+      type(contact_span_t), allocatable :: clamp(:), first(:)
       real(wp) :: normal(2)
       logical :: touches
       integer :: k, i
@@ -99,7 +99,7 @@ contains
 
       !> True for a touch whose force is not all its support's.
       logical function carries(touch)
-         type(touch_t), intent(in) :: touch
+         type(contact_span_t), intent(in) :: touch
          real(wp) :: gap, normal(2), bend
          carries = touch%line
          if (carries) return
@@ -113,10 +113,10 @@ contains
    !> others.
    real(wp) function nearest_gap(problem, touch) result(gap)
       type(problem_t), intent(in) :: problem
-      type(touch_t), intent(in) :: touch
+      type(contact_span_t), intent(in) :: touch
       real(wp) :: first(size(problem%deck%contact(touch%contact)%node)), normal(2), bend
       integer :: row(problem%deck%mesh%n_nodes), i, e, here, next
-      type(touch_t), allocatable :: inside(:)
+      type(contact_span_t), allocatable :: inside(:)
       inside = find_first_touches(problem)
       row = 0
       associate (contact => problem%deck%contact(touch%contact), mesh => problem%deck%mesh, &
@@ -146,7 +146,7 @@ contains
 
       !> True for a place in an element at that node; what is nearer to a node than gaps tell is at the node.
       logical function beside(place)
-         type(touch_t), intent(in) :: place
+         type(contact_span_t), intent(in) :: place
          associate (whole => problem%layout%stretch(place%stretch))
             e = whole%element(stretch_element(whole, place%at(1)))
             beside = place%contact == touch%contact .and. minval(abs(whole%at - place%at(1))) > sqrt(touching) * problem%size
@@ -184,7 +184,7 @@ contains
    end function held_end
 
    !> A point contact at such an end.
-   type(touch_t) function touch_at_end(problem, contact, node, number) result(touch)
+   type(contact_span_t) function touch_at_end(problem, contact, node, number) result(touch)
       type(problem_t), intent(in) :: problem         !! of the deck
       integer, intent(in) :: contact, node, number
       touch%contact = contact
@@ -196,18 +196,18 @@ contains
    !> The first point of a path on which something touches from the start; the run goes from contact at nodes to contact spans.
    subroutine begin_spans(problem, run, trial, report)
       type(problem_t), intent(inout) :: problem  !! sampled on entry, of contact spans where the path begins
-      type(run_t), intent(inout) :: run          !! at its start
+      type(path_state_t), intent(inout) :: run          !! at its start
       type(state_t), intent(out) :: trial
       type(increment_t), intent(out) :: report
       type(next_t) :: next
-      type(run_t) :: on
+      type(path_state_t) :: on
       character(:), allocatable :: why
       real(wp) :: first
       logical :: found, small
       integer :: try
       small = .false.
       do try = 1, most_parts
-         call copy_run(run, on)
+         call copy_path_state(run, on)
          call find_spans_ahead(problem, run, problem, on, next, first, found, report, why)
          if (.not. found) then
             ! Further on than the first increment nodes have been asked; perhaps it went too far.

@@ -3,10 +3,10 @@
 module attempt
    use kinds, only: wp
    use rod_state, only: state_t
-   use path_continuity, only: heading_t, relation_t
+   use path_continuity, only: path_tangent_t, relation_t
    use corner_ahead, only: corner_t
    use corrector, only: increment_t
-   use path_run, only: run_t
+   use path_state, only: path_state_t
    use path_outcome, only: outcome_t
    implicit none
    private
@@ -20,7 +20,7 @@ module attempt
       ! The last increment.
       type(state_t) :: trial                     !! its end, in equilibrium where the report says so
       type(increment_t) :: report
-      type(heading_t) :: ahead                   !! tangent at the trial
+      type(path_tangent_t) :: ahead                   !! tangent at the trial
       type(relation_t) :: relation               !! of the point and the trial
       type(corner_t) :: corner                   !! between the two
       logical :: astray = .false.                !! the trial is in equilibrium, but not on the path ahead of the point
@@ -42,7 +42,7 @@ contains
 
    !> Begins with the point where the run stands, if it is another one.
    subroutine start_from(run, attempt)
-      type(run_t), intent(in) :: run
+      type(path_state_t), intent(in) :: run
       type(attempt_t), intent(inout) :: attempt
       logical :: moved
       moved = run%step_points /= attempt%point

@@ -5,7 +5,7 @@ module increment_retries
    use model, only: step_t
    use problem, only: problem_t
    use bordered_system, only: linearise
-   use path_run, only: run_t
+   use path_state, only: path_state_t
    use path_outcome, only: outcome_t
    use span_changes, only: pass_doubt
    use span_mesh, only: refine_mesh
@@ -23,7 +23,7 @@ contains
    !> With what the trial asked for: another mesh, or a smaller residual.
    subroutine retry_refined(problem, run, attempt, settled)
       type(problem_t), intent(inout) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
       logical, intent(in) :: settled             !! the trial is in equilibrium
       logical :: done
@@ -47,7 +47,7 @@ contains
    subroutine retry_by_nodes(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
@@ -75,7 +75,7 @@ contains
    !> Shorter increments tell apart events that the ends of one do not.
    subroutine retry_closer(problem, run, attempt)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
       attempt%searches = attempt%searches + 1
       run%control%increment = 0.5_wp * run%control%increment

@@ -6,9 +6,9 @@ module increment_trials
    use path_continuity, only: relation_t, relate, same_path, turned_over, too_far, at_corner
    use corner_ahead, only: corner_t, look_for_corner, is_near
    use corrector, only: take_increment
-   use path_run, only: run_t, copy_run, heading_of, turned_round
+   use path_state, only: path_state_t, copy_path_state, path_tangent_of, turned_back
    use span_start, only: begin_spans
-   use stiff_start, only: is_stiff_start, take_stiff_start
+   use stiffness_homotopy, only: is_stiff_start, take_stiff_start
    use attempt, only: attempt_t
    implicit none
    private
@@ -20,7 +20,7 @@ contains
    subroutine try_increment(problem, step, run, attempt)
       type(problem_t), intent(inout) :: problem  !! on another mesh where contact spans begin, or the start is stiff
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run          !! its system is factored at the trial on return, if that is in equilibrium
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the trial on return, if that is in equilibrium
       type(attempt_t), intent(inout) :: attempt
       attempt%begins = .false.
       if (attempt%has_trial) then
@@ -43,25 +43,25 @@ contains
    subroutine begin_with_spans(problem, step, run, attempt)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
       type(problem_t) :: sampled
-      type(run_t) :: unbegun
+      type(path_state_t) :: unbegun
       call copy_problem(problem, sampled)
-      call copy_run(run, unbegun)
+      call copy_path_state(run, unbegun)
       call begin_spans(problem, run, attempt%trial, attempt%report)
       attempt%begins = attempt%report%converged
       call look_astray(problem, step, run, attempt)
       if (.not. attempt%astray) return
       call copy_problem(sampled, problem)
-      call copy_run(unbegun, run)
+      call copy_path_state(unbegun, run)
    end subroutine begin_with_spans
 
    !> Whether the equilibrium that was found lies on another path, or the path leads back; and the heading there.
    subroutine look_astray(problem, step, run, attempt)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(in) :: run
+      type(path_state_t), intent(in) :: run
       type(attempt_t), intent(inout) :: attempt
       type(relation_t) :: before
       attempt%astray = .false.
@@ -70,7 +70,7 @@ contains
          attempt%corner = corner_t()
       end if
       if (.not. attempt%report%converged) return
-      attempt%ahead = heading_of(problem, run, attempt%trial)
+      attempt%ahead = path_tangent_of(problem, run, attempt%trial)
       before = attempt%relation
       attempt%relation = relate(problem, run%state, attempt%trial, run%heading, attempt%ahead, run%fresh)
       attempt%astray = .not. same_path(attempt%relation)
@@ -86,7 +86,7 @@ contains
       if (attempt%astray) then
          attempt%report%message = 'what equilibrium there is ahead lies on another path, or behind a loop of this one'
       else
-         attempt%astray = turned_round(problem, run, attempt%trial, attempt%ahead)
+         attempt%astray = turned_back(problem, run, attempt%trial, attempt%ahead)
          if (attempt%astray) attempt%report%message = 'the path turns round and leads back over the points that it has passed'
       end if
       ! The same point on another mesh, where the run's point may not be in equilibrium, does not come from elsewhere.

@@ -1,6 +1,6 @@
 !> Follows a path point by point: predict, correct, adapt the increment, go around what is in the way.
 !>
-!>   increment (increment_trials) -> leads on? -> no: another way (other_ways)
+!>   increment (increment_trials) -> leads on? -> no: another way (step_recovery)
 !>                                             -> yes: changes of contact (span_changes) -> accepted (path_acceptance)
 !>   -> once more (increment_retries), or the next increment
 module path_follower
@@ -8,19 +8,19 @@ module path_follower
    use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t
-   use path_continuity, only: heading_t
+   use path_continuity, only: path_tangent_t
    use path_control, only: is_arc_length, set_tangent
-   use path_run, only: run_t
+   use path_state, only: path_state_t
    use step_control, only: begin_arc_length, go_by_load, may_rest, next_increment, shorten_to_stop
    use attempt, only: attempt_t, start_from, leads_on, ended
    use increment_trials, only: try_increment
-   use other_ways, only: try_otherwise
+   use step_recovery, only: try_recovery
    use increment_retries, only: retry_refined, retry_by_nodes, retry_closer
    use path_acceptance, only: arrival_t, accept
-   use accuracy_asked, only: wants_another
+   use remeshing, only: wants_another
    use path_outcome, only: outcome_t
    use span_changes, only: pass_change, set_changed, go_nearer, other_mesh
-   use span_dips, only: note_slopes
+   use minima_of_tests, only: note_slopes
    use span_mesh, only: renew_mesh, coarsen_mesh
    use path_record, only: recorder_t
    implicit none
@@ -35,7 +35,7 @@ contains
    subroutine follow_points(problem, step, run, recorder, outcome)
       type(problem_t), intent(inout) :: problem  !! its mesh changes with contact spans
       type(step_t), intent(in) :: step           !! of the deck, or as a branch has it
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(attempt_t) :: attempt
@@ -55,7 +55,7 @@ contains
          call set_control(problem, step, run)
          call try_increment(problem, step, run, attempt)
          if (.not. leads_on(attempt)) then
-            call try_otherwise(problem, step, run, attempt, recorder, outcome)
+            call try_recovery(problem, step, run, attempt, recorder, outcome)
             if (ended(attempt, outcome)) return
             cycle
          end if
@@ -94,12 +94,12 @@ contains
    subroutine catch_up(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(state_t) :: here
-      type(heading_t) :: ahead
+      type(path_tangent_t) :: ahead
       integer :: result
       run%behind_flat = .false.
       here = run%state
@@ -113,7 +113,7 @@ contains
    subroutine accept_trial(problem, step, run, attempt, recorder, shorter, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: shorter            !! nothing is recorded: the increment is to be cut
@@ -129,7 +129,7 @@ contains
    subroutine set_control(problem, step, run)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       call go_by_load(step, run)
       if (is_arc_length(run%control%method)) &
          & call set_tangent(problem, run%system, run%heading%u, run%heading%load, run%control)
@@ -140,7 +140,7 @@ contains
    !> Another mesh for an accepted point: finer for what has grown, coarser where it is better than it has to be.
    subroutine look_at_mesh(problem, run)
       type(problem_t), intent(inout) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       run%slopes%closer = 0
       if (allocated(run%slopes%ahead)) call move_alloc(run%slopes%ahead, run%slopes%here)
       if (allocated(run%footing)) deallocate (run%footing)
@@ -154,7 +154,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(attempt_t), intent(in) :: attempt     !! that has led to the point
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(outcome_t), intent(inout) :: outcome
       logical :: scaled
       if (is_arc_length(step%method) .and. .not. is_arc_length(run%control%method)) then

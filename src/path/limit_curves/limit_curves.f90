@@ -12,7 +12,7 @@ module limit_curves
    use model, only: step_t
    use linear_system, only: new_system
    use bordered_system, only: linearise
-   use landmarks, only: landmarks_t
+   use critical_points, only: critical_points_t
    use path_outcome, only: outcome_t, note_trouble
    use span_tests, only: spans_hold
    use second_parameter, only: present_value
@@ -40,7 +40,7 @@ contains
    !> Follows all limit curves of a step. What cannot be found is noted in outcome%trouble.
    subroutine follow_limit_curves(step, own, recorder, outcome)
       type(step_t), intent(in) :: step
-      type(landmarks_t), intent(in) :: own           !! of the step's path
+      type(critical_points_t), intent(in) :: own           !! of the step's path
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       character(:), allocatable :: trouble
@@ -55,7 +55,7 @@ contains
    !> One curve.
    subroutine follow_curve(step, own, number, recorder, trouble, outcome)
       type(step_t), intent(in) :: step
-      type(landmarks_t), intent(in) :: own
+      type(critical_points_t), intent(in) :: own
       integer, intent(in) :: number                  !! index into step%limit_curve
       class(recorder_t), intent(inout) :: recorder
       character(:), allocatable, intent(out) :: trouble

@@ -8,7 +8,7 @@ module limit_marks
    use linear_system, only: system_t, new_system
    use span_problem, only: new_span_problem, same_spans
    use span_division, only: outgrown
-   use touch_candidates, only: present_touches
+   use span_candidates, only: present_contact_spans
    use ground_mark, only: cut_t
    use ground_cuts, only: find_cuts, marked
    use mesh_change, only: carry_over
@@ -34,7 +34,7 @@ contains
       if (marked(problem, state, cut)) then
          if (.not. outgrown(problem, state, cut)) return
       end if
-      call stand_on(new_span_problem(problem, present_touches(problem, state), state, cut), problem, state, direction, ok)
+      call stand_on(new_span_problem(problem, present_contact_spans(problem, state), state, cut), problem, state, direction, ok)
       if (ok) base = same_spans(base, problem)
    end subroutine renew_marks
 
@@ -46,7 +46,7 @@ contains
       logical, intent(out) :: ok
       ok = .true.
       if (size(problem%mark) == 0) return
-      call stand_on(new_span_problem(problem, present_touches(problem, state), state), problem, state, direction, ok)
+      call stand_on(new_span_problem(problem, present_contact_spans(problem, state), state), problem, state, direction, ok)
    end subroutine take_marks_off
 
    !> In equilibrium on another mesh.

@@ -5,16 +5,16 @@ module limit_mesh
    use model, only: step_t
    use linear_system, only: new_system
    use span_problem, only: new_span_problem
-   use touch_candidates, only: present_touches
+   use span_candidates, only: present_contact_spans
    use ground_cuts, only: find_cuts
    use ground_segments, only: tell_segments
    use state_transfer, only: carried, carried_field
    use second_parameter, only: problem_at
    use limit_search, only: follower_t, copy_follower, trial_t, stand_here, search, as_value, small_drop
-   use path_continuity, only: heading_at
+   use path_continuity, only: path_tangent_at
    use error_report, only: bars_on_curve
    use error_bar, only: error_bars_t
-   use mesh_demand, only: demand_t
+   use mesh_density, only: mesh_density_t
    use mesh_request, only: refinement_t, request_mesh
    use timing, only: count_up, counter_remeshed
    implicit none
@@ -29,7 +29,7 @@ contains
    subroutine bars_here(follower, bars)
       type(follower_t), intent(in) :: follower
       type(error_bars_t), allocatable, intent(out) :: bars
-      call bars_on_curve(follower%problem, follower%state, follower%system, heading_at(follower%problem, follower%system, &
+      call bars_on_curve(follower%problem, follower%state, follower%system, path_tangent_at(follower%problem, follower%system, &
          & follower%control%tangent, follower%control%tangent_load), follower%unit(1), &
          & small_drop * follower%state%load_factor, bars)
    end subroutine bars_here
@@ -42,7 +42,7 @@ contains
       type(follower_t) :: kept
       type(trial_t) :: trial
       type(error_bars_t), allocatable :: bars
-      type(demand_t), allocatable :: demand(:)
+      type(mesh_density_t), allocatable :: demand(:)
       type(refinement_t) :: last
       real(wp) :: place(2), sizes(1 + size(follower%problem%deck%monitor))
       integer :: tries, searches
@@ -72,11 +72,11 @@ contains
    !> The follower on another mesh, its state not yet in equilibrium there.
    subroutine take_mesh(follower, demand)
       type(follower_t), intent(inout) :: follower
-      type(demand_t), intent(in) :: demand(:)
+      type(mesh_density_t), intent(in) :: demand(:)
       type(follower_t) :: next
       call copy_follower(follower, next)
       next%base%demand = demand
-      next%base = new_span_problem(next%base, present_touches(follower%problem, follower%state), follower%state, &
+      next%base = new_span_problem(next%base, present_contact_spans(follower%problem, follower%state), follower%state, &
          & find_cuts(follower%problem, follower%state))
       next%problem = problem_at(next%base, follower%curve, as_value(follower%curve, follower%coordinate))
       next%state = carried(follower%problem, follower%state, next%problem)

@@ -5,9 +5,9 @@ module limit_rigid
    use model, only: model_t, limit_curve_t
    use problem, only: problem_t, copy_problem, new_problem
    use rod_state, only: state_t
-   use contact_touch, only: touch_t, choose_spans
+   use contact_spans, only: contact_span_t, choose_spans
    use span_problem, only: new_span_problem, place_spans
-   use touch_candidates, only: present_touches
+   use span_candidates, only: present_contact_spans
    use ground_mark, only: cut_t
    use ground_cuts, only: find_cuts
    use ground_segments, only: segment_at
@@ -61,11 +61,11 @@ contains
       real(wp), allocatable, intent(inout) :: direction(:, :)
       logical, intent(out) :: ok
       type(problem_t) :: base
-      type(touch_t), allocatable :: touch(:)
+      type(contact_span_t), allocatable :: touch(:)
       call copy_problem(problem, base)
       base%deck = deck
       call place_spans(new_problem(deck), base)
-      touch = present_touches(problem, state)
+      touch = present_contact_spans(problem, state)
       call stand_on(new_span_problem(base, [touch, pressed_lines(curve, problem, state, maxval([0, touch%number]))], state), &
          & problem, state, direction, ok)
    end subroutine lay_down
@@ -76,7 +76,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: last                !! number of a touch
-      type(touch_t), allocatable :: line(:)
+      type(contact_span_t), allocatable :: line(:)
       type(cut_t), allocatable :: cut(:)
       real(wp), allocatable :: at(:)
       real(wp) :: stiffness
@@ -96,7 +96,7 @@ contains
                if (carries(segment) .and. before) then
                   line(i)%at(2) = at(k + 1)
                else if (carries(segment)) then
-                  line = [line, touch_t(number=last + i + 1, contact=contact, stretch=stretch, at=at(k:k + 1), line=.true.)]
+                  line = [line, contact_span_t(number=last + i + 1, contact=contact, stretch=stretch, at=at(k:k + 1), line=.true.)]
                end if
                before = carries(segment)
             end do

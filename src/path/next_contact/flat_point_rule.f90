@@ -11,8 +11,8 @@ module flat_point_rule
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
-   use contact_touch, only: touch_t, line_share, first_length
-   use touch_edits, only: spread_out, parted
+   use contact_spans, only: contact_span_t, line_share, first_length
+   use contact_set_edits, only: spread_out, parted
    use line_pressure, only: virtual_pressure
    use lifted_node, only: lifted_at_mirror
    use passages, only: behind
@@ -142,7 +142,7 @@ contains
       logical, intent(in) :: line
       type(answer_t), intent(inout) :: answer
       integer, intent(out) :: beside(2)            !! the touches before and after it, 0: nothing goes there
-      type(touch_t) :: touch
+      type(contact_span_t) :: touch
       integer :: side, stretch(2), k
       real(wp) :: length
       logical :: stays
@@ -158,7 +158,7 @@ contains
       beside = 0
       do side = 1, 2
          if (.not. goes(side)) cycle
-         touch = touch_t(contact=answer%touch(k)%contact, stretch=stretch(side), line=line, &
+         touch = contact_span_t(contact=answer%touch(k)%contact, stretch=stretch(side), line=line, &
             & at=behind(problem, stretch(side), 2 * side - 3, length, line))
          if (stays .or. any(beside > 0)) then
             answer%touch = [answer%touch, touch]

@@ -4,13 +4,13 @@ module flat_points
    use kinds, only: wp
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
-   use contact_touch, only: shortest
+   use contact_spans, only: shortest
    use conforming_span, only: flat_excess, excess_curvature
    use touchdown_points, only: point_force
    use bordered_system, only: all_to_global
    use curvature_row, only: curvature_row_t, new_curvature_row
    use path_control, only: control_t, path_length
-   use path_run, only: run_t
+   use path_state, only: path_state_t
    use corrector, only: increment_t, correct
    implicit none
    private
@@ -23,7 +23,7 @@ contains
    !> others that become flat nearby, as its image at a mirror.
    subroutine find_flat_point(problem, run, candidate, too, place, found)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run          !! its system ends up anywhere
+      type(path_state_t), intent(inout) :: run          !! its system ends up anywhere
       integer, intent(in) :: candidate
       integer, intent(in) :: too(:)              !! candidates of others
       type(state_t), intent(inout) :: place      !! a state nearby on entry
@@ -44,7 +44,7 @@ contains
    !> become a line sooner: it turns with the obstacle.
    subroutine turn_flattest(problem, run, control, state, found)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run          !! its state is where the control counts from; its system ends up anywhere
+      type(path_state_t), intent(inout) :: run          !! its state is where the control counts from; its system ends up anywhere
       type(control_t), intent(in) :: control
       type(state_t), intent(inout) :: state      !! a guess on entry
       logical, intent(out) :: found
@@ -72,7 +72,7 @@ contains
    !> bounds, and free spans beside it may buckle as the line between them vanishes, so that the load hardly tells.
    subroutine leave_flat_point(problem, run, candidate, reach, place, away, found)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run          !! its system ends up anywhere
+      type(path_state_t), intent(inout) :: run          !! its system ends up anywhere
       integer, intent(in) :: candidate
       real(wp), intent(in) :: reach              !! along the path, that it may be away
       type(state_t), intent(inout) :: place      !! that of the line on entry
@@ -98,7 +98,7 @@ contains
    !> How much more curved a point becomes along the path, per unit of load factor.
    real(wp) function curving_rate(problem, run, candidate) result(rate)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run             !! its system factored
+      type(path_state_t), intent(in) :: run             !! its system factored
       integer, intent(in) :: candidate
       type(curvature_row_t) :: row
       row = new_curvature_row(problem, run%state, run%system, candidate)
@@ -126,7 +126,7 @@ contains
    !> The equilibrium at which a point is more curved than its obstacle by a given amount.
    subroutine go_to_excess(problem, run, candidate, excess, whole, state, found)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       integer, intent(in) :: candidate
       real(wp), intent(in) :: excess
       real(wp), intent(in) :: whole              !! to a small part of which it is met

@@ -2,16 +2,16 @@
 !> With the points held, load and place are found at which they are where they belong (held_touchdown).
 module held_openings
    use kinds, only: wp
-   use contact_touch, only: first_length
+   use contact_spans, only: first_length
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use model, only: method_load
    use path_control, only: control_t
    use corrector, only: increment_t, correct
-   use path_run, only: run_t
+   use path_state, only: path_state_t
    use touchdown_points, only: with_held, opening_misfit, touchdown_steps
-   use touch_candidates, only: touch_place
+   use span_candidates, only: touch_place
    use tangent_step, only: states_along
    use held_touchdown, only: solve_held
    implicit none
@@ -25,7 +25,7 @@ contains
    !> they are where they belong.
    subroutine begin_span(problem, run, opened, ok, others)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       integer, intent(in) :: opened(2)           !! numbers of touches; both the same: a line, between its own ends
       logical, intent(out) :: ok
       integer, intent(in), optional :: others(:, :) !! (2, spans) that open before: they hold as they are until the load is found
@@ -71,7 +71,7 @@ contains
    !> want there tells where they go. The state stays where there is none.
    subroutine rest_held(problem, run, opened)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       integer, intent(in) :: opened(2)           !! as begin_span
       type(state_t) :: state
       type(control_t) :: here
@@ -88,7 +88,7 @@ contains
    !> keeps from going along them end where they have to, not where they are held. The state stays where it is not found.
    subroutine spread_ahead(problem, run, opened, ok)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       integer, intent(in) :: opened(2)           !! as begin_span
       logical, intent(out) :: ok
       type(state_t) :: state
@@ -112,14 +112,14 @@ contains
    !> Steps of load factor and place for differences.
    pure function held_steps(problem, run) result(step)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
+      type(path_state_t), intent(in) :: run
       real(wp) :: step(2)
       step = [held_load(run), 1.0e-2_wp * first_length * maxval(problem%layout%stretch%length)]
    end function held_steps
 
    !> That of the load factor.
    pure real(wp) function held_load(run) result(step)
-      type(run_t), intent(in) :: run
+      type(path_state_t), intent(in) :: run
       step = 1.0e-4_wp * max(abs(run%last_load), 1.0e-3_wp * abs(run%state%load_factor))
    end function held_load
 
@@ -141,7 +141,7 @@ contains
    !> told of moment and curvature has them.
    real(wp) function spreading_rate(problem, run, opened) result(rate)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run             !! its system factored
+      type(path_state_t), intent(in) :: run             !! its system factored
       integer, intent(in) :: opened(2)           !! as begin_span
       type(state_t) :: ahead, here
       real(wp) :: step, misfit(2), place(problem%candidates%n), change

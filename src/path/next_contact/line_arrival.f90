@@ -4,14 +4,14 @@
 module line_arrival
    use kinds, only: wp
    use problem, only: problem_t
-   use touch_edits, only: end_moved
-   use contact_touch, only: touch_t, shortest
+   use contact_set_edits, only: end_moved
+   use contact_spans, only: contact_span_t, shortest
    use breakpoint_forces, only: breakpoint_couple, breakpoint_force, left_over
    use past_breakpoints, only: beyond, end_node
    use lifted_node, only: lifted_ahead
-   use touch_candidates, only: present_touches
+   use span_candidates, only: present_contact_spans
    use test_kinds, only: span_test_t
-   use change_kinds, only: leg_t
+   use contact_change_types, only: step_interval_t
    use next_spans, only: next_t, new_next, go_to_load
    implicit none
    private
@@ -24,11 +24,11 @@ contains
    !> The set with the ends at the breakpoint, and its equilibrium where it holds, on the leg or not further beyond than it is long.
    subroutine find_arrival(problem, leg, test, next, found)
       type(problem_t), intent(in) :: problem
-      type(leg_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: leg
       type(span_test_t), intent(in) :: test      !! of the free span between a contact and a breakpoint
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
-      type(touch_t), allocatable :: set(:)
+      type(contact_span_t), allocatable :: set(:)
       integer :: k, side
       logical :: meets
       call set_at_breakpoint(problem, leg, test, set, k, side, meets)
@@ -42,9 +42,9 @@ contains
    !> The set with a line's end at the breakpoint, and that of another line that it meets there. Not allocated: there is none.
    subroutine set_at_breakpoint(problem, leg, test, set, k, side, meets)
       type(problem_t), intent(in) :: problem
-      type(leg_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: leg
       type(span_test_t), intent(in) :: test
-      type(touch_t), allocatable, intent(out) :: set(:)
+      type(contact_span_t), allocatable, intent(out) :: set(:)
       integer, intent(out) :: k                  !! which touch the line is
       integer, intent(out) :: side               !! of the free span, on which it is
       logical, intent(out) :: meets              !! another line comes from the other side
@@ -68,7 +68,7 @@ contains
          if (lifted_ahead(problem, leg%to, problem%touch(k)%candidate(3 - side), end_node(problem, k, way)) <= shortest * whole) &
             & return
       end if
-      set = end_moved(present_touches(problem, leg%to), k, 3 - side, merge(whole, 0.0_wp, way > 0))
+      set = end_moved(present_contact_spans(problem, leg%to), k, 3 - side, merge(whole, 0.0_wp, way > 0))
       if (meets) set = end_moved(set, other, side, merge(problem%layout%stretch(stretch)%length, 0.0_wp, way < 0))
    end subroutine set_at_breakpoint
 
@@ -76,7 +76,7 @@ contains
    !> there is no couple.
    subroutine find_load(problem, leg, c, meets, next, found)
       type(problem_t), intent(in) :: problem
-      type(leg_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: leg
       integer, intent(in) :: c                   !! candidate of the node, in the next set
       logical, intent(in) :: meets
       type(next_t), intent(inout) :: next

@@ -6,15 +6,15 @@ module lost_at_support
    use problem, only: problem_t
    use rod_state, only: state_t
    use breakpoint_forces, only: stands
-   use touch_edits, only: lost
-   use touch_candidates, only: present_touches
+   use contact_set_edits, only: lost
+   use span_candidates, only: present_contact_spans
    use test_kinds, only: span_test_t, test_curvature, test_slope
    use span_answer, only: answer_t
    use span_rules, only: answer_to
-   use change_kinds, only: leg_t
+   use contact_change_types, only: step_interval_t
    use next_spans, only: next_t, new_next, tests_of
    use set_begins, only: find_begin
-   use path_run, only: run_t
+   use path_state, only: path_state_t
    implicit none
    private
    public :: clamped_ends, go_into_clamp, lose_line
@@ -38,15 +38,15 @@ contains
    !> The equilibrium at which the point beside a span has come to the clamp on its other side.
    subroutine go_into_clamp(problem, run, leg, which, next, found)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(in) :: run
+      type(step_interval_t), intent(in) :: leg
       integer, intent(in) :: which               !! the test of the span, a wave
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
       integer :: side
       associate (beside => leg%after(which)%beside)
          side = findloc(clamped_ends(problem, leg%to, leg%after(which)), .true., 1)
-         next = new_next(problem, leg%to, lost(present_touches(problem, leg%to), beside(3 - side)))
+         next = new_next(problem, leg%to, lost(present_contact_spans(problem, leg%to), beside(3 - side)))
       end associate
       call lose(run, leg, next, found)
    end subroutine go_into_clamp
@@ -54,8 +54,8 @@ contains
    !> The equilibrium at which a line has shrunk onto the support at its end. Not found where it goes on beyond, or has no such end.
    subroutine lose_line(problem, run, leg, which, next, found)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(in) :: run
+      type(step_interval_t), intent(in) :: leg
       integer, intent(in) :: which               !! the test of its length
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
@@ -69,8 +69,8 @@ contains
 
    !> Where the set without it begins to hold, by the test beside a support that is nearest to zero.
    subroutine lose(run, leg, next, found)
-      type(run_t), intent(in) :: run
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(in) :: run
+      type(step_interval_t), intent(in) :: leg
       type(next_t), intent(inout) :: next
       logical, intent(out) :: found
       type(span_test_t), allocatable :: tests(:)

@@ -6,14 +6,14 @@ module next_spans
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
-   use contact_touch, only: touch_t
+   use contact_spans, only: contact_span_t
    use span_problem, only: new_span_problem
    use test_kinds, only: span_test_t, any_fails
    use span_tests, only: run_span_tests
    use touchdown_points, only: with_held
    use state_transfer, only: carried
    use path_control, only: control_t
-   use path_continuity, only: heading_t
+   use path_continuity, only: path_tangent_t
    use corrector, only: increment_t, correct
    implicit none
    private
@@ -24,7 +24,7 @@ module next_spans
       type(problem_t) :: problem
       type(state_t) :: state
       type(system_t) :: system                    !! factored there
-      type(heading_t) :: heading                  !! of the path that arrives there; without displacements: the run's own way
+      type(path_tangent_t) :: heading                  !! of the path that arrives there; without displacements: the run's own way
       real(wp) :: rate = 0.0_wp                   !! of a line that has lain down: of its least pressure, per unit of load factor;
       !! 0: the path goes on as it came
       type(increment_t) :: report = increment_t(converged=.true.)
@@ -48,7 +48,7 @@ contains
    function new_next(problem, state, touch) result(next)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state          !! of `problem`: a guess
-      type(touch_t), intent(in) :: touch(:)       !! as they are on it
+      type(contact_span_t), intent(in) :: touch(:)       !! as they are on it
       type(next_t) :: next
       next%problem = new_span_problem(problem, touch)
       next%state = carried(problem, state, next%problem)

@@ -6,11 +6,11 @@
 module passages
    use kinds, only: wp
    use problem, only: problem_t
-   use contact_touch, only: touch_t, shortest, line_share
-   use touch_edits, only: lost, shrunk, end_moved, moved, continued
+   use contact_spans, only: contact_span_t, shortest, line_share
+   use contact_set_edits, only: lost, shrunk, end_moved, moved, continued
    use past_breakpoints, only: beyond, end_node
    use lifted_node, only: lifted_ahead
-   use touch_candidates, only: rolls_at
+   use span_candidates, only: rolls_at
    use rod_state, only: state_t
    use test_kinds, only: span_test_t, test_length, test_crossing
    implicit none
@@ -37,7 +37,7 @@ contains
       type(span_test_t), intent(in) :: tests(:)
       integer, intent(in) :: which                   !! of a length or of a crossing
       real(wp), intent(in) :: fall(:)                !! (tests) by how much each falls along the path
-      type(touch_t), allocatable, intent(inout) :: set(:)
+      type(contact_span_t), allocatable, intent(inout) :: set(:)
       integer, allocatable, intent(out) :: passes(:, :) !! (2, passages) indices of the touches between which a span opens behind a
       !! breakpoint, 0: the breakpoint itself; the first one is passed last
       logical, intent(out) :: passed                 !! false: the test is that of a line that shrinks, and goes on nowhere
@@ -78,7 +78,7 @@ contains
    !> True for passages that come to the breakpoint of another one from its other side, both of them ends of lines.
    pure function meet(one, passage, set)
       type(passage_t), intent(in) :: one, passage(:)
-      type(touch_t), intent(in) :: set(:)
+      type(contact_span_t), intent(in) :: set(:)
       logical :: meet(size(passage))
       integer :: k
       meet = passage%touch > 0 .and. .not. (one%shrinks .or. passage%shrinks) .and. passage%way == -one%way .and. one%stretch > 0
@@ -121,7 +121,7 @@ contains
    !> What a test is about; without a stretch: no passage.
    pure type(passage_t) function passage_of(problem, set, test, fall) result(passage)
       type(problem_t), intent(in) :: problem
-      type(touch_t), intent(in) :: set(:)
+      type(contact_span_t), intent(in) :: set(:)
       type(span_test_t), intent(in) :: test
       real(wp), intent(in) :: fall
       integer :: k, way, next, stretch
@@ -158,7 +158,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(passage_t), intent(in) :: passage
       real(wp), intent(in) :: to                     !! how far behind the breakpoint
-      type(touch_t), allocatable, intent(inout) :: set(:)
+      type(contact_span_t), allocatable, intent(inout) :: set(:)
       logical, allocatable, intent(inout) :: gone(:) !! touches of which nothing is left
       integer, allocatable, intent(inout) :: passes(:, :)
       integer :: side, k

@@ -5,10 +5,10 @@
 module set_begins
    use kinds, only: wp
    use test_kinds, only: span_test_t, test_slack, test_pressure, any_fails
-   use change_kinds, only: leg_t
+   use contact_change_types, only: step_interval_t
    use next_spans, only: next_t, copy_next, go_to_load
    use held_openings, only: held_load
-   use path_run, only: run_t
+   use path_state, only: path_state_t
    implicit none
    private
    public :: find_begin, go_back
@@ -22,8 +22,8 @@ contains
    !> zero there. By secants, within a bracket once there is one. Where nothing is left of the span, and the set holds all the way,
    !> it is where the run stands: meshes differ.
    subroutine find_begin(run, leg, gone, next, found, test)
-      type(run_t), intent(in) :: run
-      type(leg_t), intent(in) :: leg
+      type(path_state_t), intent(in) :: run
+      type(step_interval_t), intent(in) :: leg
       logical, intent(in) :: gone                !! nothing is left of the span
       type(next_t), intent(inout) :: next        !! as new_next has it
       logical, intent(out) :: found

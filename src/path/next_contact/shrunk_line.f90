@@ -8,7 +8,7 @@ module shrunk_line
    use bordered_system, only: linearise
    use path_control, only: control_t, path_length
    use flat_points, only: leave_flat_point
-   use path_run, only: run_t
+   use path_state, only: path_state_t
    use corrector, only: increment_t, correct
    implicit none
    private
@@ -24,7 +24,7 @@ contains
    !> and of a point at a breakpoint, it is the equilibrium at the same load. It stays where none is found nearby.
    subroutine come_to_rest(problem, run, candidate, reach, leaves)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       integer, intent(in) :: candidate           !! of what the contact has become, 0: it has become nothing of its own
       real(wp), intent(in) :: reach              !! along the path
       logical, intent(out) :: leaves             !! it is such a point, which becomes more curved further on

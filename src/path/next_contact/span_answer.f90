@@ -2,14 +2,14 @@
 module span_answer
    use kinds, only: wp
    use problem, only: problem_t
-   use contact_touch, only: touch_t
+   use contact_spans, only: contact_span_t
    implicit none
    private
    public :: answer_t, numbers, stretch_length
 
    !> What follows, and what is told of it.
    type :: answer_t
-      type(touch_t), allocatable :: touch(:)      !! the new set, but for what begins (beginning_together)
+      type(contact_span_t), allocatable :: touch(:)      !! the new set, but for what begins (beginning_together)
       integer :: between(2) = 0                   !! numbers of the touches between which a free span begins, 0: a breakpoint; both
       !! the same: a line of contact begins, between its own ends
       integer, allocatable :: crosses(:, :)       !! (2, spans) the same of spans behind breakpoints, that which begins last first
@@ -22,7 +22,7 @@ contains
 
    !> Numbers of two touches of a set.
    pure function numbers(set, at) result(number)
-      type(touch_t), intent(in) :: set(:)
+      type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: at(2)                 !! indices, 0: none
       integer :: number(2), i
       number = 0
@@ -34,7 +34,7 @@ contains
    !> Length of the stretch of a touch.
    pure real(wp) function stretch_length(problem, touch) result(length)
       type(problem_t), intent(in) :: problem
-      type(touch_t), intent(in) :: touch
+      type(contact_span_t), intent(in) :: touch
       length = problem%layout%stretch(touch%stretch)%length
    end function stretch_length
 end module span_answer

@@ -21,9 +21,9 @@ module span_opening
    use rod_state, only: state_t, may_react, candidate_gap
    use conforming_span, only: conforming_forces, node_track, track_sense
    use obstacle_track, only: track_t
-   use contact_touch, only: touch_t
-   use touch_edits, only: begun, lost, opened, end_moved, shrunk, numbered, same_set
-   use touch_candidates, only: present_touches
+   use contact_spans, only: contact_span_t
+   use contact_set_edits, only: begun, lost, opened, end_moved, shrunk, numbered, same_set
+   use span_candidates, only: present_contact_spans
    use line_pressure, only: pressure_t, sample_line, density_at
    use test_kinds, only: span_test_t, test_force, test_pressure, test_couple, test_slack, well_below
    use breakpoint_forces, only: breakpoint_force, breakpoint_couple
@@ -49,7 +49,7 @@ contains
       integer, intent(in) :: number                !! of the first contact that parts from it
       type(next_t), intent(out) :: next            !! at the load factor of `beyond`
       logical, intent(out) :: found
-      type(touch_t), allocatable :: touch(:)
+      type(contact_span_t), allocatable :: touch(:)
       if (test%kind == test_force .or. test%kind == test_couple) then
          call lifted_touches(problem, beyond, test%candidate, test%kind == test_couple, touch)
          if (allocated(touch)) touch = numbered(touch, number - 1)
@@ -71,14 +71,14 @@ contains
       type(state_t), intent(in) :: state           !! beyond
       real(wp), intent(in) :: scale                !! of forces
       integer, intent(in) :: number                !! of the first contact that parts
-      type(touch_t), allocatable, intent(out) :: touch(:)
-      type(touch_t), allocatable :: before(:), now(:), set(:)
+      type(contact_span_t), allocatable, intent(out) :: touch(:)
+      type(contact_span_t), allocatable :: before(:), now(:), set(:)
       real(wp), allocatable :: zone(:, :)
       real(wp) :: nothing
       integer :: k, i, rest
       logical :: told
-      now = present_touches(problem, state)
-      before = present_touches(problem, place)
+      now = present_contact_spans(problem, state)
+      before = present_contact_spans(problem, place)
       nothing = well_below * test_slack(test_pressure) * scale / problem%size
       set = now
       do k = 1, size(now)
@@ -100,7 +100,7 @@ contains
    logical function reaches_end(problem, place, before, now, zone, nothing) result(reaches)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: place           !! where it opens
-      type(touch_t), intent(in) :: before, now     !! the line there, and beyond
+      type(contact_span_t), intent(in) :: before, now     !! the line there, and beyond
       real(wp), intent(in) :: zone(2)              !! beyond
       real(wp), intent(in) :: nothing              !! density that counts as none
       reaches = zone(1) <= now%at(1) .and. density_at(problem, place, before, before%at(1)) > nothing
@@ -111,9 +111,9 @@ contains
    subroutine open_zone(problem, state, line, zone, set, rest, told)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(touch_t), intent(in) :: line            !! as it is now
+      type(contact_span_t), intent(in) :: line            !! as it is now
       real(wp), intent(in) :: zone(2)
-      type(touch_t), allocatable, intent(inout) :: set(:)
+      type(contact_span_t), allocatable, intent(inout) :: set(:)
       integer, intent(inout) :: rest               !! index of what is left of the line from this zone on
       logical, intent(out) :: told                 !! false: the laws do not tell
       real(wp) :: length, part
@@ -171,8 +171,8 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       logical, intent(in) :: by_couple
-      type(touch_t), allocatable, intent(out) :: touch(:)
-      type(touch_t), allocatable :: now(:)
+      type(contact_span_t), allocatable, intent(out) :: touch(:)
+      type(contact_span_t), allocatable :: now(:)
       real(wp) :: beside(2), force, lift, length, local(3), x(2), normal(2), bend, angle, density
       integer :: c, e, k, side
       logical :: turns
@@ -184,7 +184,7 @@ contains
       if (inside_line(problem, candidate) .and. (by_couple .or. force > 0.0_wp)) &
          & beside = lifted_beside(problem, state, candidate)
       if (.not. (by_couple .or. force > 0.0_wp .or. lift > 0.0_wp)) return
-      now = present_touches(problem, state)
+      now = present_contact_spans(problem, state)
       if (by_couple .and. .not. all(beside > 0.0_wp)) then
          call turned_end(problem, state, candidate, now, touch)
          return
@@ -219,8 +219,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      type(touch_t), intent(in) :: now(:)
-      type(touch_t), allocatable, intent(out) :: touch(:)
+      type(contact_span_t), intent(in) :: now(:)
+      type(contact_span_t), allocatable, intent(out) :: touch(:)
       real(wp) :: couple, length, local(3), x(2), angle, density
       integer :: side, k, e
       k = problem%candidates%touch(candidate)
@@ -241,7 +241,7 @@ contains
    function pulled_zones(problem, state, line) result(zone)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(touch_t), intent(in) :: line            !! as it is now
+      type(contact_span_t), intent(in) :: line            !! as it is now
       real(wp), allocatable :: zone(:, :)          !! (2, zones)
       type(pressure_t) :: pressure
       real(wp), allocatable :: at(:), density(:)
@@ -278,7 +278,7 @@ contains
    real(wp) function least_density(problem, state, line, zone) result(least)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(touch_t), intent(in) :: line            !! as it is now
+      type(contact_span_t), intent(in) :: line            !! as it is now
       real(wp), intent(in) :: zone(2)              !! found at another state
       real(wp) :: ends(2)
       integer :: i

@@ -5,8 +5,8 @@ module span_rules
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
-   use contact_touch, only: touch_t, line_share, shortest
-   use touch_edits, only: moved, continued, numbered
+   use contact_spans, only: contact_span_t, line_share, shortest
+   use contact_set_edits, only: moved, continued, numbered
    use line_pressure, only: virtual_pressure
    use lifted_node, only: stays_down
    use passages, only: pass_breakpoints, is_turned, behind
@@ -15,7 +15,7 @@ module span_rules
    use conforming_span, only: flat_excess, excess_curvature, node_track, track_sense, rod_angle, ge_end
    use obstacle_track, only: track_t
    use breakpoint_forces, only: stands, breakpoint_force
-   use touch_candidates, only: present_touches
+   use span_candidates, only: present_contact_spans
    use touchdown_points, only: point_force
    use span_answer, only: answer_t, numbers, stretch_length
    use flat_point_rule, only: answer_flat_point
@@ -40,7 +40,7 @@ contains
       logical :: passed, meets
       integer :: k
       test = tests(which)
-      answer%touch = present_touches(problem, state)
+      answer%touch = present_contact_spans(problem, state)
       allocate (answer%crosses(2, 0))
       select case (test%kind)
       case (test_gap)
@@ -74,7 +74,7 @@ contains
       case (test_leaving)
          call leave_breakpoint(problem, test, answer)
       case default
-         ! Lines that open, and spans that vanish, are known with the set that comes after (span_beyond, vanishing_span).
+         ! Lines that open, and spans that vanish, are known with the set that comes after (predicted_contact_set, vanishing_span).
          answer%no_rule = trim(test_words(test%kind))
       end select
       answer%touch = numbered(answer%touch, last)
@@ -189,7 +189,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: k                     !! index into problem%touch
-      type(touch_t), intent(inout) :: line         !! that one
+      type(contact_span_t), intent(inout) :: line         !! that one
       logical, intent(out) :: gone                 !! other contacts have its ends
       real(wp) :: push(2), whole
       integer :: side
@@ -232,7 +232,7 @@ contains
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: test        !! its sense: the rod lies before its end (-1), or after it
       type(answer_t), intent(inout) :: answer
-      type(touch_t), allocatable :: set(:)
+      type(contact_span_t), allocatable :: set(:)
       real(wp) :: excess(2), length
       integer :: k, way, side, stretch, e
       k = test%touch

@@ -9,20 +9,20 @@ module event_recording
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
    use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode, deck_mode
-   use weak_lines, only: release_lines, let_turn, line_opening
+   use force_free_contact, only: remove_force_free_lines, let_turn, line_opening
    use path_control, only: path_length
-   use path_continuity, only: heading_t
-   use path_run, only: run_t, keep_landmark, leave_trail
-   use homecoming, only: is_home, look_back
-   use path_events, only: probe_t, event_t, new_probe, event_stop, event_bifurcation, event_release, event_limit
-   use sightings, only: sighting_t
+   use path_continuity, only: path_tangent_t
+   use path_state, only: path_state_t, keep_critical_point, leave_trail
+   use branch_closure, only: on_parent_path, check_closure
+   use path_events, only: test_values_t, event_t, new_test_values, event_stop, event_bifurcation, event_release, event_limit
+   use located_events, only: located_event_t
    use event_order, only: same_place
    use path_outcome, only: outcome_t
    use point_recording, only: record
    use error_bar, only: error_bars_t
    use error_report, only: note_error, asked_at
    use mesh_request, only: motion_sizes
-   use accuracy_asked, only: sizes_there
+   use remeshing, only: sizes_there
    use path_record, only: recorder_t, critical_t
    use run_accuracy, only: place_t
    use timing, only: count_up, counter_located
@@ -40,24 +40,24 @@ contains
    subroutine record_event(problem, step, run, trial, sighting, pivots, recorder, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run          !! its system is factored anywhere
+      type(path_state_t), intent(inout) :: run          !! its system is factored anywhere
       type(state_t), intent(in) :: trial
-      type(sighting_t), intent(in) :: sighting
+      type(located_event_t), intent(in) :: sighting
       integer, intent(in) :: pivots              !! negative ones before it
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished           !! the step ends there
       type(outcome_t), intent(inout) :: outcome
       type(critical_t) :: critical
-      type(probe_t) :: probe
+      type(test_values_t) :: probe
       logical :: smooth
       finished = .false.
       associate (event => sighting%event, place => sighting%place)
          call linearise(problem, place, place, run%system)
          smooth = any(event%kind == [event_bifurcation, event_limit])
-         if (run%branch == 0 .and. smooth) outcome%home = is_home(problem, run, place)
+         if (run%branch == 0 .and. smooth) outcome%home = on_parent_path(problem, run, place)
          if (outcome%home) outcome%why = 'the path comes back to a bifurcation of its own at load factor '// &
             & to_text(place%load_factor)//': beyond lies what it has passed'
-         if (event%kind == event_limit) call look_back(problem, run, place, event%label, outcome)
+         if (event%kind == event_limit) call check_closure(problem, run, place, event%label, outcome)
          if (outcome%home) return
          critical = new_critical(event%label, event%note, sighting%bars)
          if (smooth) run%system%negative_pivots = pivots
@@ -65,12 +65,12 @@ contains
             & place), sighting%bars, sighting%heading)
          if (allocated(outcome%why)) return
          call count_up(counter_located)
-         probe = new_probe(problem, place, run%system, sighting%heading%load)
+         probe = new_test_values(problem, place, run%system, sighting%heading%load)
          call keep_start(problem, step, run, trial, sighting, pivots, critical)
          call announce(problem, run, critical, place, probe, .true., recorder, outcome)
          if (allocated(outcome%why)) return
          if (smooth) then
-            finished = is_home(problem, run, place)
+            finished = on_parent_path(problem, run, place)
             if (finished) call announce(problem, run, new_critical('EP', 'back on the path it left, at a bifurcation', &
                & sighting%bars), place, probe, .true., recorder, outcome)
          else if (event%kind == event_stop) then
@@ -84,9 +84,9 @@ contains
    subroutine keep_start(problem, step, run, trial, sighting, pivots, critical)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run          !! its system is factored at the event
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the event
       type(state_t), intent(in) :: trial
-      type(sighting_t), intent(in) :: sighting
+      type(located_event_t), intent(in) :: sighting
       integer, intent(in) :: pivots              !! negative ones before it
       type(critical_t), intent(inout) :: critical
       type(modes_t) :: modes
@@ -103,10 +103,10 @@ contains
             if (allocated(sighting%bars)) then
                if (sighting%bars%unfolding > 0.0_wp) critical%note = critical%note//imperfect
             end if
-            call keep_landmark(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, &
+            call keep_critical_point(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, &
                & size(critical%null_vector, 3), event%scale, sighting%bars)
          case (event_release)
-            call release_lines(problem, place, run%system, free, released, weak)
+            call remove_force_free_lines(problem, place, run%system, free, released, weak)
             other = new_system(free)
             call linearise(free, released, released, other)
             call find_null_vectors(free, step, other, released, event, critical, modes)
@@ -114,10 +114,10 @@ contains
             if (line_opening(problem, place, free, released, nodal_mode(free, other, modes%x(:, 1))) == 0) &
                & critical%note = 'bifurcation without contacts that carry no force; none of its directions opens them all'
             call let_turn(free)
-            call keep_landmark(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, 1, &
+            call keep_critical_point(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, 1, &
                & free=free, released=released)
          case (event_limit)
-            call keep_landmark(problem, run, 'LP', place, trial, 0.0_wp, arc_length, pivots, 0)
+            call keep_critical_point(problem, run, 'LP', place, trial, 0.0_wp, arc_length, pivots, 0)
          end select
       end associate
    end subroutine keep_start
@@ -125,10 +125,10 @@ contains
    !> The run moves to a point whose probe is known.
    subroutine go_to(problem, run, place, heading, probe)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: place
-      type(heading_t), intent(in) :: heading
-      type(probe_t), intent(in) :: probe
+      type(path_tangent_t), intent(in) :: heading
+      type(test_values_t), intent(in) :: probe
       call leave_trail(problem, run, place, heading)
       run%last_length = path_length(problem, run%state, place)
       run%arc_length = run%arc_length + run%last_length
@@ -166,10 +166,10 @@ contains
    !> Reports the point recorded last as a critical one.
    subroutine announce(problem, run, point, state, values, exact, recorder, outcome)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
+      type(path_state_t), intent(in) :: run
       type(critical_t), intent(in) :: point      !! label, note and null vectors
       type(state_t), intent(in) :: state
-      type(probe_t), intent(in) :: values
+      type(test_values_t), intent(in) :: values
       logical, intent(in) :: exact               !! located, not only bracketed
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome

@@ -1,7 +1,7 @@
 !> What happens when an increment has converged: events up to the new point are located and recorded, then the point, and
 !> the run goes there.
 !>
-!>   find_events (event_search) -> told by others? (event_order) -> does a shorter increment tell better? (event_doubts)
+!>   find_events (event_search) -> told by others? (event_order) -> does a shorter increment tell better? (spurious_events)
 !>   -> what each event is, its errors, the mesh that they ask for (settle_events) -> those of the trial (settle_trial)
 !>   -> events in their order (record_events) -> the trial (record_trial), its words (announce_trial) -> there (arrive)
 module path_acceptance
@@ -11,21 +11,21 @@ module path_acceptance
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use path_control, only: path_length
-   use path_continuity, only: heading_t
+   use path_continuity, only: path_tangent_t
    use corrector, only: increment_t
-   use path_run, only: run_t, keep_landmark
+   use path_state, only: path_state_t, keep_critical_point
    use step_control, only: stop_met
    use path_events, only: event_stop, event_bifurcation
-   use homecoming, only: look_back
+   use branch_closure, only: check_closure
    use event_search, only: findings_t, find_events
-   use event_doubts, only: better_from_nearer, hides_release, turns_by_rounding, doubt_limit, doubt_bifurcation
-   use event_order, only: told_otherwise, count_before, by_fraction, same_place
+   use spurious_events, only: better_from_nearer, hides_release, turns_by_rounding, doubt_limit, doubt_bifurcation
+   use event_order, only: duplicates_of, count_before, by_fraction, same_place
    use event_recording, only: record_event, announce, new_critical, go_to
    use path_outcome, only: outcome_t, note_bracketed
    use point_recording, only: record
    use error_bar, only: error_bars_t
    use error_report, only: bars_at_event, bars_at_point, note_error, asked_at
-   use accuracy_asked, only: wants_another, ask_at_event, ask_for_mesh, ask_for_less, sizes_there
+   use remeshing, only: wants_another, ask_at_event, ask_for_mesh, ask_for_less, sizes_there
    use path_record, only: recorder_t
    use run_accuracy, only: place_t
    implicit none
@@ -57,9 +57,9 @@ contains
    subroutine accept(problem, step, run, trial, ahead, arrival, recorder, shorter, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run          !! its system is factored at the trial on entry and on return, else anywhere
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the trial on entry and on return, else anywhere
       type(state_t), intent(in) :: trial
-      type(heading_t), intent(in) :: ahead       !! tangent at the trial
+      type(path_tangent_t), intent(in) :: ahead       !! tangent at the trial
       type(arrival_t), intent(in) :: arrival
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: shorter
@@ -70,7 +70,7 @@ contains
       if (allocated(run%wanted)) deallocate (run%wanted)
       run%unsettled = .false.
       call find_events(problem, step, run, trial, ahead, findings)
-      findings%told = told_otherwise(run, trial, arrival%label /= '' .or. arrival%changes, findings%seen)
+      findings%told = duplicates_of(run, trial, arrival%label /= '' .or. arrival%changes, findings%seen)
       shorter = arrival%can_cut .and. better_from_nearer(problem, run, trial, findings)
       if (shorter) return
       call begin_asking(problem, step, run, arrival, findings)
@@ -81,7 +81,7 @@ contains
       call record_events(problem, step, run, trial, findings, recorder, finished, outcome)
       if (finished .or. allocated(outcome%why)) return
       finished = findings%stops
-      if (arrival%label /= '') call look_back(problem, run, trial, arrival%label, outcome)
+      if (arrival%label /= '') call check_closure(problem, run, trial, arrival%label, outcome)
       if (allocated(outcome%why)) return
       call record_trial(problem, run, trial, ahead, arrival, findings, recorder, outcome)
       if (allocated(outcome%why)) return
@@ -97,7 +97,7 @@ contains
    subroutine begin_asking(problem, step, run, arrival, findings)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(arrival_t), intent(in) :: arrival
       type(findings_t), intent(inout) :: findings
       run%has_events = any(findings%seen%located .and. .not. findings%told)
@@ -111,7 +111,7 @@ contains
    subroutine settle_events(problem, step, run, trial, arrival, findings, shorter, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run          !! its system is factored anywhere on entry, at the trial on return where all are
+      type(path_state_t), intent(inout) :: run !! its system is factored anywhere on entry, at the trial on return where all are
       !! settled
       type(state_t), intent(in) :: trial
       type(arrival_t), intent(in) :: arrival
@@ -132,7 +132,7 @@ contains
    subroutine settle_event(problem, step, run, trial, arrival, i, findings, shorter, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run          !! its system is factored anywhere on entry, at the event on return
+      type(path_state_t), intent(inout) :: run          !! its system is factored anywhere on entry, at the event on return
       type(state_t), intent(in) :: trial
       type(arrival_t), intent(in) :: arrival
       integer, intent(in) :: i                   !! which of those seen
@@ -165,9 +165,9 @@ contains
    subroutine settle_trial(problem, step, run, trial, ahead, arrival, findings, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run          !! its system is factored at the trial
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the trial
       type(state_t), intent(in) :: trial
-      type(heading_t), intent(in) :: ahead
+      type(path_tangent_t), intent(in) :: ahead
       type(arrival_t), intent(in) :: arrival
       type(findings_t), intent(inout) :: findings
       type(outcome_t), intent(inout) :: outcome
@@ -196,7 +196,7 @@ contains
    subroutine record_events(problem, step, run, trial, findings, recorder, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run          !! its system is factored at the trial on return, where none ends the step
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the trial on return, where none ends the step
       type(state_t), intent(in) :: trial
       type(findings_t), intent(in) :: findings
       class(recorder_t), intent(inout) :: recorder
@@ -219,9 +219,9 @@ contains
    !> Records the trial as a point.
    subroutine record_trial(problem, run, trial, ahead, arrival, findings, recorder, outcome)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run          !! its system is factored at the trial
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the trial
       type(state_t), intent(in) :: trial
-      type(heading_t), intent(in) :: ahead
+      type(path_tangent_t), intent(in) :: ahead
       type(arrival_t), intent(in) :: arrival
       type(findings_t), intent(in) :: findings
       class(recorder_t), intent(inout) :: recorder
@@ -235,7 +235,7 @@ contains
    !> Events that were not located are told at the trial, which comes after them.
    subroutine announce_missed(problem, run, trial, findings, recorder, finished, outcome)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
       type(findings_t), intent(in) :: findings
       class(recorder_t), intent(inout) :: recorder
@@ -249,7 +249,7 @@ contains
             call note_bracketed(outcome, event%note, run%state%load_factor, trial%load_factor)
             finished = finished .or. event%kind == event_stop
             ! It counts, though nothing can start there.
-            call keep_landmark(problem, run, event%label, trial, trial, 1.0_wp, &
+            call keep_critical_point(problem, run, event%label, trial, trial, 1.0_wp, &
                & run%arc_length + path_length(problem, run%state, trial), findings%probe%negative_pivots, 0)
          end associate
       end do
@@ -258,7 +258,7 @@ contains
    !> What the trial is known to be: contact is gained or lost there.
    subroutine announce_contact(problem, run, trial, arrival, findings, recorder, outcome)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
       type(arrival_t), intent(in) :: arrival
       type(findings_t), intent(in) :: findings
@@ -275,16 +275,16 @@ contains
             & recorder, outcome)
       end do
       if (arrival%bracketed) call note_bracketed(outcome, note, run%state%load_factor, trial%load_factor)
-      call keep_landmark(problem, run, arrival%label, trial, trial, 1.0_wp, run%arc_length + path_length(problem, run%state, &
+      call keep_critical_point(problem, run, arrival%label, trial, trial, 1.0_wp, run%arc_length + path_length(problem, run%state, &
          & trial), findings%probe%negative_pivots, 0)
    end subroutine announce_contact
 
    !> The run goes to the trial. Bifurcations that come after it are not among its pivots yet.
    subroutine arrive(problem, run, trial, ahead, findings)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
-      type(heading_t), intent(in) :: ahead
+      type(path_tangent_t), intent(in) :: ahead
       type(findings_t), intent(inout) :: findings
       integer :: i
       associate (seen => findings%seen, pivots => findings%probe%negative_pivots)

@@ -4,12 +4,12 @@ module point_recording
    use errors, only: error_t
    use problem, only: problem_t
    use rod_state, only: state_t, is_stress_free
-   use weak_lines, only: count_released
+   use force_free_contact, only: count_released
    use path_control, only: path_length, metric
    use monitors, only: monitor_rate
-   use path_continuity, only: heading_t, heading_at
+   use path_continuity, only: path_tangent_t, path_tangent_at
    use corrector, only: increment_t
-   use path_run, only: run_t
+   use path_state, only: path_state_t
    use path_outcome, only: outcome_t
    use point_report, only: report_point
    use point_checks, only: check_point
@@ -30,7 +30,7 @@ contains
    !> Hands a converged point to the recorder and to the independent measures.
    subroutine record(problem, run, state, label, report, recorder, outcome, touching, bars, heading)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: state
       character(*), intent(in) :: label
       type(increment_t), intent(in) :: report
@@ -38,11 +38,11 @@ contains
       type(outcome_t), intent(inout) :: outcome
       logical, intent(in), optional :: touching(:) !! (candidates) shown as contact, though without force yet
       type(error_bars_t), allocatable, intent(in), optional :: bars
-      type(heading_t), intent(in), optional :: heading !! not there: no tangent is known
+      type(path_tangent_t), intent(in), optional :: heading !! not there: no tangent is known
       type(point_t) :: point
       type(state_t) :: shown
       type(error_t), allocatable :: error
-      type(heading_t) :: tangent
+      type(path_tangent_t) :: tangent
       integer :: m
       logical :: weak
       shown = state
@@ -53,7 +53,7 @@ contains
       end if
       if (present(heading) .and. .not. any(label == has_corner)) then
          ! At a limit point the tangent per load is as long as rounding lets it be: its own length has to go with it.
-         tangent = heading_at(problem, run%system, heading%u, heading%load)
+         tangent = path_tangent_at(problem, run%system, heading%u, heading%load)
          if (metric(problem, tangent%u, tangent%u) > 0.0_wp) point%rate = tangent%load * &
             & [1.0_wp, (monitor_rate(problem, m, state, run%system), m=1, size(point%monitor))]
       end if

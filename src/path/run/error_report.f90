@@ -6,22 +6,22 @@ module error_report
    use rod_state, only: state_t
    use state_transfer, only: find_point, carried_field
    use path_control, only: control_t, path_length, holding_value
-   use path_continuity, only: heading_t, heading_at
+   use path_continuity, only: path_tangent_t, path_tangent_at
    use monitors, only: monitor_values
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
-   use weak_lines, only: release_lines
+   use force_free_contact, only: remove_force_free_lines
    use test_kinds, only: span_test_t, test_force
    use span_tests, only: run_span_tests
    use path_events, only: event_t, event_limit, event_bifurcation, event_contact, event_release
-   use path_run, only: run_t
-   use finer_problem, only: finer_problem_t
+   use path_state, only: path_state_t
+   use enriched_problem, only: enriched_problem_t
    use error_bar, only: error_bar_t, error_bars_t, no_error_bars, shifted_error_bar, allowed_part, lacks_bound
    use path_errors, only: point_errors, event_errors
    use located_zero, only: zero_t, new_zero
    use mesh_request, only: excess
    use stop_forces, only: is_stop
-   use told_error, only: bar_text
+   use error_text, only: bar_text
    use run_accuracy, only: accuracy_t, place_t, note_worst
    use path_record, only: buckling_t, limit_point_t
    use columns, only: whole, brief, scientific
@@ -42,11 +42,11 @@ contains
    subroutine bars_at_event(problem, step, run, trial, event, place, heading, bars, as_it_is)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run          !! its system is factored at the place
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the place
       type(state_t), intent(in) :: trial
       type(event_t), intent(in) :: event
       type(state_t), intent(in) :: place
-      type(heading_t), intent(in) :: heading     !! tangent there
+      type(path_tangent_t), intent(in) :: heading     !! tangent there
       type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck does not want them
       logical, intent(in), optional :: as_it_is  !! no other mesh will be made for their sake
       type(zero_t) :: zero
@@ -93,19 +93,19 @@ contains
       !> wall, which turn at no cost, hide its null vector.
       subroutine bars_at_release()
          type(problem_t) :: free
-         type(finer_problem_t) :: finer
+         type(enriched_problem_t) :: finer
          type(state_t) :: released
          type(system_t) :: loose
          type(event_t) :: one
-         type(heading_t) :: on
+         type(path_tangent_t) :: on
          logical :: any_weak
-         call release_lines(problem, place, run%system, free, released, any_weak)
+         call remove_force_free_lines(problem, place, run%system, free, released, any_weak)
          bars = no_error_bars(size(problem%model%monitor), hidden)
          if (.not. any_weak) return
          loose = new_system(free)
          call linearise(free, released, released, loose)
          ! The singular tangent would add a share of its null vector, whatever presses the lines a little.
-         on = heading_t(carried_field(problem, place, heading%u, free, released), heading%load)
+         on = path_tangent_t(carried_field(problem, place, heading%u, free, released), heading%load)
          one = event
          one%kind = event_bifurcation
          call new_zero(free, one, released, loose, zero)
@@ -123,9 +123,9 @@ contains
       & as_it_is)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run          !! its system is factored there; its state is the last point
+      type(path_state_t), intent(inout) :: run          !! its system is factored there; its state is the last point
       type(state_t), intent(in) :: place
-      type(heading_t), intent(in) :: heading     !! tangent there
+      type(path_tangent_t), intent(in) :: heading     !! tangent there
       character(*), intent(in) :: label          !! C+ and C- are told in the table of critical points
       logical, intent(in) :: finished            !! and so is the end
       integer, intent(in) :: test                !! number of the test in run_span_tests; 0: none
@@ -188,14 +188,14 @@ contains
    subroutine bars_at_touch(problem, step, run, place, heading, begun, touched, bars)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run          !! its system is factored at the place
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the place
       type(state_t), intent(in) :: place
-      type(heading_t), intent(in) :: heading     !! tangent there
+      type(path_tangent_t), intent(in) :: heading     !! tangent there
       type(problem_t), intent(in) :: begun       !! the problem with the new contact
-      type(run_t), intent(in) :: touched         !! at the same load, where the contact carries nothing yet; its system is
+      type(path_state_t), intent(in) :: touched         !! at the same load, where the contact carries nothing yet; its system is
       !! factored there
       type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck does not want them, or a node touches first
-      type(finer_problem_t) :: finer
+      type(enriched_problem_t) :: finer
       type(span_test_t), allocatable :: tests(:)
       type(zero_t) :: zero
       real(wp), allocatable :: here(:), there(:)
@@ -210,7 +210,7 @@ contains
       end do
       if (zero%test > 0) then
          allocate (bars)
-         call event_errors(begun, finer, touched%state, touched%system, zero, heading_at(begun, touched%system, &
+         call event_errors(begun, finer, touched%state, touched%system, zero, path_tangent_at(begun, touched%system, &
             & 0.0_wp * touched%state%u, heading%load), path_length(problem, run%state, place), &
             & place%load_factor - run%state%load_factor, bars)
          if (allocated(bars%share)) bars%share = shares_on(begun, touched%state, bars%share, problem, place)
@@ -244,11 +244,11 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! factored there
-      type(heading_t), intent(in) :: heading     !! tangent there
+      type(path_tangent_t), intent(in) :: heading     !! tangent there
       real(wp), intent(in) :: length             !! arc length over which the load changes
       real(wp), intent(in) :: rise               !! by this much
       type(error_bars_t), allocatable, intent(out) :: bars
-      type(finer_problem_t) :: finer
+      type(enriched_problem_t) :: finer
       type(event_t) :: event
       type(zero_t) :: zero
       allocate (bars)

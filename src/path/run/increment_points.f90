@@ -6,10 +6,10 @@ module increment_points
    use rod_state, only: state_t, is_stress_free
    use bordered_system, only: linearise
    use path_control, only: control_t, is_arc_length, metric, path_length, displacement_between
-   use path_continuity, only: heading_t, chord_between, seen_from, between, part_at, alike, &
+   use path_continuity, only: path_tangent_t, chord_between, seen_from, between, part_at, alike, &
       & stands_still
    use corrector, only: increment_t, take_increment, correct
-   use path_run, only: run_t
+   use path_state, only: path_state_t
    implicit none
    private
    public :: division_t, new_division, point_within, chord_fraction
@@ -31,9 +31,9 @@ contains
    !> to it), else planes normal to the chord.
    type(division_t) function new_division(problem, run, trial, ahead, load_tells) result(division)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
+      type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: trial           !! its end
-      type(heading_t), intent(in) :: ahead         !! tangent there
+      type(path_tangent_t), intent(in) :: ahead         !! tangent there
       logical, intent(in) :: load_tells            !! the load grows steadily over the increment
       real(wp) :: rise
       logical :: still
@@ -69,9 +69,9 @@ contains
    !> The point at a fraction of the increment: from a guess between its ends where these are alike, else from its start.
    subroutine point_within(problem, run, trial, ahead, division, fraction, from_start, keep_contact, here, report)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run            !! its system is factored at the point on return
+      type(path_state_t), intent(inout) :: run            !! its system is factored at the point on return
       type(state_t), intent(in) :: trial
-      type(heading_t), intent(in) :: ahead
+      type(path_tangent_t), intent(in) :: ahead
       type(division_t), intent(inout) :: division
       real(wp), intent(in) :: fraction             !! 0 to 1
       logical, intent(in) :: from_start            !! even where they are alike
@@ -102,7 +102,7 @@ contains
    !> Where a place lies along the chord, 0 to 1: puts places in order that were found in different ways.
    pure real(wp) function chord_fraction(problem, run, division, place) result(fraction)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run
+      type(path_state_t), intent(in) :: run
       type(division_t), intent(in) :: division
       type(state_t), intent(in) :: place
       fraction = min(max(metric(problem, division%chord, chord_between(problem, run%state, place)) / &

@@ -15,7 +15,7 @@ module path_outcome
       logical :: turns = .false.                 !! stopped where the path turns back for a strategy that cannot follow it
       logical :: home = .false.                  !! stopped where the path comes back to a bifurcation of its own
       logical :: used_up = .false.               !! stopped after the number of points that the deck allows
-      logical :: dead_end = .false.              !! stopped because there is no way on, and not for these reasons
+      logical :: stop_reasons = .false.              !! stopped because there is no way on, and not for these reasons
       integer :: deck_line = 0                   !! and the deck is at fault: the line of the card; 0: it is not
       character(:), allocatable :: trouble       !! what could not be done beside the path of the steps: branches, limit curves
       type(accuracy_t) :: accuracy

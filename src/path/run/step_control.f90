@@ -5,8 +5,8 @@ module step_control
    use problem, only: problem_t, rounding_gap
    use path_control, only: control_t, is_arc_length, held_within
    use path_continuity, only: relation_t, largest_turn, stands_still
-   use path_events, only: probe_t
-   use path_run, only: run_t, heading_of
+   use path_events, only: test_values_t
+   use path_state, only: path_state_t, path_tangent_of
    use corrector, only: increment_t
    implicit none
    private
@@ -22,13 +22,13 @@ contains
    subroutine start_control(problem, step, run)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       run%control%method = merge(method_load, step%method, is_arc_length(step%method))
       run%control%monitor = step%monitor
       run%control%load_scale = 0.0_wp
       if (allocated(run%control%previous)) deallocate (run%control%previous)
       run%control%increment = step%increment
-      run%heading = heading_of(problem, run, run%state)
+      run%heading = path_tangent_of(problem, run, run%state)
       run%probe%load_rate = run%heading%load
       if (step%method == method_displacement .and. .not. allocated(run%control%tangent)) &
          & allocate (run%control%tangent(3, problem%model%mesh%n_nodes), source=0.0_wp)
@@ -38,7 +38,7 @@ contains
    subroutine begin_arc_length(problem, step, run, scaled)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       logical, intent(out) :: scaled            !! false: nothing moved but by rounding, there is no arc length
       real(wp) :: length
       length = run%last_length
@@ -69,7 +69,7 @@ contains
    !> does, in increments that begin like the first, until something moves again.
    subroutine go_by_load(step, run)
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       if (.not. is_arc_length(run%control%method) .or. .not. stands_still(run%heading, step%increment)) return
       ! What has hardly moved from the start has an arc length all the same.
       if (.not. run%control%load_scale > 0.0_wp) return
@@ -116,7 +116,7 @@ contains
    !> Load and displacement control end exactly on their stop value.
    subroutine shorten_to_stop(step, run)
       type(step_t), intent(in) :: step
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       real(wp) :: now, left
       integer :: i, watched
       if (is_arc_length(step%method)) return
@@ -137,7 +137,7 @@ contains
    !> Load and displacement control arrive at their stop value itself, where no sign changes any more.
    pure logical function stop_met(step, before, now)
       type(step_t), intent(in) :: step
-      type(probe_t), intent(in) :: before, now  !! at the last point and at this one
+      type(test_values_t), intent(in) :: before, now  !! at the last point and at this one
       real(wp) :: value, from
       integer :: i
       stop_met = .false.
