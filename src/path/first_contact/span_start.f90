@@ -149,7 +149,8 @@ contains
          type(contact_span_t), intent(in) :: place
          associate (whole => problem%layout%stretch(place%stretch))
             e = whole%element(stretch_element(whole, place%at(1)))
-            beside = place%contact == touch%contact .and. minval(abs(whole%at - place%at(1))) > sqrt(touching_gap(problem) * problem%size)
+            beside = place%contact == touch%contact .and. &
+               & minval(abs(whole%at - place%at(1))) > sqrt(touching_gap(problem) * problem%size)
          end associate
          beside = beside .and. any(problem%deck%mesh%node(:, e) == problem%deck%contact(touch%contact)%node(here))
       end function beside
