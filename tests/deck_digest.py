@@ -38,8 +38,8 @@ class Difference(NamedTuple):
     by: float | None     # None: not of two numbers
 
 
-def digest(code: int, results: Results | None) -> dict:
-    """Digest of a run with this exit code; results: None without a result file."""
+def digest(code: int | str, results: Results | None) -> dict:
+    """Digest of a run with this exit code (a word: why it has none); results: None without a result file."""
     if results is None:
         return {"exit": code, "scales": {}}
     paths = {"steps": results} | {f"{branch.name} {'+' if branch.side > 0 else '-'} ({number})": branch

@@ -20,6 +20,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 INPUT = ROOT / "input"
 REFERENCE = ROOT / "tests" / "reference" / "digests.json"    # of the decks in INPUT
 KERNELS = ("Haswell", "Prescott", "Sandybridge")             # of OPENBLAS_CORETYPE; the first one's numbers are the digest's
+TIMEOUT = 600             # [s] of a run
 AT_MOST = 1.02            # ratio of instructions that `cost` lets pass
 # A process that is started by a large one counts that one's memory as its own; this one is small.
 PEAK_MEMORY = ("import resource, subprocess, sys; code = subprocess.run(sys.argv[1:], stdout=2).returncode; "
@@ -36,8 +37,11 @@ def run(program: str, deck: pathlib.Path, kernel: str = KERNELS[0]) -> dict:
     beside = deck.with_suffix(".options")
     options = beside.read_text(encoding="utf-8").splitlines() if beside.exists() else []
     with tempfile.TemporaryDirectory(prefix="unilat-") as folder:
-        code = subprocess.run([program, *options], input=deck.read_bytes(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                              cwd=folder, env=environment(kernel), timeout=600, check=False).returncode
+        try:
+            code = subprocess.run([program, *options], input=deck.read_bytes(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                  cwd=folder, env=environment(kernel), timeout=TIMEOUT, check=False).returncode
+        except subprocess.TimeoutExpired:
+            return deck_digest.digest(f"none in {TIMEOUT} s", None)
         files = sorted(pathlib.Path(folder).glob("**/*.h5"))
         return deck_digest.digest(code, read_results(str(files[0])) if files else None)
 
@@ -47,8 +51,13 @@ def over_decks(jobs: int, action, folder: pathlib.Path) -> dict:
     decks = sorted(folder.glob("*.inp"))
     if not decks:
         sys.exit(f"tests/digest: {folder} has no decks")
+    found = {}
     with ThreadPoolExecutor(jobs) as pool:
-        return dict(zip([deck.stem for deck in decks], pool.map(action, decks)))
+        for deck, result in zip(decks, pool.map(action, decks)):
+            found[deck.stem] = result
+            if sys.stderr.isatty():
+                print(f"\r{len(found)} of {len(decks)} decks", end="\n" if len(found) == len(decks) else "", file=sys.stderr)
+    return found
 
 
 def write(arguments) -> int:

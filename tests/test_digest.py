@@ -69,6 +69,14 @@ def test_another_program_digest_or_deck_is_seen(decks, capsys, tmp_path):
     assert "checked: exit: 0 -> 1" in out and f"{WALLS}: paths/steps/labels: C+ UZ UZ UZ BP EP -> None" in out
 
 
+def test_a_run_that_does_not_end_is_seen(decks, monkeypatch, tmp_path):
+    program = tmp_path / "sleep"
+    program.write_text("#!/bin/sh\nexec sleep 20\n", encoding="utf-8")
+    program.chmod(0o755)
+    monkeypatch.setattr(command, "TIMEOUT", 0.1)
+    assert "none in 0.1 s" in command.run(str(program), decks / "error.inp")["exit"]
+
+
 def put(file, key, values):
     """Another dataset in the place of one."""
     attributes = dict(file[key].attrs)
