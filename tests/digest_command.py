@@ -25,6 +25,12 @@ AT_MOST = 1.02            # ratio of instructions that `cost` lets pass
 # A process that is started by a large one counts that one's memory as its own; this one is small.
 PEAK_MEMORY = ("import resource, subprocess, sys; code = subprocess.run(sys.argv[1:], stdout=2).returncode; "
                "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss); sys.exit(code)")
+# The result file is flushed every 0.2 s. With a clock that stands still the number of instructions does not depend on the speed of a run.
+STANDING_CLOCK = """#include <sys/time.h>
+#include <time.h>
+int clock_gettime(clockid_t clock, struct timespec *time) { time->tv_sec = 1; time->tv_nsec = 0; return 0; }
+int gettimeofday(struct timeval *time, void *zone) { time->tv_sec = 1; time->tv_usec = 0; return 0; }
+"""
 COUNTING = ("valgrind", "--tool=cachegrind", "--cache-sim=no", "--cachegrind-out-file=/dev/null")
 
 
@@ -122,8 +128,9 @@ def collect(arguments) -> int:
 
 
 def cost(arguments) -> int:
-    if shutil.which(COUNTING[0]) is None:
-        sys.exit(f"tests/digest: {COUNTING[0]} is not installed")
+    for needed in (COUNTING[0], "cc"):
+        if shutil.which(needed) is None:
+            sys.exit(f"tests/digest: {needed} is not installed")
     programs = [program for program in (arguments.program, arguments.against) if program]
     columns = [over_decks(arguments.jobs, lambda deck, program=program: counted(program, deck), arguments.folder)
                for program in programs]
@@ -138,9 +145,12 @@ def cost(arguments) -> int:
 def counted(program: str, deck: pathlib.Path) -> tuple[float, float]:
     """Million instructions, and peak memory [MB] of a run without valgrind."""
     with tempfile.TemporaryDirectory(prefix="unilat-") as folder:
+        clock = os.path.join(folder, "clock.so")
+        subprocess.run(["cc", "-shared", "-fPIC", "-x", "c", "-", "-o", clock], input=STANDING_CLOCK, encoding="utf-8", check=True)
         command = [os.path.abspath(program), "--quiet", "-o", "run.h5", str(deck.resolve())]
-        peak, count = (subprocess.run(call, cwd=folder, env=environment(), capture_output=True, encoding="utf-8", check=False)
-                      for call in ([sys.executable, "-S", "-E", "-c", PEAK_MEMORY, *command], [*COUNTING, *command]))
+        peak, count = (subprocess.run(call, cwd=folder, env=environment() | more, capture_output=True, encoding="utf-8", check=False)
+                       for call, more in (([sys.executable, "-S", "-E", "-c", PEAK_MEMORY, *command], {}),
+                                          ([*COUNTING, *command], {"LD_PRELOAD": clock})))
     found = re.search(r"I +refs: +([\d,]+)", count.stderr)
     if peak.returncode not in (0, 2) or not found:
         sys.exit(f"tests/digest: {deck.stem} was not counted:\n{peak.stderr[-500:]}{count.stderr[-500:]}")
@@ -158,7 +168,7 @@ def main(words: list[str] | None = None) -> int:
 What a change of the sources may not change: first `collect` and `write` with the program from before it, then `compare`. The digests of
 input/ are in tests/reference/digests.json, so that these decks need `compare` only. "may differ" lists the numbers of a deck that
 differ with other kernels of OpenBLAS and in other builds: rounding moves them, and they may differ by their error bars. `cost`
-counts instructions with valgrind, so that a busy machine counts the same.
+counts instructions with valgrind and with a clock that stands still, so that a busy machine counts the same.
 
 Exit code: 0, or 1 when digests differ, tests failed or the sum of instructions is more than 2 % above that of the other program.""")
     commands = parser.add_subparsers(dest="command", required=True)
