@@ -10,7 +10,7 @@ module model_fixture
    use remeshed_model, only: division_t
    use rod_state, only: state_t
    use linear_system, only: system_t
-   use bordered_system, only: linearise, set_path_row, solve_bordered, apply_increment
+   use bordered_system, only: linearise, set_path_row, linear_functional, solve_bordered, apply_increment
    use reference_curve, only: curve_point, measure_curves
    use random_numbers, only: random_t, new_random, next_random
    implicit none
@@ -184,7 +184,7 @@ contains
             if (.not. ok) return
             ok = iteration > 1 .and. system%force_residual <= enough .and. system%defect_residual <= 1.0e-14_wp
             if (ok) exit
-            call set_path_row(problem, system, row, 1.0_wp)
+            call set_path_row(system, linear_functional(problem, system, row, 1.0_wp))
             call solve_bordered(system, -system%residual, system%value, target - state%load_factor, x, y, ok)
             if (.not. ok) return
             call apply_increment(problem, system, x, y, state)

@@ -11,7 +11,7 @@ module enriched_path
    use path_control, only: control_t, control_row, follow_nodes
    use path_continuity, only: path_tangent_t, path_tangent_at
    use monitors, only: monitor_values
-   use monitor_rows, only: watched_displacement
+   use displacement_functional, only: watched_displacement
    use enriched_problem, only: enriched_problem_t, provide_finer_problem, new_finer_state
    use contact_places, only: places_at, places_after
    use null_directions, only: new_null_directions, leave_out

@@ -8,20 +8,18 @@
 !> is another one.)
 module error_contributions
    use kinds, only: wp
-   use model, only: quantity_displacement, quantity_contact, method_displacement
+   use model, only: method_displacement
    use element_families, only: collocates
-   use problem, only: problem_t, dof
+   use problem, only: problem_t
    use rod_state, only: state_t
-   use linear_system, only: system_t, to_node
-   use tied_nodes, only: node_unknowns
-   use element_products, only: element_deformation
+   use linear_system, only: system_t
+   use element_products, only: element_deformation, element_unknowns
    use bordered_system, only: solve_effective, solve_all_effective, unknowns_of
    use band_matrix, only: band_times
-   use path_control, only: control_t, held_row
+   use path_control, only: control_t, held_by
    use null_directions, only: new_null_directions, leave_out, free_of
-   use contact_totals, only: contact_sum_known, contact_sum_defect, contact_sum_gradient
-   use stop_forces, only: stop_force_gradient, stop_force_defect
-   use monitor_rows, only: monitor_row_t, monitor_row
+   use functional, only: functional_t
+   use monitor_functional, only: new_monitor_functional
    use inside_elements, only: inside_t, look_inside
    use inner_kinks, only: kink_moments
    use contact_places, only: place_gradients, moment_places
@@ -44,15 +42,6 @@ module error_contributions
       logical, allocatable :: known(:)           !! (rows) false: not a number that this knows of
       real(wp) :: unfolding = 0.0_wp             !! force on the null vectors of a bifurcation, beyond what it may err by
    end type contributions_t
-
-   !> A number as a function of the unknowns, linearised. Node axes.
-   type :: functional_t
-      logical :: known = .false.
-      real(wp), allocatable :: by_unknown(:)     !! (n)
-      real(wp) :: by_load = 0.0_wp
-      real(wp), allocatable :: by_force(:)       !! (n) of what is out of balance: reactions; not allocated: nothing
-      real(wp), allocatable :: by_element(:, :)  !! (6, elements) of the forces of each on its nodes; not allocated: nothing
-   end type functional_t
 
    !> Of true rounding errors the root of the sum of squares below was 0.26 to 148 times in runs of a prototype.
    real(wp), parameter :: rounding_factor = 4.0_wp
@@ -80,8 +69,8 @@ contains
       real(wp), dimension(6, problem%model%mesh%n_elements) :: force, dual
       real(wp) :: moved(2, problem%model%mesh%n_elements) ! sizes of displacements and chord, of rotations
       real(wp) :: w(system%n), of_load(system%n), tangent(system%n), answers(system%n, size(number)), &
-         & push(system%n), known(system%n), share(problem%model%mesh%n_elements), along, along_load, rest, change, corner, defect
-      real(wp) :: row(3, size(state%u, 2))
+         & push(system%n), known(system%n), share(problem%model%mesh%n_elements), along, along_load, rest, change, corner
+      type(functional_t) :: held_fixed
       real(wp), allocatable :: direction(:, :)
       integer :: e, m, n, k
       n = size(number) - 1
@@ -98,7 +87,8 @@ contains
       shares%unfolding = sqrt(sum([(force_on(modes(:, m))**2, m=1, size(modes, 2))]))
       kink = kink_moments(problem, state)
       direction = new_null_directions(problem, system, modes)
-      call held_row(problem, control, state, system, row, corner, defect)
+      held_fixed = held_by(problem, control, state, system)
+      corner = held_fixed%by_load
       call list_numbers()
       tangent = system%tangent
       call leave_out(problem, modes, direction, tangent)
@@ -141,12 +131,8 @@ contains
             inside = look_inside(problem, state, finer, start, at_start, m - 1)
             change = change + inside%change
             call share_inside(m, inside, 1.0_wp)
-            if (watches_stops(problem, m - 1)) then
-               rest = rest + stop_force_defect(problem, state, system, m - 1)
-            else if (problem%deck%monitor(m - 1)%quantity == quantity_contact) then
-               ! Ends of spans carry it: what nodes are known to, not polynomials between them.
-               rest = rest + contact_sum_defect(problem, state, system, m - 1)
-            end if
+            ! Of a displacement look_inside has the defect.
+            if (allocated(number(m)%by_force)) rest = rest + number(m)%defect
          end if
          shares%rest(m) = rest
          shares%sum(m) = sum(share) + rest + change
@@ -167,9 +153,9 @@ contains
          real(wp) :: by_load(size(ends))
          integer :: last
          number(1)%known = .true.
-         number(1)%by_unknown = unknowns_of(problem, system, row)
+         number(1)%by_unknown = held_fixed%by_unknown
          do m = 1, size(problem%model%monitor)
-            call new_functional(problem, state, system, m, number(m + 1))
+            number(m + 1) = new_monitor_functional(problem, state, system, m)
          end do
          if (size(ends) > 0) then
             call place_gradients(problem, state, system, ends, by_unknown, by_load)
@@ -286,7 +272,7 @@ contains
          real(wp) :: local(6, problem%model%mesh%n_elements)
          integer :: e
          do e = 1, size(local, 2)
-            local(:, e) = nodal(problem, system, x, e)
+            local(:, e) = element_unknowns(problem, system, x, e)
          end do
       end function nodal_all
 
@@ -304,19 +290,6 @@ contains
          rounding_of = epsilon(rounding_of) * sqrt(rounding_of)
       end function rounding_of
    end subroutine find_contributions
-
-   !> The unknowns of an element's nodes.
-   pure function nodal(problem, system, x, e) result(local)
-      type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:)
-      integer, intent(in) :: e
-      real(wp) :: local(6)
-      integer :: i
-      do i = 1, 2
-         local(3 * i - 2:3 * i) = node_unknowns(problem, system%tie_block, problem%model%mesh%node(i, e), x)
-      end do
-   end function nodal
 
    !> Sizes of what the elements contribute to the error of an eigenvalue, the state held: what the finer ones make of its modes'
    !> deformations. How they compare is what counts; of order 2 and 4 they are too large, see above.
@@ -387,77 +360,4 @@ contains
          end do
       end subroutine by_displacement
    end function unbalanced
-
-   !> A monitor: displacements of nodes, reactions of supports and springs.
-   subroutine new_functional(problem, state, system, m, functional)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system
-      integer, intent(in) :: m                   !! index into model%monitor
-      type(functional_t), intent(out) :: functional
-      type(monitor_row_t) :: row
-      real(wp) :: along(3), spring(system%n)
-      integer :: i, d, node
-      associate (monitor => problem%deck%monitor(m))
-         functional%known = .true.
-         if (monitor%quantity == quantity_displacement) then
-            call monitor_row(problem, state, system, m, row)
-            functional%by_load = row%load
-            functional%by_unknown = unknowns_of(problem, system, row%node)
-            return
-         end if
-         allocate (functional%by_unknown(system%n), functional%by_force(system%n), source=0.0_wp)
-         allocate (functional%by_element(6, problem%model%mesh%n_elements), source=0.0_wp)
-         if (watches_stops(problem, m)) then
-            call stop_force_gradient(problem, state, system, m, spring, functional%by_load, functional%by_force)
-            call through_equations()
-            return
-         else if (monitor%quantity == quantity_contact) then
-            functional%known = contact_sum_known(problem, state, m)
-            if (.not. functional%known) return
-            call contact_sum_gradient(problem, state, system, m, functional%by_unknown, functional%by_load, functional%by_force, &
-               & functional%by_element)
-            return
-         end if
-         ! The reaction of a support is what is out of balance there; that of a spring is its displacement's.
-         spring = 0.0_wp
-         do i = 1, size(monitor%node)
-            node = problem%mesh_node(monitor%node(i))
-            if (node == 0) cycle
-            d = dof(problem, node, 1)
-            along = 0.0_wp
-            along(monitor%component) = monitor%factor
-            call to_node(system, node, along)
-            if (problem%model%fixed(monitor%component, node)) then
-               functional%by_force(d:d + 2) = functional%by_force(d:d + 2) + along
-            else
-               spring(d:d + 2) = spring(d:d + 2) - problem%spring(monitor%component, node) * along
-            end if
-         end do
-         call through_equations()
-      end associate
-
-   contains
-
-      !> What is out of balance is the unknowns', the load's and the elements'.
-      subroutine through_equations()
-         integer :: e
-         call band_times(system%k, functional%by_force, functional%by_unknown)
-         functional%by_unknown = functional%by_unknown + spring
-         functional%by_load = functional%by_load - dot_product(functional%by_force, system%load)
-         do e = 1, problem%model%mesh%n_elements
-            functional%by_element(:, e) = nodal(problem, system, functional%by_force, e)
-         end do
-      end subroutine through_equations
-   end subroutine new_functional
-
-   !> True for a monitor of the force of stops.
-   pure logical function watches_stops(problem, m)
-      type(problem_t), intent(in) :: problem
-      integer, intent(in) :: m                   !! index into model%monitor
-      associate (monitor => problem%deck%monitor(m))
-         watches_stops = monitor%quantity == quantity_contact
-         if (watches_stops) watches_stops = problem%model%obstacle(monitor%obstacle)%at_nodes
-      end associate
-   end function watches_stops
 end module error_contributions

@@ -6,7 +6,8 @@ module inside_elements
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
-   use monitor_rows, only: monitor_row_t, monitor_row, watched_displacement
+   use functional, only: functional_t
+   use displacement_functional, only: new_displacement_functional, watched_displacement
    use deck_nodes, only: find_node, place_defect
    use rod_profile, only: profile_t
    use state_transfer, only: point_displacement
@@ -33,14 +34,14 @@ contains
       type(system_t), intent(in) :: at_start     !! and its system, assembled there
       integer, intent(in) :: watched             !! index into model%monitor
       type(inside_t) :: inside
-      type(monitor_row_t) :: row
+      type(functional_t) :: enriched
       real(wp) :: tau
       integer :: i, node, holder
       allocate (inside%element(0))
       associate (monitor => problem%deck%monitor(watched))
          if (monitor%quantity /= quantity_displacement) return
-         call monitor_row(finer, start, at_start, watched, row)
-         inside%change = row%defect + watched_displacement(finer, start, watched) - watched_displacement(problem, state, watched)
+         enriched = new_displacement_functional(finer, start, at_start, watched)
+         inside%change = enriched%defect + enriched%value - watched_displacement(problem, state, watched)
          do i = 1, size(monitor%node)
             call find_node(problem, state, monitor%node(i), node, holder, tau)
             if (holder == 0) cycle

@@ -11,7 +11,7 @@ module path_errors
    use path_continuity, only: path_tangent_t, normal_plane
    use path_events, only: event_limit, event_turning
    use monitors, only: monitor_values
-   use monitor_rows, only: left_open
+   use displacement_functional, only: left_open
    use tangent_modes, only: bending_stiffness
    use tangent_rounding, only: path_stiffness
    use error_bar, only: error_bar_t, error_bars_t, new_error_bar, no_error_bars

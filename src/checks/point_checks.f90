@@ -8,7 +8,7 @@ module point_checks
    use mesh_adequacy, only: verdict_t, judge_mesh, verdict_words
    use run_accuracy, only: accuracy_t, place_t, note_worst
    use path_record, only: point_t
-   use monitor_rows, only: left_open
+   use displacement_functional, only: left_open
    use columns, only: whole, brief, scientific
    use linear_system, only: system_t
    use tangent_modes, only: bending_stiffness

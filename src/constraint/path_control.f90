@@ -11,7 +11,7 @@
 !> spherical:    |du|^2 + (load_scale dl)^2 = increment^2                      (Crisfield 1981)
 !> linearised:   the plane normal to the tangent at distance `increment`       (Riks 1979)
 !> largest displacement: that of the tangent's step of length `increment` which moves most (Rheinboldt 1981)
-!> flat:         excess of curvature at a point contact = increment (curvature_row)
+!> flat:         excess of curvature at a point contact = increment (relative_curvature)
 !> The others take the tangent's step as predictor, and then corrections normal to
 !> minimum residual:        the load's own displacements: as short as possible (Chan 1988)
 !> variable load:           the displacements of the increment so far          (Gierlinski & Graves Smith 1985)
@@ -24,13 +24,14 @@ module path_control
    use rod_state, only: state_t
    use state_transfer, only: displacements_at, field_at, see_from
    use linear_system, only: system_t
-   use bordered_system, only: set_path_row, solve_bordered, all_to_global
-   use curvature_row, only: curvature_row_t, new_curvature_row
+   use bordered_system, only: set_path_row, linear_functional, solve_bordered, all_to_global
+   use functional, only: functional_t
+   use relative_curvature, only: new_relative_curvature
    use conforming_span, only: excess_curvature
-   use monitor_rows, only: monitor_row_t, monitor_row, watched_displacement
+   use displacement_functional, only: new_displacement_functional, watched_displacement
    implicit none
    private
-   public :: control_t, control_row, held_row, control_error, held_within, is_arc_length, set_tangent, path_length, metric, &
+   public :: control_t, control_row, held_by, control_error, held_within, is_arc_length, set_tangent, path_length, metric, &
       & turning, displacement_between, follow_nodes, can_be_held, holding_value
 
    type :: control_t
@@ -136,21 +137,22 @@ contains
       type(system_t), intent(inout) :: system     !! assembled at the iterate
       real(wp), intent(out) :: rhs
       real(wp), dimension(3, size(state%u, 2)) :: row
-      real(wp) :: dl, travelled, corner, defect
-      type(curvature_row_t) :: curved
+      real(wp) :: dl, travelled
+      type(functional_t) :: held
       integer :: node, component
       if (control%flat > 0) then
-         curved = new_curvature_row(problem, state, system, control%flat)
-         rhs = control%increment - curved%excess - curved%defect
-         call set_path_row(problem, system, curved%node, curved%load)
+         held = new_relative_curvature(problem, state, system, control%flat)
+         rhs = control%increment - held%value - held%defect
+         call set_path_row(system, held)
          return
       end if
       dl = state%load_factor - start%load_factor
       if (any(control%method == [method_load, method_displacement])) then
-         call held_row(problem, control, state, system, row, corner, defect)
+         held = held_by(problem, control, state, system)
          rhs = control%increment - dl
-         if (control%method == method_displacement) rhs = control%increment - change_so_far(problem, control, start, state) - defect
-         call set_path_row(problem, system, row, corner)
+         if (control%method == method_displacement) &
+            & rhs = control%increment - change_so_far(problem, control, start, state) - held%defect
+         call set_path_row(system, held)
          return
       end if
       if (control%method == method_largest) then
@@ -158,15 +160,14 @@ contains
          row = 0.0_wp
          row(component, node) = 1.0_wp
          rhs = control%increment * control%tangent(component, node) - (state%u(component, node) - start%u(component, node))
-         call set_path_row(problem, system, row, 0.0_wp)
+         call set_path_row(system, linear_functional(problem, system, row, 0.0_wp))
          return
       end if
       row = state%u - start%u
       travelled = metric(problem, row, row) + load_weight(control) * dl**2
       if (control%method == method_linearised .or. travelled <= 0.0_wp) then
          rhs = control%increment - metric(problem, control%tangent, row) - load_weight(control) * control%tangent_load * dl
-         call held_row(problem, control, state, system, row, corner, defect)
-         call set_path_row(problem, system, row, corner)
+         call set_path_row(system, held_by(problem, control, state, system))
       else if (is_free(control%method)) then
          rhs = 0.0_wp
          if (control%method == method_minimum_residual) row = all_to_global(problem, system, system%tangent)
@@ -174,38 +175,31 @@ contains
             row = control%tangent
             if (allocated(control%previous)) row = control%previous
          end if
-         call set_path_row(problem, system, metric_row(problem, row), 0.0_wp)
+         call set_path_row(system, linear_functional(problem, system, metric_row(problem, row), 0.0_wp))
       else
          call circle_row(problem, control, row, dl, system, rhs)
       end if
    end subroutine control_row
 
-   !> What holds a point of the path, as a row row.u + corner * load factor: the load factor, the monitor, or the plane normal to
-   !> the control's tangent.
-   subroutine held_row(problem, control, state, system, row, corner, defect)
+   !> The functional that fixes a point of the path: the load factor, the monitor, or the distance along the control's tangent.
+   function held_by(problem, control, state, system) result(held)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system        !! assembled there
-      real(wp), intent(out) :: row(:, :)          !! (3, nodes) in global axes
-      real(wp), intent(out) :: corner
-      real(wp), intent(out) :: defect             !! what closes elements' own defects changes a monitor by
-      type(monitor_row_t) :: watched
-      defect = 0.0_wp
+      type(functional_t) :: held
+      real(wp) :: none(3, size(state%u, 2))
       select case (control%method)
       case (method_load)
-         row = 0.0_wp
-         corner = 1.0_wp
+         none = 0.0_wp
+         held = linear_functional(problem, system, none, 1.0_wp)
       case (method_displacement)
-         call monitor_row(problem, state, system, control%monitor, watched)
-         row = watched%node
-         corner = watched%load
-         defect = watched%defect
+         held = new_displacement_functional(problem, state, system, control%monitor)
       case default
-         row = metric_row(problem, control%tangent)
-         corner = load_weight(control) * control%tangent_load
+         held = linear_functional(problem, system, metric_row(problem, control%tangent), &
+            & load_weight(control) * control%tangent_load)
       end select
-   end subroutine held_row
+   end function held_by
 
    !> What the controlled monitor has changed by since the start.
    pure real(wp) function change_so_far(problem, control, start, state) result(change)
@@ -245,7 +239,7 @@ contains
       logical :: ok
       ! What the residuals alone would do, the load factor held.
       at = 0.0_wp
-      call set_path_row(problem, system, at, 1.0_wp)
+      call set_path_row(system, linear_functional(problem, system, at, 1.0_wp))
       call solve_bordered(system, -system%residual, system%value, 0.0_wp, x, y, ok)
       weight = load_weight(control)
       fixed = all_to_global(problem, system, x)
@@ -261,10 +255,10 @@ contains
       if (discriminant > (grazing * control%increment)**2 * a) then
          at = at + root * line
          rhs = metric(problem, at, fixed + root * line) + weight * (dl + root) * root
-         call set_path_row(problem, system, metric_row(problem, at), weight * (dl + root))
+         call set_path_row(system, linear_functional(problem, system, metric_row(problem, at), weight * (dl + root)))
       else
          rhs = metric(problem, line, fixed + root * line) + weight * root
-         call set_path_row(problem, system, metric_row(problem, line), weight)
+         call set_path_row(system, linear_functional(problem, system, metric_row(problem, line), weight))
       end if
    end subroutine circle_row
 

@@ -9,7 +9,7 @@ module monitors
    use span_forces, only: span_totals
    use bordered_system, only: apply_increment, held_force_change
    use ground_regions, only: foundation_totals, foundation_total_rates
-   use monitor_rows, only: watched_displacement, monitor_change
+   use displacement_functional, only: watched_displacement, monitor_change
    implicit none
    private
    public :: monitor_values, monitor_rate

@@ -6,6 +6,7 @@
 !> factor. The row is the path constraint; it keeps the system regular at limit points, where K is singular.
 module bordered_system
    use kinds, only: wp
+   use functional, only: functional_t
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
    use problem, only: problem_t
@@ -20,7 +21,8 @@ module bordered_system
       & counter_factorisation, counter_solution
    implicit none
    private
-   public :: linearise, factor_system, set_path_row, unknowns_of, solve_bordered, solve_effective, solve_all_effective, &
+   public :: linearise, factor_system, set_path_row, linear_functional, unknowns_of, solve_bordered, solve_effective, &
+      & solve_all_effective, &
       & with_stretch, held_force_change, apply_increment, resultant_rates, all_to_global
 
 contains
@@ -163,15 +165,25 @@ contains
       call timing_stop(phase_solution)
    end subroutine solve_constrained
 
-   !> Sets the path constraint row.x + corner * (load factor increment) = right-hand side of solve_bordered.
-   subroutine set_path_row(problem, system, row, corner)
-      type(problem_t), intent(in) :: problem
+   !> Makes a functional the path constraint: its change is the right-hand side of solve_bordered.
+   pure subroutine set_path_row(system, held)
       type(system_t), intent(inout) :: system
-      real(wp), intent(in) :: row(:, :)    !! (3, nodes) in global axes
-      real(wp), intent(in) :: corner
-      system%path_row = unknowns_of(problem, system, row)
-      system%path_corner = corner
+      type(functional_t), intent(in) :: held
+      system%path_row = held%by_unknown
+      system%path_corner = held%by_load
    end subroutine set_path_row
+
+   !> The functional row.u + by_load times the load factor.
+   function linear_functional(problem, system, row, by_load) result(linear)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: row(:, :)      !! (3, nodes) in global axes
+      real(wp), intent(in) :: by_load
+      type(functional_t) :: linear
+      linear%known = .true.
+      linear%by_unknown = unknowns_of(problem, system, row)
+      linear%by_load = by_load
+   end function linear_functional
 
    !> Forces on nodes, or a row of their displacements, as one of the unknowns.
    function unknowns_of(problem, system, by_node) result(by_unknown)

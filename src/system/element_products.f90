@@ -6,7 +6,7 @@ module element_products
    use linear_system, only: system_t, to_global, turn_pair
    implicit none
    private
-   public :: apply_elements, element_deformation
+   public :: apply_elements, element_deformation, element_unknowns
 
 contains
 
@@ -80,4 +80,17 @@ contains
          if (problem%conforms(e) > 0) relative(3 * i - 2:3 * i) = own
       end do
    end function element_deformation
+
+   !> A vector of all unknowns at the two nodes of an element, node axes.
+   pure function element_unknowns(problem, system, x, e) result(local)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: x(:)
+      integer, intent(in) :: e
+      real(wp) :: local(6)
+      integer :: i
+      do i = 1, 2
+         local(3 * i - 2:3 * i) = node_unknowns(problem, system%tie_block, problem%model%mesh%node(i, e), x)
+      end do
+   end function element_unknowns
 end module element_products

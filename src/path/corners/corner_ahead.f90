@@ -11,7 +11,7 @@ module corner_ahead
    use path_control, only: path_length
    use path_state, only: path_state_t
    use step_control, only: smallest
-   use monitor_rows, only: watched_displacement
+   use displacement_functional, only: watched_displacement
    implicit none
    private
    public :: corner_t, look_for_corner, is_near, part_before, differ

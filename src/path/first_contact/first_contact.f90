@@ -12,7 +12,7 @@ module first_contact
    use bordered_system, only: linearise
    use contact_set, only: contact_step_t, solve_contact_step
    use path_control, only: control_t, control_row
-   use monitor_rows, only: monitor_change
+   use displacement_functional, only: monitor_change
    implicit none
    private
    public :: presume_contact

@@ -10,7 +10,7 @@ module stop_reasons
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use path_control, only: control_t, set_tangent, is_arc_length, displacement_between
-   use monitor_rows, only: monitor_change
+   use displacement_functional, only: monitor_change
    use path_continuity, only: path_tangent_t, path_tangent_at, relate, same_path
    use path_state, only: path_state_t
    use corrector, only: increment_t, take_increment

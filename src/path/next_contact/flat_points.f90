@@ -8,7 +8,8 @@ module flat_points
    use conforming_span, only: flat_excess, excess_curvature
    use touchdown_points, only: point_force
    use bordered_system, only: all_to_global
-   use curvature_row, only: curvature_row_t, new_curvature_row
+   use functional, only: functional_t
+   use relative_curvature, only: new_relative_curvature
    use path_control, only: control_t, path_length
    use path_state, only: path_state_t
    use corrector, only: increment_t, correct
@@ -100,9 +101,9 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run             !! its system factored
       integer, intent(in) :: candidate
-      type(curvature_row_t) :: row
-      row = new_curvature_row(problem, run%state, run%system, candidate)
-      rate = row%load + sum(row%node * all_to_global(problem, run%system, run%system%tangent))
+      type(functional_t) :: curvature
+      curvature = new_relative_curvature(problem, run%state, run%system, candidate)
+      rate = curvature%change(run%system%tangent, 1.0_wp)
    end function curving_rate
 
    !> A small excess: a part of what the point's force makes of the curvature along a line of a length that is taken for none.

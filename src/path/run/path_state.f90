@@ -12,7 +12,7 @@ module path_state
    use enriched_problem, only: enriched_problem_t
    use mesh_request, only: refinement_t
    use critical_points, only: critical_point_t, critical_points_t
-   use monitor_rows, only: monitor_change
+   use displacement_functional, only: monitor_change
    use path_continuity, only: path_tangent_t, path_tangent_at, chord_between, goes_back, stands_still
    use path_record, only: region_t
    use path_events, only: test_values_t, new_test_values

@@ -1,41 +1,37 @@
-!> How much more a rod is curved at a point contact than its obstacle, as a function of the unknowns. Held, it leads along the path
-!> to where that is none: there nothing turns the point any more, and free spans beside it may be about to buckle, so that neither
-!> the load nor displacements tell points of the path.
-module curvature_row
+!> Relative curvature as a functional: how much more a rod is curved at a point contact than its obstacle, per unit stress-free
+!> length, positive where the rod bends away. As the path constraint it leads to osculation, relative curvature zero: there the
+!> contact has no stiffness against rotation, and free spans beside it may be about to buckle, so that neither the load nor
+!> displacements are parameters of the path.
+module relative_curvature
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
+   use functional, only: functional_t
    use linear_system, only: system_t
+   use bordered_system, only: unknowns_of
    use touchdown_points, only: excess_ahead
    implicit none
    private
-   public :: curvature_row_t, new_curvature_row
-
-   !> Value and derivatives.
-   type :: curvature_row_t
-      real(wp) :: excess = 0.0_wp               !! > 0: the rod bends away; per unit stress-free length
-      real(wp), allocatable :: node(:, :)       !! (3, nodes) by the displacements, global axes
-      real(wp) :: load = 0.0_wp                 !! by the load factor
-      real(wp) :: defect = 0.0_wp               !! change when the elements close their own defects
-   end type curvature_row_t
+   public :: new_relative_curvature
 
    real(wp), parameter :: little = 1.0e-6_wp    !! of the size, or rad: forces and moments are linear in these
 
 contains
 
    !> The row at a state, by differences: displacements, and what the elements beside the point answer to them.
-   function new_curvature_row(problem, state, system, candidate) result(row)
+   function new_relative_curvature(problem, state, system, candidate) result(curvature)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled there
       integer, intent(in) :: candidate          !! of a point contact
-      type(curvature_row_t) :: row
+      type(functional_t) :: curvature
       type(state_t) :: other
-      real(wp) :: step
+      real(wp) :: step, by_node(3, problem%model%mesh%n_nodes) !! global axes
       integer :: element(2), nodes(3), i, k, side
       element = problem%candidates%element(:, candidate)
-      row%excess = value(state)
-      allocate (row%node(3, problem%model%mesh%n_nodes), source=0.0_wp)
+      curvature%value = value(state)
+      curvature%known = .true.
+      by_node = 0.0_wp
       nodes = [problem%candidates%node(candidate), 0, 0]
       do side = 1, 2
          if (element(side) > 0) nodes(1 + side) = problem%model%mesh%node(side, element(side))
@@ -47,16 +43,17 @@ contains
             step = merge(little, little * problem%size, k == 3)
             other%u(k, nodes(i)) = state%u(k, nodes(i)) + step
             call answer(nodes(i), k, step)
-            row%node(k, nodes(i)) = (value(other) - row%excess) / step
+            by_node(k, nodes(i)) = (value(other) - curvature%value) / step
             other%u(k, nodes(i)) = state%u(k, nodes(i))
          end do
       end do
       call answer(0, 7, 1.0_wp)
-      row%defect = value(other) - row%excess
+      curvature%defect = value(other) - curvature%value
       step = little * max(abs(state%load_factor), 1.0_wp)
       other%load_factor = state%load_factor + step
       call answer(0, 8, step)
-      row%load = (value(other) - row%excess) / step
+      curvature%by_load = (value(other) - curvature%value) / step
+      curvature%by_unknown = unknowns_of(problem, system, by_node)
 
    contains
 
@@ -84,5 +81,5 @@ contains
             other%z(:z, e) = state%z(:z, e) + step * system%op(:z, c, e)
          end do
       end subroutine answer
-   end function new_curvature_row
-end module curvature_row
+   end function new_relative_curvature
+end module relative_curvature

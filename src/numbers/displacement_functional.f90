@@ -1,22 +1,17 @@
-!> Monitors of displacements as functions of the unknowns: value, gradient, change along a solved increment. What is watched is the
-!> material point that the deck names, whatever node carries a contact there.
-module monitor_rows
+!> Monitors of displacements as functionals. A monitor watches the material point that the deck names, wherever the nodes of a
+!> contact span are.
+module displacement_functional
    use kinds, only: wp
    use model, only: quantity_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
-   use linear_system, only: system_t, to_global
+   use functional, only: functional_t
+   use linear_system, only: system_t
+   use bordered_system, only: unknowns_of
    use deck_nodes, only: deck_displacements, node_gradient_t, deck_node_gradient
    implicit none
    private
-   public :: monitor_row_t, monitor_row, watched_displacement, monitor_change, left_open
-
-   !> Derivatives of a monitor's value.
-   type :: monitor_row_t
-      real(wp), allocatable :: node(:, :)       !! (3, nodes) by the displacements, global axes
-      real(wp) :: load = 0.0_wp                 !! by the load factor
-      real(wp) :: defect = 0.0_wp               !! change when the elements close their own defects
-   end type monitor_row_t
+   public :: new_displacement_functional, watched_displacement, monitor_change, left_open
 
 contains
 
@@ -37,36 +32,40 @@ contains
       end associate
    end function watched_displacement
 
-   !> Gradient of a displacement monitor.
-   subroutine monitor_row(problem, state, system, m, row)
+   !> A displacement monitor, linearised. Inside an element its displacements depend on the element's own unknowns, so that the load
+   !> factor and the internal residual change it, too.
+   function new_displacement_functional(problem, state, system, m) result(watched)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled at `state`
       integer, intent(in) :: m                  !! index into model%monitor, of a displacement
-      type(monitor_row_t), intent(out) :: row
+      type(functional_t) :: watched
       type(node_gradient_t) :: gradient
-      real(wp) :: weight
+      real(wp) :: weight, by_node(3, problem%model%mesh%n_nodes) !! global axes
       logical :: inside
       integer :: i, k
-      allocate (row%node(3, problem%model%mesh%n_nodes), source=0.0_wp)
+      by_node = 0.0_wp
+      watched%known = .true.
+      watched%value = watched_displacement(problem, state, m)
       associate (monitor => problem%deck%monitor(m))
          weight = monitor%factor / size(monitor%node)
          do i = 1, size(monitor%node)
             associate (at => monitor%node(i), component => monitor%component)
                call deck_node_gradient(problem, state, system, at, gradient, inside)
                if (.not. inside) then
-                  row%node(component, gradient%node(1)) = row%node(component, gradient%node(1)) + weight
+                  by_node(component, gradient%node(1)) = by_node(component, gradient%node(1)) + weight
                   cycle
                end if
                do k = 1, 2
-                  row%node(:, gradient%node(k)) = row%node(:, gradient%node(k)) + weight * gradient%ends(component, :, k)
+                  by_node(:, gradient%node(k)) = by_node(:, gradient%node(k)) + weight * gradient%ends(component, :, k)
                end do
-               row%load = row%load + weight * gradient%load(component)
-               row%defect = row%defect + weight * gradient%defect(component)
+               watched%by_load = watched%by_load + weight * gradient%load(component)
+               watched%defect = watched%defect + weight * gradient%defect(component)
             end associate
          end do
       end associate
-   end subroutine monitor_row
+      watched%by_unknown = unknowns_of(problem, system, by_node)
+   end function new_displacement_functional
 
    !> Change of a displacement monitor along a solved increment. Along the path, per unit of load factor: x = system%tangent,
    !> y = 1.
@@ -77,14 +76,9 @@ contains
       type(system_t), intent(in) :: system      !! assembled at `state`
       real(wp), intent(in) :: x(:)              !! (n) nodal increments, node axes
       real(wp), intent(in) :: y                 !! of the load factor
-      type(monitor_row_t) :: row
-      integer :: node
-      call monitor_row(problem, state, system, m, row)
-      change = row%load * y
-      do node = 1, size(row%node, 2)
-         if (any(abs(row%node(:, node)) > 0.0_wp)) change = change + &
-            & dot_product(row%node(:, node), to_global(problem, system, x, node))
-      end do
+      type(functional_t) :: watched
+      watched = new_displacement_functional(problem, state, system, m)
+      change = watched%change(x, y)
    end function monitor_change
 
    !> True for a monitor that loads leave open: it changes, by more than the equilibrium is known to, with how far a rod rolls that
@@ -100,4 +94,4 @@ contains
             & sqrt(problem%model%step(problem%step)%tolerance) * abs(monitor%factor) * problem%size
       end associate
    end function left_open
-end module monitor_rows
+end module displacement_functional
