@@ -4,8 +4,8 @@
 !> from one end and n from the other, both sides have the same w and slope, T1 + T2 = r (m + n) + F with F pressing, and the moment
 !> jumps by the couple C: with v = n/m < 1, m on the side where the couple lifts,
 !>
-!> T1 = r m (3 + v - v^2 + v^3)/12,   T2 = r m (1 - v + v^2 + 3 v^3)/(12 v^2),
-!> F = r m f(v),   f = T1/(r m) + T2/(r m) - 1 - v,   C = r m^2 c(v),   c = 1/2 - T1/(r m) + v T2/(r m) - v^2/2.
+!>   T1 = r m (3 + v - v^2 + v^3)/12,   T2 = r m (1 - v + v^2 + 3 v^3)/(12 v^2),
+!>   F = r m f(v),   f = T1/(r m) + T2/(r m) - 1 - v,   C = r m^2 c(v),   c = 1/2 - T1/(r m) + v T2/(r m) - v^2/2.
 !>
 !> Without a force v = 2 - sqrt(3) and C = (2 sqrt(3) - 3) r m^2, without a couple v = 1 and m = -3 F/(4 r). A couple, however
 !> small, lifts a finite length against any pressing force: no node inside a line contact carries a couple.

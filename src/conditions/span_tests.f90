@@ -1,10 +1,9 @@
 !> Conditions for a set of contact spans to be the right one, as test functions: smooth along the path as long as the set is the
 !> same, and >= 0 while the set is valid. At their zeros contact begins, ends, spreads or splits.
 !>
-!> state -> tests -> the first that vanishes on an increment (span_events) -> its place (span_location, vanishing_span,
-!> predicted_contact_set)
-!> -> record (span_changes) -> next contact set (span_rules, contact_set_edits) -> its mesh (span_mesh) -> first point (span_set,
-!> entering_contact_set)
+!> A contact change passes through: the tests -> the first that vanishes on an increment (span_events) -> its place (span_location,
+!> vanishing_span, predicted_contact_set) -> record (span_changes) -> next contact set (span_rules, contact_set_edits) -> its mesh
+!> (span_mesh) -> its first point (span_set, entering_contact_set)
 module span_tests
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap

@@ -54,10 +54,10 @@ module test_kinds
       real(wp) :: ends(2) = 0.0_wp          !! vanishing: ends of the free span along the rod segment
       real(wp) :: at = 0.0_wp               !! gap, pressure: place along the rod segment
       !> Side or sense, by kind:
-      !> pressure   at the first end (-1), inside (0), at the last end (1) of the line contact
-      !> curvature  before (-1) or after (1) a support that fixes the rotation; 0: the rotation is free
-      !> crossing, slope   free span or rod before (-1) or after (1) the contact
-      !> leaving    towards the beginning (-1) or the end (1) of the rod
+      !>   pressure   at the first end (-1), inside (0), at the last end (1) of the line contact
+      !>   curvature  before (-1) or after (1) a support that fixes the rotation; 0: the rotation is free
+      !>   crossing, slope   free span or rod before (-1) or after (1) the contact
+      !>   leaving    towards the beginning (-1) or the end (1) of the rod
       real(wp) :: sense = 1.0_wp
    end type span_test_t
 

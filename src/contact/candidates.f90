@@ -26,13 +26,13 @@ module candidates
       real(wp), allocatable :: overlap(:)     !! distance by which an obstacle with *CONTACT INTERFERENCE, SHRINK is withdrawn at
                                               !! the start: the deepest penetration of the contact
       ! Nodes of contact spans, all of them bilateral:
-      ! follows  moves  rolls
-      ! node inside a line contact           x
-      ! end of a line                        x       x
-      ! end of a line at a segment boundary  x
-      ! point contact                                x      x
-      ! point at a segment boundary                         x
-      ! point at the end of its rod, at a kink, or at a support that fixes the rotation
+      !                                     follows  moves  rolls
+      !   node inside a line contact           x
+      !   end of a line                        x       x
+      !   end of a line at a segment boundary  x
+      !   point contact                                x      x
+      !   point at a segment boundary                         x
+      !   point at the end of its rod, at a kink, or at a support that fixes the rotation
       logical, allocatable :: bilateral(:)    !! always in contact, the reaction may have either sign
       integer, allocatable :: touch(:)        !! contact span of the node, index into problem%touch; 0: contact at nodes
       logical, allocatable :: follows(:)      !! the node takes the direction of the track

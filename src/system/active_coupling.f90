@@ -4,7 +4,7 @@
 !> stiffer ground, independent springs e = 1/d of the candidates; the excess W = diag(e) - S is positive definite because T - d is,
 !> and is removed from the factored band (Sherman, Morrison, Woodbury):
 !>
-!> (K - N W N^T)^-1 = K^-1 + X (W^-1 - N^T X)^-1 X^T,   X = K^-1 N,   N^T the gaps' derivatives.
+!>   (K - N W N^T)^-1 = K^-1 + X (W^-1 - N^T X)^-1 X^T,   X = K^-1 N,   N^T the gaps' derivatives.
 !>
 !> The band is regular wherever contact alone supports the structure, and by Haynsworth's theorem the true tangent has the negative
 !> eigenvalues of the band and those of the small matrix.

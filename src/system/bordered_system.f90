@@ -1,7 +1,7 @@
 !> Linearised equilibrium equations with a constraint row and a load column (bordered system): factored once, solved for any
 !> right-hand side.
 !>
-!> K x - load y = rhs      row.x + corner y = path
+!>   K x - load y = rhs      row.x + corner y = path
 !>
 !> K is the band less the excess of coupled ground (active_coupling), y the increment of the load factor. The row is the path
 !> constraint; it makes the system regular at limit points, where K is singular.
