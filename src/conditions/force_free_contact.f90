@@ -124,7 +124,7 @@ contains
       end do
    end subroutine let_turn
 
-   !> True if an end of a line contact needs no point contact of its own: the line goes on there as another one, or ends with its
+   !> True if an end of a line contact needs no point contact of its own: another line contact continues there, or ends with its
    !> rod.
    pure logical function ends_nowhere(problem, touch, k, side)
       type(problem_t), intent(in) :: problem

@@ -88,7 +88,7 @@ contains
    !> True if a test other than the one at its zero is below zero by `well_below` slacks.
    pure logical function another_fails(tests, which)
       type(span_test_t), intent(in) :: tests(:)
-      integer, intent(in) :: which               !! index of the one that is
+      integer, intent(in) :: which               !! index of the test that is zero
       integer :: k
       another_fails = any(tests%value < -well_below * test_slack(tests%kind) .and. [(k, k=1, size(tests))] /= which)
    end function another_fails

@@ -128,7 +128,7 @@ contains
    !> Coordinate of the first node of each rod segment along the chain of each contact, 0 if the contact does not cover the segment.
    function chain_starts(deck) result(start)
       type(problem_t), intent(in) :: deck            !! on the deck's mesh
-      real(wp) :: start(size(deck%layout%stretch), size(deck%deck%contact)) !! (stretches, contacts)
+      real(wp) :: start(size(deck%layout%stretch), size(deck%deck%contact)) !! (rod segments, contacts)
       integer :: i
       start = 0.0_wp
       do i = 1, deck%candidates%n
