@@ -10,8 +10,7 @@ module tangent_step
    private
    public :: states_along
 
-   real(wp), parameter :: little = 1.0e-6_wp !! step, of the structure's size or in rad; the relative error of the derivative is
-                                             !! about epsilon over this
+   real(wp), parameter :: little = 1.0e-6_wp !! step, of the structure's size or in rad; slopes keep half of the digits
 
 contains
 

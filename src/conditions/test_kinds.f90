@@ -10,7 +10,7 @@ module test_kinds
    ! Kinds of tests.
    integer, parameter :: test_gap = 1       !! least gap of a free span
    integer, parameter :: test_force = 2     !! concentrated force of a point contact, or of a line contact at a segment boundary
-   integer, parameter :: test_curvature = 3 !! relative curvature of a point contact: obstacle less rod
+   integer, parameter :: test_curvature = 3 !! relative curvature of a point contact: rod less obstacle, > 0 away from the obstacle
    integer, parameter :: test_pressure = 4  !! least density of force along a line contact
    integer, parameter :: test_length = 5    !! length of a line contact
    integer, parameter :: test_vanishing = 6 !! largest gap of a free span beside a contact; once this gap is below rounding, the

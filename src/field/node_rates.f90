@@ -16,7 +16,8 @@ module node_rates
       type(ge_load_t) :: load
       real(wp) :: n(2) = 0.0_wp, m = 0.0_wp            !! force and moment, global axes
       real(wp) :: t(2) = 0.0_wp, nu(2) = 0.0_wp        !! direction of the section's normal, and a quarter turn to its left
-      real(wp) :: along = 1.0_wp, across = 0.0_wp  !! components along t and nu of the position's derivative by stress-free length
+      real(wp) :: along = 1.0_wp, across = 0.0_wp      !! components along t and nu of the position's derivative by stress-free
+                                                       !! length
    end type section_t
 
 contains
@@ -27,7 +28,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e               !! GE element on a curve
       real(wp), intent(out) :: rate(2)       !! of the deformed position
-      real(wp), intent(out) :: turn          !! of the direction of the section
+      real(wp), intent(out) :: turn          !! of the section's angle
       real(wp) :: t(2), angle, x(2), speed, bend
       type(ge_load_t) :: load
       load = element_load(problem, state, e)

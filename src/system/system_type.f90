@@ -17,7 +17,8 @@ module system_type
 
    type :: system_t
       integer :: n = 0                          !! number of unknowns
-      type(band_t) :: k  !! tangent, node axes, without elimination, with the excess stiffness of coupled ground
+      type(band_t) :: k                         !! tangent, node axes, without elimination, with the excess stiffness of coupled
+                                                !! ground
       type(factor_t) :: factor
       type(active_coupling_t) :: coupling           !! coupled ground, with its excess stiffness
       real(wp), allocatable :: residual(:)      !! (n) internal less external forces, element unknowns eliminated

@@ -65,7 +65,8 @@ contains
       type(path_state_t), intent(inout) :: run
       type(state_t), intent(inout) :: trial
       logical, intent(in) :: settled                 !! true: the trial is in equilibrium
-      logical, intent(out) :: taken  !! true: the trial is in equilibrium on the new mesh, and the system is factored there
+      logical, intent(out) :: taken                  !! true: the trial is in equilibrium on the new mesh, and the system is
+                                                     !! factored there
       logical, intent(out) :: done                   !! false: no equilibrium was found, nothing has changed. The new mesh may be
                                                      !! the one before the last coarsening
       type(problem_t) :: asked, here
@@ -130,7 +131,7 @@ contains
       end do
    end function taken_along
 
-   !> Transfers the trial to another mesh, and the run's point with it, though not in equilibrium.
+   !> Transfers the trial to another mesh, in equilibrium there, and the run's point with it, in equilibrium if possible.
    subroutine remesh_trial(asked, problem, run, trial, both, taken)
       type(problem_t), intent(in) :: asked           !! the problem with the requested mesh density
       type(problem_t), intent(inout) :: problem

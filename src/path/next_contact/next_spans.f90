@@ -23,7 +23,8 @@ module next_spans
       type(problem_t) :: problem
       type(state_t) :: state
       type(system_t) :: system                    !! factored at `state`
-      type(path_tangent_t) :: heading  !! path tangent with which the path arrives; without displacements: the direction of the run
+      type(path_tangent_t) :: heading                  !! path tangent with which the path arrives; without displacements: the
+                                                       !! direction of the run
       real(wp) :: rate = 0.0_wp                   !! closed free span: derivative of the line contact's least pressure by the load
                                                   !! factor; 0: the load continues in the present sense
       type(increment_t) :: report = increment_t(converged=.true.)

@@ -96,7 +96,8 @@ contains
       real(wp), intent(in) :: to
       type(next_t), intent(inout) :: next        !! in: at a point further on; out: at the farthest point back that was found valid
       type(next_t) :: nearer
-      real(wp) :: fails, since, whole  ! load factors at which the set fails and at which it is valid; length of the interval
+      real(wp) :: fails, since, whole              ! load factors at which the set fails and at which it is valid; length of the
+                                                   ! interval
       integer :: try
       logical :: holds, beyond
       call copy_next(next, nearer)
