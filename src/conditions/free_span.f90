@@ -12,7 +12,7 @@ module free_span
       integer :: stretch = 0
       integer :: element(2) = 0             !! first and last element
       integer :: touch(2) = 0               !! contact spans before and after the free span, indices into problem%touch; 0: segment
-                                            !! boundary without contact
+      !! boundary without contact
       integer :: contact(2) = 0             !! contacts of these contact spans, indices into model%contact; 0: none
    end type free_span_t
 

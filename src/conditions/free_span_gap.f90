@@ -26,7 +26,7 @@ module free_span_gap
       integer :: first = 0, last = 0
       integer :: contact = 0                   !! index into model%contact
       logical :: touches(2) = .false.          !! true: the first node of `first`, or the last node of `last`, touches this
-                                               !! obstacle; the gap is zero there
+      !! obstacle; the gap is zero there
       type(profile_t), allocatable :: profile(:) !! (first:last)
       real(wp), allocatable :: at(:)           !! coordinates of the samples along the rod segment, increasing
       real(wp), allocatable :: gap(:)          !! gaps at the samples

@@ -16,7 +16,7 @@ module line_pressure
 
    integer, parameter :: samples = 4            !! number of equal parts of an element for samples of the density
    integer, parameter :: sections = 24          !! golden sections of the interval between the neighbours of a least sample: to 1e-5
-                                                !! of this interval
+   !! of this interval
 
    !> Density of the obstacle's force, sampled along a line contact.
    type :: pressure_t

@@ -15,7 +15,7 @@ module point_tests
    public :: tests_of_points, rests_beside
 
    real(wp), parameter :: parallel_enough = sqrt(epsilon(1.0_wp)) !! [rad] angle of a support that rounding cannot tell from
-                                                                  !! parallel
+   !! parallel
 
 contains
 

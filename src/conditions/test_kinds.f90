@@ -14,13 +14,13 @@ module test_kinds
    integer, parameter :: test_pressure = 4  !! least density of force along a line contact
    integer, parameter :: test_length = 5    !! length of a line contact
    integer, parameter :: test_vanishing = 6 !! largest gap of a free span beside a contact; once this gap is below rounding, the
-                                            !! length of the span
+   !! length of the span
    integer, parameter :: test_crossing = 7  !! length of a free span between a contact and a segment boundary
    integer, parameter :: test_slope = 8     !! slope of the gap away from a touching end of a rod, or from a corner
    integer, parameter :: test_leaving = 9   !! point contact at a segment boundary: length that counts as none less the distance to
-                                            !! its proper place
+   !! its proper place
    integer, parameter :: test_couple = 10   !! minus the size of the couple that a line contact's node at a segment boundary would
-                                            !! need
+   !! need
 
    !> Meaning of a zero of each kind.
    character(*), parameter :: test_words(10) = [character(40) :: 'contact begins', 'contact ends', 'a contact point spreads', &

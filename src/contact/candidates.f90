@@ -19,12 +19,12 @@ module candidates
       integer, allocatable :: neighbour(:, :) !! (2, n) candidate before and after, 0: none
       integer, allocatable :: element(:, :)   !! (2, n) element towards that neighbour, 0: none
       integer, allocatable :: twin(:)         !! next candidate at the same node, for another obstacle, in a circular list; a single
-                                              !! one is its own twin
+      !! one is its own twin
       real(wp), allocatable :: s(:)           !! nominal arc length along the chain [length]
       real(wp), allocatable :: tributary(:)   !! half the length of the adjacent contact elements; 1 for stops at nodes
       real(wp), allocatable :: gap_offset(:)
       real(wp), allocatable :: overlap(:)     !! distance by which an obstacle with *CONTACT INTERFERENCE, SHRINK is withdrawn at
-                                              !! the start: the deepest penetration of the contact
+      !! the start: the deepest penetration of the contact
       ! Nodes of contact spans, all of them bilateral:
       !                                     follows  moves  rolls
       !   node inside a line contact           x
@@ -38,7 +38,7 @@ module candidates
       logical, allocatable :: follows(:)      !! the node takes the direction of the track
       logical, allocatable :: moves(:)        !! touchdown point, which moves along the rod
       logical, allocatable :: rolls(:)        !! point contact of a smooth rod: the place of the force moves along the rod as the
-                                              !! rod rotates, even if the node is a segment boundary and stays
+      !! rod rotates, even if the node is a segment boundary and stays
       logical, allocatable :: held(:)         !! touchdown point fixed at its present place (with_held)
       real(wp), allocatable :: chain_length(:) !! (contacts) length of the closed chain, 0 for an open chain
    end type candidates_t

@@ -26,9 +26,9 @@ module contact_spans
       logical :: line = .false.
       ! On a mesh:
       integer :: element(2) = 0             !! first and last conforming element; for a point contact the element after the point
-                                            !! and the element before it, neither of which need exist
+      !! and the element before it, neither of which need exist
       integer :: candidate(2) = 0           !! candidates at the ends; at a segment boundary another contact span may share the
-                                            !! candidate
+      !! candidate
    end type contact_span_t
 
 contains

@@ -23,7 +23,7 @@ contains
       logical, intent(in) :: active(:)
       real(wp), intent(in) :: given(:)               !! (candidates) prescribed openings of active ones, reactions of open ones
       real(wp), intent(in) :: force(:)               !! (n) forces on the nodes by the prescribed values; rigid contacts may take a
-                                                     !! part of them
+      !! part of them
       real(wp), intent(out) :: gap(:), reaction(:)   !! (candidates)
       real(wp) :: residual(system%n)
       integer :: c

@@ -17,7 +17,7 @@ module node_rates
       real(wp) :: n(2) = 0.0_wp, m = 0.0_wp            !! force and moment, global axes
       real(wp) :: t(2) = 0.0_wp, nu(2) = 0.0_wp        !! direction of the section's normal, and a quarter turn to its left
       real(wp) :: along = 1.0_wp, across = 0.0_wp      !! components along t and nu of the position's derivative by stress-free
-                                                       !! length
+      !! length
    end type section_t
 
 contains

@@ -43,7 +43,7 @@ contains
       integer, intent(out) :: e
       real(wp), intent(out) :: tau              !! 0 to 1 of the element's stress-free length; exactly 0 or 1 at a node
       integer, intent(inout), optional :: near  !! in: index in problem%along of the last point's element, the search starts there;
-                                                !! out: index of this point's element
+      !! out: index of this point's element
       call find_in(problem, state%geometry, stretch, at, e, tau, near)
    end subroutine find_point
 
@@ -288,7 +288,7 @@ contains
       type(problem_t), intent(in) :: to
       integer, intent(in) :: e                  !! element of `to`
       integer, intent(in) :: range(2)           !! first and last element of `from` between two contact forces; values beyond these
-                                                !! forces are not used
+      !! forces are not used
       type(kept_t), intent(inout) :: kept       !! data of the state of `from`
       type(state_t), intent(inout) :: new
       real(wp) :: at(2), tau, end, resultant(3, 0:max_stages), s, u(3, 0:max_stages), home(3, 0:max_stages), speed
@@ -370,7 +370,7 @@ contains
    pure subroutine move_nodes(problem, shift, geometry)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: shift(:)          !! (nodes) of nominal length; 0 at segment boundaries and on segments with fixed
-                                                !! nodes
+      !! nodes
       type(geometry_t), intent(inout) :: geometry
       call shift_nodes(problem%model, problem%tableau, shift, geometry)
    end subroutine move_nodes

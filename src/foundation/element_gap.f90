@@ -20,7 +20,7 @@ module element_gap
 
    integer, parameter :: most_samples = 2 * max_stages + 2
    integer, parameter :: most_crossings = 2 * most_samples  !! places where the gap has a given value: none, one, or in a dip two,
-                                                            !! between two samples
+   !! between two samples
    integer, parameter :: most_parts = most_crossings / 2 + 1 !! parts of an element in contact
 
    !> Gap of one element to one obstacle.

@@ -20,7 +20,7 @@ module span_division
    integer, parameter :: least_free = 2, least_conforming = 2
    real(wp), parameter :: whole_number = 0.01_wp    !! a sum of parts this close to a whole number is that number
    integer, parameter :: least_placed = 2           !! least number of elements of a span on a mesh made for a tolerance, whose
-                                                    !! error is estimated
+   !! error is estimated
    ! Numbers of elements of a mesh whose nodes detect contact: lower bound, and upper bound if the deck has more.
    integer, parameter :: sampling = 64, enough = 256
    !> Length of the shortest elements over the structure's size. The error of order 4, the fourth power of the length, is rounding

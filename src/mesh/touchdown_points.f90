@@ -22,7 +22,7 @@ module touchdown_points
 
    real(wp), parameter :: here = 1.0e-12_wp !! of the structure's size: two places this close are the same
    real(wp), parameter :: most = 0.5_wp     !! largest part of a span by which its ends may approach each other at once, so that the
-                                            !! order of the nodes is kept
+   !! order of the nodes is kept
 
 contains
 

@@ -18,7 +18,7 @@ module obstacle_curve
    real(wp), parameter :: piece_turn = 0.25_wp   !! [rad] largest turn of a quintic piece
    real(wp), parameter :: sample_turn = 0.05_wp  !! [rad] turn between samples
    integer, parameter :: n_gauss = 10            !! quadrature points on a quintic piece, whose turn is so small that the quadrature
-                                                 !! error is rounding
+   !! error is rounding
    real(wp), parameter :: factorial(0:5) = [1.0_wp, 1.0_wp, 2.0_wp, 6.0_wp, 24.0_wp, 120.0_wp]
 
    !> One piece; its parameter runs from 0 to 1.
@@ -34,7 +34,7 @@ module obstacle_curve
       type(piece_t), allocatable :: piece(:)
       integer :: leaves = 0             !! number of leaves of the tree, a power of 2
       real(wp), allocatable :: ball(:, :) !! (3, 2 leaves - 1) centre and radius of a circle around node k, whose children are 2 k
-                                          !! and 2 k + 1; radius < 0: empty
+      !! and 2 k + 1; radius < 0: empty
       real(wp) :: point(2, 2) = 0.0_wp  !! both ends of the curve
       real(wp) :: tangent(2, 2) = 0.0_wp !! unit tangents at the ends, in the sense of the curve
       real(wp), allocatable :: start(:) !! (pieces + 1) arc length at the first point of each piece, and at the end

@@ -18,7 +18,7 @@ module obstacle_track
    !> A point of the track.
    type :: track_t
       real(wp) :: sigma = 0.0_wp             !! arc length of the track; lines and curves: from the first point, circles: angle from
-                                             !! the x axis times the radius of the track, increasing in its sense
+      !! the x axis times the radius of the track, increasing in its sense
       real(wp) :: place(2) = 0.0_wp
       real(wp) :: tangent(2) = 0.0_wp        !! unit vector, the free side on its left
       real(wp) :: curvature = 0.0_wp         !! d(angle)/d(sigma), > 0 where the track turns left

@@ -35,6 +35,6 @@ module obstacle_types
       real(wp) :: width = 1.0_wp
       logical :: bilateral = .false.            !! permanent contact with tension as well as pressure
       logical :: at_nodes = .false.             !! a line as model of stops at single nodes (*GAP): gaps count from each node's
-                                                !! place at the start, modulus and law are those of a node
+      !! place at the start, modulus and law are those of a node
    end type obstacle_t
 end module obstacle_types

@@ -172,7 +172,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       integer, intent(in) :: side           !! element that gives the coordinate, of importance where a chain closes: 1 before the
-                                            !! candidate, 2 after it
+      !! candidate, 2 after it
       integer :: e, tried, at
       ! Beyond a segment boundary the contact may not cover the rod.
       at = side

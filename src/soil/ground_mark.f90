@@ -23,11 +23,11 @@ module ground_mark
       integer :: contact = 0                 !! index into model%contact
       real(wp) :: at = 0.0_wp                !! coordinate along the rod segment
       logical :: at_end = .false.            !! true: next to an end of the segment, where no mesh node can move with the point; the
-                                             !! point is placed at the end, and elements beside it are as short as beside other
-                                             !! interface points
+      !! point is placed at the end, and elements beside it are as short as beside other
+      !! interface points
       real(wp) :: level = 0.0_wp             !! gap at the corner
       integer :: segment(2) = segment_unknown !! segments of the law before and after the point
       real(wp) :: layer(2) = 0.0_wp          !! boundary layer length (EI/k)^(1/4) on the foundation before and after the point; 0:
-                                             !! no foundation force
+      !! no foundation force
    end type cut_t
 end module ground_mark

@@ -11,7 +11,7 @@ module half_space
    public :: rectangle_compliance
 
    real(wp), parameter :: far = 20.0_wp            !! distance, in lengths of the longer rectangle, beyond which differences would
-                                                   !! cancel
+   !! cancel
 
    ! Gauss points and weights on (0, 1): exact to 1e-12 beyond that distance.
    real(wp), parameter :: point(3) = [0.5_wp - sqrt(0.15_wp), 0.5_wp, 0.5_wp + sqrt(0.15_wp)]

@@ -45,7 +45,7 @@ module problem
       integer, allocatable :: along(:)                   !! (elements) all elements in order, segment by segment
       integer, allocatable :: element_first(:)           !! (rod segments) index in `along` of the first element
       integer, allocatable :: element_last(:)            !! (rod segments) index in `along` of the last element; on any mesh but the
-                                                         !! deck's along(i) = i
+      !! deck's along(i) = i
       integer, allocatable :: mesh_node(:)               !! (deck's nodes) mesh node of a segment boundary, 0: the node is none
       type(numbering_t) :: numbering
       type(tie_pattern_t) :: ties                        !! tied nodes and the nodes that they follow
@@ -58,32 +58,32 @@ module problem
       logical, allocatable :: pressurised(:)             !! (elements) true: a pressure acts in some step
       integer, allocatable :: z_size(:)                  !! (elements) number of stored unknowns
       type(mark_t), allocatable :: mark(:)               !! interface points: ends of contact with foundations, corners of their
-                                                         !! laws
+      !! laws
       real(wp), allocatable :: chain_start(:, :)         !! (rod segments, contacts) coordinate of the segment's first node along
-                                                         !! the chain of a contact
+      !! the chain of a contact
       logical, allocatable :: covered(:, :)              !! (rod segments, contacts) contact spans are allowed all along the
-                                                         !! segment, or nowhere
+      !! segment, or nowhere
       integer :: mesh_kind = mesh_fixed
       type(contact_span_t), allocatable :: touch(:) !! contact spans in order along the rods, with the places of their ends when
-                                                    !! this mesh was made
+      !! this mesh was made
       integer, allocatable :: conforms(:)                !! (elements) candidate at the first node if the element lies on a track,
-                                                         !! 0: free element
+      !! 0: free element
       integer, allocatable :: hinge(:)                   !! nodes of clamps that are hinges because of a neutral span
       integer :: rolling = 0                             !! node of a clamp about which a closed rod may roll, 0: none
       real(wp), allocatable :: overlap(:)                !! (contacts) distance by which the obstacle is withdrawn at the start, the
-                                                         !! same on every mesh
+      !! same on every mesh
       real(wp), allocatable :: coordinates(:, :)         !! (2, deck's nodes) at the start; stored displacements refer to these
       integer, allocatable :: beside(:, :)               !! (2, nodes) element that ends at the node, and element that begins there;
-                                                         !! 0: none
+      !! 0: none
       type(load_t) :: constant                           !! constant loads of the steps before this one
       integer :: step = 1
       integer :: n_unknowns = 0                          !! three for each node
       real(wp) :: size = 1.0_wp                          !! diagonal of the bounding box of the structure
       logical :: resting = .false.                       !! true: every foundation without tension is in contact in the stress-free
-                                                         !! state
+      !! state
       real(wp) :: force_floor = 0.0_wp                   !! smallest force scale: rounding of EI/size^2
       real(wp), allocatable :: weight(:)                 !! (nodes) node's share of the rod's length over size^2, for the arc-length
-                                                         !! metric
+      !! metric
    contains
       procedure :: has_spans
       procedure :: moves_nodes

@@ -27,12 +27,12 @@ module rod_state
       logical, allocatable :: active(:)       !! (candidates) contact is active
       real(wp), allocatable :: reaction(:)    !! (candidates) normal reaction, > 0 in compression
       real(wp), allocatable :: couple(:)      !! (candidates) couple on a node that takes the direction of its track, without the
-                                              !! couples of elements on the track
+      !! couples of elements on the track
       logical, allocatable :: grounded(:)     !! (elements) a distributed foundation touched the element at the last converged point
       integer, allocatable :: segment(:)      !! (candidates of the foundations' chain) segment of the law for the element after the
-                                              !! candidate, see force_law and ground_segments
+      !! candidate, see force_law and ground_segments
       real(wp), allocatable :: push(:, :)     !! (max_stages + 1, candidates of that chain) pressures of foundations on the element
-                                              !! after the candidate, see ground_pressures; unknown_push: from the gap
+      !! after the candidate, see ground_pressures; unknown_push: from the gap
       type(geometry_t) :: geometry            !! changes only if a touchdown point or an end of a foundation's contact moves
    end type state_t
 

@@ -21,7 +21,7 @@ contains
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: u(:, :)            !! (3, nodes) displacements
       logical, intent(in) :: turned(:)           !! (nodes) true: unknowns in rotated axes, see system_t; tied nodes have global
-                                                 !! axes
+      !! axes
       real(wp), intent(in) :: axis(:, :), roll(:), lean(:)
       real(wp), intent(out) :: block(:, :, :)    !! (3, 3, size(problem%ties%of)) rows: global axes, columns: node axes
       real(wp) :: arm(2)

@@ -18,7 +18,7 @@ module system_type
    type :: system_t
       integer :: n = 0                          !! number of unknowns
       type(band_t) :: k                         !! tangent, node axes, without elimination, with the excess stiffness of coupled
-                                                !! ground
+      !! ground
       type(factor_t) :: factor
       type(active_coupling_t) :: coupling           !! coupled ground, with its excess stiffness
       real(wp), allocatable :: residual(:)      !! (n) internal less external forces, element unknowns eliminated
@@ -30,15 +30,15 @@ module system_type
       real(wp), allocatable :: axis(:, :)       !! (2, nodes) direction of the node's first axis
       logical, allocatable :: turned(:)         !! (nodes) true: the axes are not the global axes
       real(wp), allocatable :: roll(:)          !! (nodes) rotation per displacement along the first axis that the third unknown
-                                                !! does not contain: curvature of the track
+      !! does not contain: curvature of the track
       real(wp), allocatable :: lean(:)          !! (nodes) displacement along the second axis per rotation that the second unknown
-                                                !! does not contain: a point contact at a segment boundary has its force beside the
-                                                !! node
+      !! does not contain: a point contact at a segment boundary has its force beside the
+      !! node
       real(wp), allocatable :: tie_block(:, :, :) !! blocks of T', see tied_nodes
       type(rigidity_t) :: rigidity              !! maps of inextensible elements
       real(wp), allocatable :: tangent_stretch(:, :) !! (2, inextensible elements) artificial extension corrected in `tangent`
       real(wp), allocatable :: swing(:)         !! (ties) geometric stiffness: contribution of the tie force to the rotational
-                                                !! stiffness of the turning node
+      !! stiffness of the turning node
       ! Contact, one entry for each candidate.
       real(wp), allocatable :: gap(:), normal(:, :), bend(:)
       real(wp), allocatable :: opening(:)       !! gap to the surface as settled under the other reactions
@@ -47,10 +47,10 @@ module system_type
       integer, allocatable :: unknown(:)        !! eliminated unknown of an active rigid contact, 0 otherwise
       real(wp), allocatable :: slope(:)         !! derivative of the gap by that unknown
       integer, allocatable :: partner(:)        !! second active rigid contact of the same node in a corner; 0: none, or the
-                                                !! candidate is the second
+      !! candidate is the second
       logical, allocatable :: soft(:)           !! true: on a foundation, not on a rigid obstacle
       real(wp), allocatable :: spring(:)        !! foundation: stiffness, tangent value if active; on coupled ground the band's
-                                                !! spring; 0 for a rigid obstacle
+      !! spring; 0 for a rigid obstacle
       real(wp), allocatable :: push(:)          !! foundation: reaction at the present gap of an active candidate
       ! Elements: stiffness, end forces, end forces without defects, load derivatives, operators of the stored unknowns.
       real(wp), allocatable :: ek(:, :, :), ef(:, :), eraw(:, :), el(:, :), op(:, :, :)
@@ -59,13 +59,13 @@ module system_type
       ! Border.
       real(wp), allocatable :: tangent(:)       !! (n) derivative of the unknowns by the load factor along the path
       real(wp), allocatable :: tangent_load(:)  !! (n) forces to which `tangent` is the band's response: `load`, and the correction
-                                                !! for inextensible elements
+      !! for inextensible elements
       real(wp), allocatable :: path_row(:)      !! (n) constraint row, node axes
       real(wp) :: path_corner = 0.0_wp
       integer :: negative_pivots = 0            !! number of negative pivots of the tangent on the null space of the active
-                                                !! constraints, without `hinges`
+      !! constraints, without `hinges`
       integer :: hinges = 0                     !! number of spurious negative pivots: clamps that are hinges in the tangent
-                                                !! (neutral_spans), and points more curved than their obstacles
+      !! (neutral_spans), and points more curved than their obstacles
       ! Rod that may roll (rolling_rods).
       integer :: roll_at = 0                    !! unknown with the spring against rolling, 0: none
       real(wp) :: roll_rate = 0.0_wp            !! change of that unknown per unit of material length rolled
@@ -76,7 +76,7 @@ module system_type
       ! Measures of the state.
       real(wp) :: force_residual = 0.0_wp       !! relative residual of forces, from the stored section forces
       real(wp) :: defect_residual = 0.0_wp      !! residual of the elements: rotations [rad], positions over the size, forces over
-                                                !! force_scale
+      !! force_scale
       real(wp) :: force_scale = 0.0_wp
       real(wp) :: gap_error = 0.0_wp            !! rounding error of gaps to foundations [length]
       real(wp) :: gap_noise = 0.0_wp            !! relative error of forces by `gap_error`

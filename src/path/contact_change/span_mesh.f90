@@ -66,9 +66,9 @@ contains
       type(state_t), intent(inout) :: trial
       logical, intent(in) :: settled                 !! true: the trial is in equilibrium
       logical, intent(out) :: taken                  !! true: the trial is in equilibrium on the new mesh, and the system is
-                                                     !! factored there
+      !! factored there
       logical, intent(out) :: done                   !! false: no equilibrium was found, nothing has changed. The new mesh may be
-                                                     !! the one before the last coarsening
+      !! the one before the last coarsening
       type(problem_t) :: asked, here
       type(checkpoint_t), allocatable :: finer
       type(cut_t), allocatable :: cut(:)

@@ -107,7 +107,7 @@ contains
       type(path_state_t), intent(in) :: run
       type(next_t), intent(in) :: next
       real(wp), intent(in) :: apart                !! distance of the present point from its equilibrium with the same contact at
-                                                   !! nodes
+      !! nodes
       real(wp) :: rise, jump
       rise = next%state%load_factor - run%state%load_factor
       jump = path_length(next%problem, carried(problem, run%state, next%problem), next%state)

@@ -31,7 +31,7 @@ contains
       type(path_state_t), intent(in) :: run
       type(problem_t), intent(in) :: nodes       !! sampled mesh
       type(path_state_t), intent(inout) :: on !! in: the run on this mesh; out: the run at the start of the last increment, its
-                                              !! system factored at any state
+      !! system factored at any state
       type(next_t), intent(out) :: next          !! its contact spans have the numbers 1, 2, ...
       real(wp), intent(out) :: first             !! load factor after the first increment
       logical, intent(out) :: found

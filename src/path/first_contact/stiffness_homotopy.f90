@@ -30,7 +30,7 @@ module stiffness_homotopy
    real(wp), parameter :: first_growth = 1.0e2_wp !! the boundary layers beside interface points are then a third as long
    real(wp), parameter :: least_growth = 1.1_wp
    integer, parameter :: most_tries = 3           !! softer beginnings; meshes at one stiffness, until a mesh has all its interface
-                                                  !! points
+   !! points
 
    !> The same increment on softer foundations.
    type :: rung_t
@@ -83,7 +83,7 @@ contains
    subroutine take_stiff_start(problem, run, trial, report, taken)
       type(problem_t), intent(inout) :: problem    !! out: on the mesh of `trial`
       type(path_state_t), intent(inout) :: run            !! in/out: its state is transferred to this mesh, its system factored at
-                                                          !! `trial`
+      !! `trial`
       type(state_t), intent(inout) :: trial
       type(increment_t), intent(out) :: report
       logical, intent(out) :: taken                !! false: no point was found, and problem and run are unchanged

@@ -20,12 +20,12 @@ module contact_change_types
    integer, parameter :: change_none = 0    !! none: the set is valid up to the end
    integer, parameter :: change_missed = 1  !! a test fails at the end, but its zero was not found
    integer, parameter :: change_by_rule = 2 !! a test is zero and determines the next set (span_rules): located by a bracket, or at
-                                            !! an osculating contact by Newton's method with prescribed relative curvature
-                                            !! (flat_points)
+   !! an osculating contact by Newton's method with prescribed relative curvature
+   !! (flat_points)
    integer, parameter :: change_opening = 3 !! the force of a line contact is zero, and the line lifts off: also located by a
-                                            !! bracket; local laws of the opening (span_opening)
+   !! bracket; local laws of the opening (span_opening)
    integer, parameter :: change_vanishing = 4 !! a free span closes: located at the onset of the set without the span
-                                              !! (vanishing_span)
+   !! (vanishing_span)
 
    ! Places of a change.
    integer, parameter :: place_within = 0   !! on the increment
@@ -48,7 +48,7 @@ module contact_change_types
       integer :: which = 0                        !! index into the tests; 0: none
       type(span_test_t), allocatable :: tests(:)  !! at the place of the change
       type(span_test_t), allocatable :: begins(:) !! gaps that close at the place, the located one last; none if the located test is
-                                                  !! no gap
+      !! no gap
       character(2) :: label = '  '                !! contact gained (C+) or lost (C-), empty if neither
       logical :: divides = .false.                !! a part of the lost contact remains on both sides
       type(state_t) :: place

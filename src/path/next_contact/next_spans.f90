@@ -24,9 +24,9 @@ module next_spans
       type(state_t) :: state
       type(system_t) :: system                    !! factored at `state`
       type(path_tangent_t) :: heading                  !! path tangent with which the path arrives; without displacements: the
-                                                       !! direction of the run
+      !! direction of the run
       real(wp) :: rate = 0.0_wp                   !! closed free span: derivative of the line contact's least pressure by the load
-                                                  !! factor; 0: the load continues in the present sense
+      !! factor; 0: the load continues in the present sense
       type(increment_t) :: report = increment_t(converged=.true.)
       character(2) :: label = '  '                !! label of the point: contact gained (C+) or lost (C-)
       logical :: divides = .false.                !! a part of the lost contact remains on both sides

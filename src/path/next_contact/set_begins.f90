@@ -97,7 +97,7 @@ contains
       type(next_t), intent(inout) :: next        !! in: at a point further on; out: at the farthest point back that was found valid
       type(next_t) :: nearer
       real(wp) :: fails, since, whole              ! load factors at which the set fails and at which it is valid; length of the
-                                                   ! interval
+      ! interval
       integer :: try
       logical :: holds, beyond
       call copy_next(next, nearer)
