@@ -27,8 +27,7 @@ module balance
    public :: measure_balance
 
    integer, parameter :: line_samples = 4 !! number of parts of a conforming element for samples of the density
-   real(wp), parameter :: line_slack = 1.0e-5_wp !! of forces over the size: error of densities, which are derivatives of the
-   !! solution
+   real(wp), parameter :: line_slack = 1.0e-5_wp !! of forces over the size: error of densities, derivatives of the solution
    real(wp), parameter :: least_reaction = 1.0e-6_wp !! least reaction as reference of signs, over the largest force
 
 contains

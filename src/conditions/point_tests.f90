@@ -14,8 +14,7 @@ module point_tests
    private
    public :: tests_of_points, rests_beside
 
-   real(wp), parameter :: parallel_enough = sqrt(epsilon(1.0_wp)) !! [rad] angle of a support that rounding cannot tell from
-   !! parallel
+   real(wp), parameter :: parallel_enough = sqrt(epsilon(1.0_wp)) !! [rad] up to this the angle of a support is rounding
 
 contains
 

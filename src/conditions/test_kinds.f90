@@ -19,8 +19,7 @@ module test_kinds
    integer, parameter :: test_slope = 8     !! slope of the gap away from a touching end of a rod, or from a corner
    integer, parameter :: test_leaving = 9   !! point contact at a segment boundary: length that counts as none less the distance to
    !! its proper place
-   integer, parameter :: test_couple = 10   !! minus the size of the couple that a line contact's node at a segment boundary would
-   !! need
+   integer, parameter :: test_couple = 10   !! minus the size of the couple that a line contact's node at a segment boundary needs
 
    !> Meaning of a zero of each kind.
    character(*), parameter :: test_words(10) = [character(40) :: 'contact begins', 'contact ends', 'a contact point spreads', &

@@ -27,8 +27,7 @@ module contact_spans
       ! On a mesh:
       integer :: element(2) = 0             !! first and last conforming element; for a point contact the element after the point
       !! and the element before it, neither of which need exist
-      integer :: candidate(2) = 0           !! candidates at the ends; at a segment boundary another contact span may share the
-      !! candidate
+      integer :: candidate(2) = 0           !! candidates at the ends; may be shared with another contact span at a segment boundary
    end type contact_span_t
 
 contains

@@ -16,8 +16,7 @@ module contact_set
 
    real(wp), parameter :: gap_tolerance = 1.0e-11_wp      !! of the structure's size
    real(wp), parameter :: reaction_tolerance = 1.0e-10_wp !! of the force scale
-   integer, parameter :: largest_lcp = 400                !! more uncertain candidates than this are switched by sign, without an
-   !! LCP
+   integer, parameter :: largest_lcp = 400                !! more uncertain candidates are switched by sign, without LCP
    integer, parameter :: max_rounds = 20
    character(*), parameter :: singular_border = 'the bordered system is singular: the structure cannot follow what the '// &
       & 'increment prescribes; another METHOD may (SPHERICAL)'

@@ -16,8 +16,7 @@ module node_rates
       type(ge_load_t) :: load
       real(wp) :: n(2) = 0.0_wp, m = 0.0_wp            !! force and moment, global axes
       real(wp) :: t(2) = 0.0_wp, nu(2) = 0.0_wp        !! direction of the section's normal, and a quarter turn to its left
-      real(wp) :: along = 1.0_wp, across = 0.0_wp      !! components along t and nu of the position's derivative by stress-free
-      !! length
+      real(wp) :: along = 1.0_wp, across = 0.0_wp      !! position's derivative by stress-free length, along t and nu
    end type section_t
 
 contains

@@ -369,8 +369,7 @@ contains
    !> Moves nodes along their rod segments, in the geometry only.
    pure subroutine move_nodes(problem, shift, geometry)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: shift(:)          !! (nodes) of nominal length; 0 at segment boundaries and on segments with fixed
-      !! nodes
+      real(wp), intent(in) :: shift(:)          !! (nodes) of nominal length; 0 at segment boundaries and at fixed nodes
       type(geometry_t), intent(inout) :: geometry
       call shift_nodes(problem%model, problem%tableau, shift, geometry)
    end subroutine move_nodes

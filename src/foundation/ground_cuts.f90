@@ -14,8 +14,7 @@ module ground_cuts
    private
    public :: find_cuts, inner_cuts, marked, add_marks, graded
 
-   real(wp), parameter :: shortest = 1.0e-6_wp !! least distance of two interface points over the size; closer ones stay inside
-   !! elements
+   real(wp), parameter :: shortest = 1.0e-6_wp !! least distance of interface points over the size; closer ones get no nodes
    !> Least distance of two interface points with the same gap, or of an interface point and a segment boundary, over the length of
    !> a boundary layer beside. Shorter spans open and close with the root of the load, or continue beyond the boundary, where an
    !> interface point cannot move. Without interface points the elements detect such contact themselves; the error of the force is

@@ -20,8 +20,7 @@ module ground_segments
    public :: segment_stiffness, is_cut, gap_uncertainty, followed_length, followed_part, stiffest, told_gap
    public :: settled_gap, gap_rounding
 
-   real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! of the displacements: rounding of gaps, and residual of Newton's
-   !! method
+   real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! of the displacements: rounding of gaps, residual of Newton's method
    real(wp), parameter :: at_mark = 0.1_wp !! of an element: a crossing this close to an interface point belongs to this point,
    !! which Newton's method moves there
    real(wp), parameter :: at_node = 1.0e-6_wp !! of an element: a crossing this close to a node is not inside the element

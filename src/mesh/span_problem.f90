@@ -16,8 +16,7 @@ module span_problem
    private
    public :: new_span_problem, same_spans, new_sampled_problem, place_spans
 
-   real(wp), parameter :: at_breakpoint = 1.0e-9_wp !! part of a segment's length: an end this close to a segment boundary lies on
-   !! it
+   real(wp), parameter :: at_breakpoint = 1.0e-9_wp !! part of a segment's length: a closer end lies on the boundary
 
 contains
 

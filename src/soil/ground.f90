@@ -22,8 +22,7 @@ module ground
       logical, allocatable :: founded(:)        !! (elements) true: a foundation acts on the element
       logical :: tabled = .true.                !! the deviation is tabulated, because no node moves along its rod
       logical, allocatable :: curved(:)         !! (elements) true: the deviation is not zero
-      real(wp), allocatable :: slope(:)         !! (obstacles) [force/length^2] largest slope of the law, if the foundation acts
-      !! inside elements
+      real(wp), allocatable :: slope(:)         !! (obstacles) [force/length^2] largest slope of the law; 0: not inside elements
       real(wp) :: stiffest = 0.0_wp             !! [force/length] largest stiffness of a node's share of a foundation
       real(wp), allocatable :: deviation(:, :, :) !! (2, n_knots, elements) Newton's divided differences of the deviation
       real(wp) :: knot(n_knots) = 0.0_wp        !! knots of the differences, in (0, 1)

@@ -10,8 +10,7 @@ module half_space
    private
    public :: rectangle_compliance
 
-   real(wp), parameter :: far = 20.0_wp            !! distance, in lengths of the longer rectangle, beyond which differences would
-   !! cancel
+   real(wp), parameter :: far = 20.0_wp            !! distance, in lengths of the longer rectangle, where differences cancel
 
    ! Gauss points and weights on (0, 1): exact to 1e-12 beyond that distance.
    real(wp), parameter :: point(3) = [0.5_wp - sqrt(0.15_wp), 0.5_wp, 0.5_wp + sqrt(0.15_wp)]

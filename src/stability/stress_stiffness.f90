@@ -25,8 +25,7 @@ module stress_stiffness
    type :: stress_stiffness_t
       type(band_t) :: k                        !! per unit of load factor, node axes
       real(wp), allocatable :: element(:, :, :) !! (6, 6, elements) element matrices, node axes
-      real(wp), allocatable :: shift(:, :, :)  !! (6, 2, elements) element matrices times unit translations, (6, 2, 0) without
-      !! foundations
+      real(wp), allocatable :: shift(:, :, :)  !! (6, 2, elements) matrices times unit translations, (6, 2, 0) without foundations
       real(wp), allocatable :: contact(:, :, :) !! (2, 2, candidates) matrices of contacts
       real(wp), allocatable :: swing(:)        !! (ties) geometric stiffness of rigid links
       real(wp), allocatable :: pressure(:)     !! (elements) follower pressure contained in the matrices

@@ -57,8 +57,7 @@ module problem
       real(wp), allocatable :: spring(:, :)              !! (3, nodes) stiffness of springs to a fixed point
       logical, allocatable :: pressurised(:)             !! (elements) true: a pressure acts in some step
       integer, allocatable :: z_size(:)                  !! (elements) number of stored unknowns
-      type(mark_t), allocatable :: mark(:)               !! interface points: ends of contact with foundations, corners of their
-      !! laws
+      type(mark_t), allocatable :: mark(:)               !! interface points: ends of foundations' contact, corners of laws
       real(wp), allocatable :: chain_start(:, :)         !! (rod segments, contacts) coordinate of the segment's first node along
       !! the chain of a contact
       logical, allocatable :: covered(:, :)              !! (rod segments, contacts) contact spans are allowed all along the
@@ -73,17 +72,14 @@ module problem
       real(wp), allocatable :: overlap(:)                !! (contacts) distance by which the obstacle is withdrawn at the start, the
       !! same on every mesh
       real(wp), allocatable :: coordinates(:, :)         !! (2, deck's nodes) at the start; stored displacements refer to these
-      integer, allocatable :: beside(:, :)               !! (2, nodes) element that ends at the node, and element that begins there;
-      !! 0: none
+      integer, allocatable :: beside(:, :)               !! (2, nodes) elements that end and begin at the node; 0: none
       type(load_t) :: constant                           !! constant loads of the steps before this one
       integer :: step = 1
       integer :: n_unknowns = 0                          !! three for each node
       real(wp) :: size = 1.0_wp                          !! diagonal of the bounding box of the structure
-      logical :: resting = .false.                       !! true: every foundation without tension is in contact in the stress-free
-      !! state
+      logical :: resting = .false.                       !! true: no foundation without tension has an initial gap
       real(wp) :: force_floor = 0.0_wp                   !! smallest force scale: rounding of EI/size^2
-      real(wp), allocatable :: weight(:)                 !! (nodes) node's share of the rod's length over size^2, for the arc-length
-      !! metric
+      real(wp), allocatable :: weight(:)                 !! (nodes) share of the rod's length over size^2: arc-length metric
    contains
       procedure :: has_spans
       procedure :: moves_nodes

@@ -20,8 +20,7 @@ contains
    subroutine set_blocks(problem, u, turned, axis, roll, lean, block)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: u(:, :)            !! (3, nodes) displacements
-      logical, intent(in) :: turned(:)           !! (nodes) true: unknowns in rotated axes, see system_t; tied nodes have global
-      !! axes
+      logical, intent(in) :: turned(:)           !! (nodes) true: rotated axes, see system_t; false for tied nodes
       real(wp), intent(in) :: axis(:, :), roll(:), lean(:)
       real(wp), intent(out) :: block(:, :, :)    !! (3, 3, size(problem%ties%of)) rows: global axes, columns: node axes
       real(wp) :: arm(2)

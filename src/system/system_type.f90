@@ -17,8 +17,7 @@ module system_type
 
    type :: system_t
       integer :: n = 0                          !! number of unknowns
-      type(band_t) :: k                         !! tangent, node axes, without elimination, with the excess stiffness of coupled
-      !! ground
+      type(band_t) :: k                         !! tangent, node axes, nothing eliminated, with the excess of coupled ground
       type(factor_t) :: factor
       type(active_coupling_t) :: coupling           !! coupled ground, with its excess stiffness
       real(wp), allocatable :: residual(:)      !! (n) internal less external forces, element unknowns eliminated
@@ -75,8 +74,7 @@ module system_type
       real(wp), allocatable :: rolled(:)        !! (n) rolling motion from the tangent, per unit of length
       ! Measures of the state.
       real(wp) :: force_residual = 0.0_wp       !! relative residual of forces, from the stored section forces
-      real(wp) :: defect_residual = 0.0_wp      !! residual of the elements: rotations [rad], positions over the size, forces over
-      !! force_scale
+      real(wp) :: defect_residual = 0.0_wp      !! of the elements: rotations [rad], positions over size, forces over force_scale
       real(wp) :: force_scale = 0.0_wp
       real(wp) :: gap_error = 0.0_wp            !! rounding error of gaps to foundations [length]
       real(wp) :: gap_noise = 0.0_wp            !! relative error of forces by `gap_error`

@@ -106,8 +106,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(next_t), intent(in) :: next
-      real(wp), intent(in) :: apart                !! distance of the present point from its equilibrium with the same contact at
-      !! nodes
+      real(wp), intent(in) :: apart                !! distance of the present point from the same contact at nodes
       real(wp) :: rise, jump
       rise = next%state%load_factor - run%state%load_factor
       jump = path_length(next%problem, carried(problem, run%state, next%problem), next%state)

@@ -23,8 +23,7 @@ module span_start
 
    real(wp), parameter :: small_part = 2.0_wp**(-12) !! part of the first increment for a second attempt; half of the allowed
    !! increments with contact at nodes double it to the full increment
-   integer, parameter :: most_parts = 24        !! halvings of the first increment; contact in a smaller part is contact at the
-   !! start
+   integer, parameter :: most_parts = 24        !! halvings of the first increment; earlier contact is contact at the start
 
 contains
 

@@ -29,8 +29,7 @@ module stiffness_homotopy
    ! Growth factor of the stiffness per step: squared after a success, its root after a failure.
    real(wp), parameter :: first_growth = 1.0e2_wp !! the boundary layers beside interface points are then a third as long
    real(wp), parameter :: least_growth = 1.1_wp
-   integer, parameter :: most_tries = 3           !! softer beginnings; meshes at one stiffness, until a mesh has all its interface
-   !! points
+   integer, parameter :: most_tries = 3           !! softer beginnings; meshes at one stiffness until no interface point is missing
 
    !> The same increment on softer foundations.
    type :: rung_t
@@ -82,8 +81,7 @@ contains
    !> The increment of the control from a start on such foundations.
    subroutine take_stiff_start(problem, run, trial, report, taken)
       type(problem_t), intent(inout) :: problem    !! out: on the mesh of `trial`
-      type(path_state_t), intent(inout) :: run            !! in/out: its state is transferred to this mesh, its system factored at
-      !! `trial`
+      type(path_state_t), intent(inout) :: run            !! in/out: state on this mesh, system factored at `trial`
       type(state_t), intent(inout) :: trial
       type(increment_t), intent(out) :: report
       logical, intent(out) :: taken                !! false: no point was found, and problem and run are unchanged

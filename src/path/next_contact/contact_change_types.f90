@@ -47,8 +47,7 @@ module contact_change_types
       integer :: where = place_within
       integer :: which = 0                        !! index into the tests; 0: none
       type(span_test_t), allocatable :: tests(:)  !! at the place of the change
-      type(span_test_t), allocatable :: begins(:) !! gaps that close at the place, the located one last; none if the located test is
-      !! no gap
+      type(span_test_t), allocatable :: begins(:) !! gaps that close at the place, the located one last; none if it is no gap
       character(2) :: label = '  '                !! contact gained (C+) or lost (C-), empty if neither
       logical :: divides = .false.                !! a part of the lost contact remains on both sides
       type(state_t) :: place
